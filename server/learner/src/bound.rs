@@ -1,0 +1,65 @@
+//! A schema as it reads in one situation: constants only, variables replaced under a binding.
+
+use crate::memory::Content;
+use crate::observation::{Observation, Substitution};
+use crate::parameters::Parameters;
+use crate::probability::Count;
+use crate::schema::{Form, PostCondition, SchemaId};
+
+/// Pre- and post-conditions of a schema under a binding.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Bound {
+    pub(crate) pre: Vec<Observation>,
+    pub(crate) post: Vec<PostCondition<Observation>>,
+}
+
+impl Bound {
+    /// The schema under `binding`; `None` if a variable is left unbound or there is no such schema.
+    pub(crate) fn new(content: &Content, id: SchemaId, binding: &Substitution) -> Option<Self> {
+        match &content.schema(id)?.form {
+            Form::Concrete(concrete) => Some(Self {
+                pre: concrete.pre.iter().map(|o| content.observation(*o).clone()).collect(),
+                post: concrete
+                    .post
+                    .iter()
+                    .map(|p| PostCondition {
+                        what: content.observation(p.what).clone(),
+                        absent: p.absent,
+                        count: p.count,
+                    })
+                    .collect(),
+            }),
+            Form::Generalised(generalised) => {
+                let mut pre: Vec<_> =
+                    generalised.pre.iter().map(|p| p.apply(binding)).collect::<Option<_>>()?;
+                pre.sort_unstable();
+                let post = generalised
+                    .post
+                    .iter()
+                    .map(|p| {
+                        Some(PostCondition { what: p.what.apply(binding)?, absent: p.absent, count: p.count })
+                    })
+                    .collect::<Option<_>>()?;
+                Some(Self { pre, post })
+            }
+        }
+    }
+
+    /// The post-conditions that the schema predicts: those that held often enough.
+    pub(crate) fn predicted<'a>(
+        &'a self,
+        parameters: &'a Parameters,
+    ) -> impl Iterator<Item = &'a PostCondition<Observation>> {
+        self.post.iter().filter(|post| predicted(post.count, parameters))
+    }
+
+    /// Whether the schema refers to `observation` as a condition, wanted or unwanted.
+    pub(crate) fn mentions(&self, observation: &Observation) -> bool {
+        self.pre.contains(observation) || self.post.iter().any(|post| post.what == *observation)
+    }
+}
+
+/// Whether an outcome with this count is predicted.
+pub(crate) fn predicted(count: Count, parameters: &Parameters) -> bool {
+    count.ratio() >= parameters.prediction_ratio_min
+}

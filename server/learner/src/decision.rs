@@ -1,0 +1,103 @@
+//! Decisions, with everything needed to explain them.
+
+use crate::observation::{Observation, Substitution};
+use crate::schema::SchemaId;
+use crate::vocabulary::{BodyId, PrimitiveId};
+use crate::world_state::WorldState;
+
+/// Candidates that a decision keeps with their terms, the most excited first.
+pub const CANDIDATES_KEPT_MAX: usize = 256;
+
+/// Why something was done: the candidates, term by term.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decision {
+    /// The step that decided.
+    pub step: u64,
+    /// The body that was sent to act.
+    pub body: BodyId,
+    /// What was perceived.
+    pub world: WorldState,
+    /// The candidates, the most excited first; at most [`CANDIDATES_KEPT_MAX`], the chosen one always.
+    pub candidates: Vec<Candidate>,
+    /// How many there were.
+    pub candidates_total: usize,
+    /// The chosen one, as an index into `candidates`.
+    pub chosen: usize,
+    /// How many had the top excitation.
+    pub ties: usize,
+    /// What made the choice.
+    pub reason: Reason,
+    /// The primitive that was sent.
+    pub action: PrimitiveId,
+    /// Whether the search for chains used up its budget.
+    pub search_truncated: bool,
+}
+
+/// What made a choice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// The highest excitation.
+    Excitation,
+    /// Drawn among several with the highest excitation.
+    Tie,
+    /// The next schema of a chain begun before.
+    Chain,
+}
+
+/// What a candidate is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Subject {
+    /// A schema.
+    Schema(SchemaId),
+    /// A primitive that no schema covers here.
+    Primitive(PrimitiveId),
+}
+
+/// Something that could have been done.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// What it is.
+    pub subject: Subject,
+    /// Values of its variables, when it is generalised.
+    pub binding: Substitution,
+    /// d of equation (1): schemas to be executed, this one included.
+    pub distance: u32,
+    /// E of equation (1).
+    pub excitation: f64,
+    /// The terms of E, which times `distance` is their sum.
+    pub terms: Vec<Term>,
+}
+
+/// A term of equation (1), or a drive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Term {
+    /// What the remembered observation is to the schema.
+    pub role: Role,
+    /// The remembered observation and the perceived one that resembles it; none for a drive.
+    pub pair: Option<(Observation, Observation)>,
+    /// Properties that they share.
+    pub shared: u32,
+    /// N of the remembered observation.
+    pub attention: u32,
+    /// Its probability in the schema.
+    pub probability: f64,
+    /// 1 or ω, times the reliability of the action.
+    pub weight: f64,
+    /// What it adds to the sum.
+    pub value: f64,
+}
+
+/// What a term's observation is to the schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// A pre-condition.
+    PreCondition,
+    /// A post-condition.
+    PostCondition,
+    /// An associated observation.
+    Association,
+    /// The drive to try what no schema covers.
+    Babbling,
+    /// The drive to repeat what is not yet known well enough (II-G).
+    Habituation,
+}

@@ -1,0 +1,408 @@
+//! Memory: everything the learner knows. [`Memory::apply`] is the only thing that changes it.
+
+use crate::chunks::Chunks;
+use crate::effect::{Effect, Execution, Seen};
+use crate::index::Index;
+use crate::observation::Observation;
+use crate::parameters::{Parameters, TypeRules};
+use crate::probability::Count;
+use crate::progress::{Progress, StageEffect};
+use crate::random::Random;
+use crate::schema::{
+    ASSOCIATIONS_MAX, Association, Concrete, EXAMPLES_MAX, Form, Generalised, ObservationId, PostCondition,
+    Schema, SchemaId,
+};
+use crate::vocabulary::{DeclarationError, PrimitiveId, Vocabulary};
+
+/// What is known, without the indexes that make it fast to ask. Cheap to clone, for those who inspect it.
+#[derive(Clone, Debug)]
+pub struct Content {
+    /// What can be perceived and done.
+    pub vocabulary: Vocabulary,
+    /// The schemas, by number.
+    pub schemas: Chunks<Schema>,
+    /// The observations that schemas refer to or that were attended to, by number.
+    pub observations: Chunks<Observation>,
+    /// N(x) for each of them.
+    pub attention: Chunks<u32>,
+    /// For each primitive, how often it was asked for and how often carried out.
+    pub attempts: Chunks<Count>,
+    /// For each body, the execution under way.
+    pub pending: Vec<Option<Box<Execution>>>,
+    /// Where the curriculum stands.
+    pub progress: Progress,
+    /// The state of the generator.
+    pub random: Random,
+    /// Steps taken.
+    pub step: u64,
+    /// How many of the schemas are generalised.
+    pub generalised_count: u32,
+}
+
+impl Content {
+    /// The schema of this number.
+    #[must_use]
+    pub fn schema(&self, id: SchemaId) -> Option<&Schema> {
+        self.schemas.get(id.index())
+    }
+
+    /// The observation of this number. Numbers come from memory itself, so there always is one.
+    #[must_use]
+    pub fn observation(&self, id: ObservationId) -> &Observation {
+        match self.observations.get(id.index()) {
+            Some(observation) => observation,
+            None => unreachable!("observation {} was never interned", id.0),
+        }
+    }
+}
+
+/// Why an effect can't be applied: it speaks of something that is not there. Effects that a learner
+/// returned for this memory always apply; those read back from elsewhere may not.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EffectError {
+    /// No such schema, or one of the other form.
+    #[error("effect refers to schema {0}, which is not there or of another form")]
+    Schema(u32),
+    /// Lists of another length than the schema has.
+    #[error("effect scores {given} conditions of schema {schema}, which has {known}")]
+    Length {
+        /// Which schema.
+        schema: u32,
+        /// How many are scored.
+        given: usize,
+        /// How many it has.
+        known: usize,
+    },
+    /// No such primitive.
+    #[error("effect refers to primitive {0}, which was never declared")]
+    Primitive(u32),
+    /// No such body.
+    #[error("effect refers to body {0}, which never attached")]
+    Body(u16),
+    /// A number from a pool that was not the next in it.
+    #[error("effect draws {0}, which is not the next of its pool")]
+    Draw(i64),
+    /// A declaration that contradicts what is known.
+    #[error(transparent)]
+    Declaration(#[from] DeclarationError),
+}
+
+/// Everything the learner knows.
+#[derive(Clone, Debug)]
+pub struct Memory {
+    content: Content,
+    index: Index,
+    rules: TypeRules,
+    parameters: Parameters,
+}
+
+impl Memory {
+    /// Knows nothing. `seed` is where its randomness begins.
+    #[must_use]
+    pub fn new(seed: u64, parameters: Parameters) -> Self {
+        let content = Content {
+            vocabulary: Vocabulary::default(),
+            schemas: Chunks::default(),
+            observations: Chunks::default(),
+            attention: Chunks::default(),
+            attempts: Chunks::default(),
+            pending: Vec::new(),
+            progress: Progress::default(),
+            random: Random::from_seed(seed),
+            step: 0,
+            generalised_count: 0,
+        };
+        Self { content, index: Index::default(), rules: TypeRules::default(), parameters }
+    }
+
+    /// What is known.
+    #[must_use]
+    pub fn content(&self) -> &Content {
+        &self.content
+    }
+
+    /// What makes it fast to ask; follows from the content.
+    #[must_use]
+    pub(crate) fn index(&self) -> &Index {
+        &self.index
+    }
+
+    /// What each observation type may be part of.
+    #[must_use]
+    pub fn rules(&self) -> &TypeRules {
+        &self.rules
+    }
+
+    /// The parameters it learns by.
+    #[must_use]
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// N(x).
+    #[must_use]
+    pub fn attention(&self, observation: &Observation) -> u32 {
+        self.index.id(observation).and_then(|id| self.content.attention.get(id.index())).copied().unwrap_or(0)
+    }
+
+    /// Changes memory by `effect`.
+    ///
+    /// # Errors
+    /// When the effect speaks of something that is not there; memory is then as it was.
+    pub fn apply(&mut self, effect: &Effect) -> Result<(), EffectError> {
+        match effect {
+            Effect::Declared(declaration) => {
+                self.content.vocabulary.check(declaration)?;
+                self.content.vocabulary.merge(declaration);
+                self.rules = TypeRules::new(&self.content.vocabulary, &self.parameters);
+                while self.content.attempts.len() < self.content.vocabulary.primitives().len() {
+                    self.content.attempts.push(Count::default());
+                }
+                self.content.pending.resize(self.content.vocabulary.bodies().len(), None);
+                Ok(())
+            }
+            Effect::SymbolsMet(symbols) => {
+                for symbol in symbols {
+                    self.content.vocabulary.intern_symbol(symbol);
+                }
+                Ok(())
+            }
+            Effect::Attempted { primitive, carried_out } => {
+                let count = self.content.attempts.get_mut(primitive.0 as usize);
+                count.ok_or(EffectError::Primitive(primitive.0))?.observe(*carried_out);
+                Ok(())
+            }
+            Effect::Executed { schema, success, post, associations } => {
+                self.score(*schema, *success, post, associations)
+            }
+            Effect::OutcomeAdded { schema, observation, absent } => {
+                self.add_outcome(*schema, observation, *absent)
+            }
+            Effect::Created { pre, action, post, parent, contradicts } => {
+                self.create(pre, *action, post, *parent, *contradicts)
+            }
+            Effect::Generalised { .. } => self.generalise(effect),
+            Effect::Supported { generalised, example } => {
+                self.expect_schema(*example)?;
+                let general = self.generalised_mut(*generalised)?;
+                if general.examples.len() < EXAMPLES_MAX {
+                    general.examples.push(*example);
+                }
+                Ok(())
+            }
+            Effect::Retired { generalised } => {
+                self.generalised_mut(*generalised)?.retired = true;
+                self.index.retire(*generalised);
+                Ok(())
+            }
+            Effect::Associated { schema, observation, replaces } => {
+                self.associate(*schema, observation, *replaces)
+            }
+            Effect::Attended(observations) => {
+                for observation in observations {
+                    let id = self.intern(observation);
+                    if let Some(count) = self.content.attention.get_mut(id.index()) {
+                        *count = count.saturating_add(1);
+                    }
+                }
+                Ok(())
+            }
+            Effect::Stage(effect) => self.progress(effect),
+            Effect::StepEnded { body, random, pending } => {
+                let slot = self.content.pending.get_mut(usize::from(body.0));
+                slot.ok_or(EffectError::Body(body.0))?.clone_from(pending);
+                self.content.random = Random::from_seed(*random);
+                self.content.step += 1;
+                Ok(())
+            }
+        }
+    }
+
+    fn progress(&mut self, effect: &StageEffect) -> Result<(), EffectError> {
+        self.content.progress.apply(effect, self.content.step)?;
+        match effect {
+            StageEffect::Begun { random, .. } => self.content.random = Random::from_seed(*random),
+            // What is under way was decided under other constraints: what is sensed for the first time
+            // when a constraint is lifted must not be put down to it.
+            StageEffect::Entered { .. } => self.content.pending.iter_mut().for_each(|slot| *slot = None),
+            _ => (),
+        }
+        Ok(())
+    }
+
+    fn intern(&mut self, observation: &Observation) -> ObservationId {
+        if let Some(id) = self.index.id(observation) {
+            return id;
+        }
+        let id = ObservationId(u32::try_from(self.content.observations.len()).unwrap_or(u32::MAX));
+        self.content.observations.push(observation.clone());
+        self.content.attention.push(0);
+        self.index.add_observation(observation, id);
+        id
+    }
+
+    fn expect_schema(&self, id: SchemaId) -> Result<&Schema, EffectError> {
+        self.content.schema(id).ok_or(EffectError::Schema(id.0))
+    }
+
+    fn schema_mut(&mut self, id: SchemaId) -> Result<&mut Schema, EffectError> {
+        self.content.schemas.get_mut(id.index()).ok_or(EffectError::Schema(id.0))
+    }
+
+    fn generalised_mut(&mut self, id: SchemaId) -> Result<&mut Generalised, EffectError> {
+        match &mut self.schema_mut(id)?.form {
+            Form::Generalised(generalised) => Ok(generalised),
+            Form::Concrete(_) => Err(EffectError::Schema(id.0)),
+        }
+    }
+
+    fn concrete_mut(&mut self, id: SchemaId) -> Result<&mut Concrete, EffectError> {
+        match &mut self.schema_mut(id)?.form {
+            Form::Concrete(concrete) => Ok(concrete),
+            Form::Generalised(_) => Err(EffectError::Schema(id.0)),
+        }
+    }
+
+    fn score(
+        &mut self,
+        id: SchemaId,
+        success: bool,
+        post: &[Seen],
+        associations: &[Seen],
+    ) -> Result<(), EffectError> {
+        let schema = self.schema_mut(id)?;
+        let known = match &schema.form {
+            Form::Concrete(concrete) => concrete.post.len(),
+            Form::Generalised(generalised) => generalised.post.len(),
+        };
+        for (given, known) in [(post.len(), known), (associations.len(), schema.associations.len())] {
+            if given != known {
+                return Err(EffectError::Length { schema: id.0, given, known });
+            }
+        }
+        let observe = |count: &mut Count, seen: &Seen| match seen {
+            Seen::Held => count.observe(true),
+            Seen::Missed => count.observe(false),
+            Seen::Constrained => (),
+        };
+        schema.executions.observe(success);
+        match &mut schema.form {
+            Form::Concrete(concrete) => {
+                concrete.post.iter_mut().zip(post).for_each(|(p, seen)| observe(&mut p.count, seen));
+            }
+            Form::Generalised(generalised) => {
+                generalised.post.iter_mut().zip(post).for_each(|(p, seen)| observe(&mut p.count, seen));
+            }
+        }
+        schema.associations.iter_mut().zip(associations).for_each(|(a, seen)| observe(&mut a.count, seen));
+        Ok(())
+    }
+
+    fn add_outcome(
+        &mut self,
+        id: SchemaId,
+        observation: &Observation,
+        absent: bool,
+    ) -> Result<(), EffectError> {
+        // An outcome met for the first time could have happened in every execution so far.
+        let trials = self.expect_schema(id)?.executions.trials.max(1);
+        self.concrete_mut(id)?;
+        let what = self.intern(observation);
+        let count = Count { occurrences: 1, trials };
+        let concrete = self.concrete_mut(id)?;
+        concrete.post.push(PostCondition { what, absent, count });
+        self.index.reindex_post(id, &self.content, &self.rules);
+        Ok(())
+    }
+
+    fn create(
+        &mut self,
+        pre: &[Observation],
+        action: PrimitiveId,
+        post: &[(Observation, bool)],
+        parent: Option<SchemaId>,
+        contradicts: Option<SchemaId>,
+    ) -> Result<(), EffectError> {
+        if self.content.vocabulary.primitives().get(action.0 as usize).is_none() {
+            return Err(EffectError::Primitive(action.0));
+        }
+        let id = SchemaId(u32::try_from(self.content.schemas.len()).unwrap_or(u32::MAX));
+        if let Some(generalised) = contradicts {
+            let general = self.generalised_mut(generalised)?;
+            if general.counter_examples.len() < EXAMPLES_MAX {
+                general.counter_examples.push(id);
+            }
+        }
+        let pre: Box<[_]> = pre.iter().map(|observation| self.intern(observation)).collect();
+        let post = post
+            .iter()
+            .map(|(observation, absent)| PostCondition {
+                what: self.intern(observation),
+                absent: *absent,
+                count: Count::ONCE,
+            })
+            .collect();
+        self.content.schemas.push(Schema {
+            form: Form::Concrete(Concrete { pre, action, post, contradicts }),
+            executions: Count::ONCE,
+            associations: Vec::new(),
+            parent,
+            created_step: self.content.step,
+        });
+        self.index.add_schema(id, &self.content, &self.rules);
+        Ok(())
+    }
+
+    fn generalise(&mut self, effect: &Effect) -> Result<(), EffectError> {
+        let Effect::Generalised { pre, target, post, parent, examples } = effect else { return Ok(()) };
+        for schema in examples.iter().chain([parent]) {
+            self.expect_schema(*schema)?;
+        }
+        let id = SchemaId(u32::try_from(self.content.schemas.len()).unwrap_or(u32::MAX));
+        // Its examples are its evidence so far: each is an execution in which all of it happened.
+        let evidence = u32::try_from(examples.len()).unwrap_or(u32::MAX);
+        let count = Count { occurrences: evidence, trials: evidence };
+        let post = post
+            .iter()
+            .map(|(what, absent)| PostCondition { what: what.clone(), absent: *absent, count })
+            .collect();
+        self.content.schemas.push(Schema {
+            form: Form::Generalised(Generalised {
+                pre: pre.clone().into(),
+                target: target.clone().into(),
+                post,
+                examples: examples.iter().copied().take(EXAMPLES_MAX).collect(),
+                counter_examples: Vec::new(),
+                retired: false,
+            }),
+            executions: Count::default(),
+            associations: Vec::new(),
+            parent: Some(*parent),
+            created_step: self.content.step,
+        });
+        self.content.generalised_count += 1;
+        self.index.add_schema(id, &self.content, &self.rules);
+        Ok(())
+    }
+
+    fn associate(
+        &mut self,
+        id: SchemaId,
+        observation: &Observation,
+        replaces: Option<usize>,
+    ) -> Result<(), EffectError> {
+        let known = self.expect_schema(id)?.associations.len();
+        if replaces.is_some_and(|at| at >= known) || (replaces.is_none() && known >= ASSOCIATIONS_MAX) {
+            return Err(EffectError::Length { schema: id.0, given: replaces.unwrap_or(known), known });
+        }
+        let observation = self.intern(observation);
+        let schema = self.schema_mut(id)?;
+        if let Some(at) = replaces {
+            let gone = schema.associations.remove(at).observation;
+            self.index.forget_association(id, gone);
+        }
+        self.schema_mut(id)?.associations.push(Association { observation, count: Count::ONCE });
+        self.index.add_association(id, observation);
+        Ok(())
+    }
+}

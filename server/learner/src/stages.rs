@@ -1,0 +1,252 @@
+//! Developmental control (paper, II-F): lift a constraint, act, saturate (LCAS). Follows a curriculum; all
+//! that it remembers is in [`crate::progress::Progress`].
+
+use crate::curriculum::{Afterwards, Argument, Curriculum, Lift, SceneCommand, Stage, Until};
+use crate::draft::Draft;
+use crate::effect::Effect;
+use crate::memory::Memory;
+use crate::observation::{Observation, TypeId, Value};
+use crate::progress::{StageCommand, StageCommandError, StageEffect};
+use crate::vocabulary::{BodyId, Vocabulary};
+use crate::world_state::WorldState;
+
+/// What was made in one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Novelty {
+    pub(crate) concrete: u32,
+    pub(crate) generalised: u32,
+    pub(crate) counter_examples: u32,
+}
+
+/// The present stage; the last one after the end.
+pub(crate) fn present<'a>(memory: &Memory, curriculum: &'a Curriculum) -> &'a Stage {
+    let at = memory.content().progress.stage.min(curriculum.stages.len().saturating_sub(1));
+    &curriculum.stages[at]
+}
+
+/// For each observation type, whether the stage lifts it.
+pub(crate) fn lifted(vocabulary: &Vocabulary, stage: &Stage) -> Vec<bool> {
+    let lifts = |name: &String| match &stage.lift {
+        Lift::All => true,
+        Lift::Types(names) => names.contains(name),
+    };
+    vocabulary.types().iter().map(|kind| lifts(&kind.declared.name)).collect()
+}
+
+/// Whether `kind` is lifted, by the table of [`lifted`].
+pub(crate) fn is_lifted(lifted: &[bool], kind: TypeId) -> bool {
+    lifted.get(usize::from(kind.0)).copied().unwrap_or(false)
+}
+
+/// Begins the curriculum for `body` if it has not begun.
+pub(crate) fn begin(draft: &mut Draft<'_>, curriculum: &Curriculum, body: BodyId) {
+    if draft.memory().content().progress.begun {
+        return;
+    }
+    let mut random = draft.memory().content().random;
+    let pools = curriculum
+        .pools
+        .iter()
+        .map(|pool| {
+            // Fisher and Yates; drawn from the end.
+            let mut numbers: Vec<i64> = (pool.from..=pool.to).collect();
+            for at in (1..numbers.len()).rev() {
+                numbers.swap(at, random.below(at + 1));
+            }
+            numbers
+        })
+        .collect();
+    draft.emit(Effect::Stage(StageEffect::Begun { student: body, pools, random: random.state() }));
+    // An operator may have entered a stage before the first frame came.
+    if draft.memory().content().progress.reports.is_empty() {
+        enter(draft, curriculum, 0);
+    }
+}
+
+fn enter(draft: &mut Draft<'_>, curriculum: &Curriculum, stage: usize) {
+    let name = curriculum.stages[stage].name.clone();
+    draft.emit(Effect::Stage(StageEffect::Entered { stage, name }));
+}
+
+fn leave(draft: &mut Draft<'_>, curriculum: &Curriculum) {
+    draft.emit(Effect::Stage(StageEffect::Ended));
+    let next = draft.memory().content().progress.stage + 1;
+    if next < curriculum.stages.len() {
+        enter(draft, curriculum, next);
+    } else {
+        draft.emit(Effect::Stage(StageEffect::Finished));
+    }
+}
+
+/// Counts an action of the student and ends the trial if it is over.
+pub(crate) fn acted(draft: &mut Draft<'_>, curriculum: &Curriculum, novelty: Novelty, world: &WorldState) {
+    draft.emit(Effect::Stage(StageEffect::Acted {
+        concrete_new: novelty.concrete,
+        generalised_new: novelty.generalised,
+        counter_examples_new: novelty.counter_examples,
+    }));
+    let content = draft.memory().content();
+    let (progress, stage) = (&content.progress, present(draft.memory(), curriculum));
+    if !progress.trial_open {
+        return;
+    }
+    let met = stage.until.as_ref().is_some_and(|until| observed(&content.vocabulary, until, world));
+    let used_up = stage.trial_actions_max > 0 && progress.trial_actions >= stage.trial_actions_max;
+    if met || used_up {
+        let generalised = content.generalised_count;
+        draft.emit(Effect::Stage(StageEffect::TrialEnded { met, generalised }));
+    }
+}
+
+/// What the curriculum asks before anything is chosen.
+pub(crate) enum Demand {
+    /// Choose freely.
+    Free,
+    /// Ask the surroundings for this first.
+    Arrange(Vec<SceneCommand>),
+    /// Wait.
+    Hold,
+}
+
+/// Moves on from stages that are over, and says what is to be done before choosing.
+pub(crate) fn demand(draft: &mut Draft<'_>, curriculum: &Curriculum, student: bool) -> Demand {
+    // Each turn ends a stage or returns, so there are no more turns than stages.
+    for _ in 0..=curriculum.stages.len() {
+        let progress = &draft.memory().content().progress;
+        let waits = progress.finished && curriculum.afterwards == Afterwards::Hold;
+        if progress.held || progress.stuck.is_some() || waits {
+            return Demand::Hold;
+        }
+        if !student || progress.finished || progress.trial_open {
+            return Demand::Free;
+        }
+        let stage = present(draft.memory(), curriculum);
+        let trials = progress.report().map_or(0, |report| report.trials);
+        if trials < stage.trials {
+            return arrange(draft, curriculum, stage);
+        }
+        // With trials that end by saturation, the last one's end is the stage's end.
+        let by_trials = stage.trials > 0 && (stage.saturation.is_none() || ends_by_saturation(stage));
+        if !by_trials {
+            return Demand::Free;
+        }
+        leave(draft, curriculum);
+    }
+    Demand::Hold
+}
+
+/// Whether the trials of `stage` end when there is little novel left, and not by what is observed.
+fn ends_by_saturation(stage: &Stage) -> bool {
+    stage.until.is_none() && stage.trial_actions_max == 0
+}
+
+fn arrange(draft: &mut Draft<'_>, curriculum: &Curriculum, stage: &Stage) -> Demand {
+    let mut pools = draft.memory().content().progress.pools.clone();
+    let mut drawn = Vec::new();
+    let mut commands = Vec::new();
+    for command in &stage.arrange {
+        let mut arguments = Vec::new();
+        for (name, argument) in &command.arguments {
+            let given = match argument {
+                Argument::Draw(pool) => {
+                    let at = curriculum.pools.iter().position(|known| known.name == *pool);
+                    let number = at.and_then(|at| pools.get_mut(at)?.pop().map(|number| (at, number)));
+                    let Some(number) = number else {
+                        let reason = format!("pool {pool:?} is used up: widen it, or ask for fewer trials");
+                        draft.emit(Effect::Stage(StageEffect::Stuck(reason)));
+                        return Demand::Hold;
+                    };
+                    drawn.push(number);
+                    Argument::Integer(number.1)
+                }
+                given => given.clone(),
+            };
+            arguments.push((name.clone(), given));
+        }
+        commands.push(SceneCommand { command: command.command.clone(), arguments });
+    }
+    draft.emit(Effect::Stage(StageEffect::TrialBegun { drawn }));
+    Demand::Arrange(commands)
+}
+
+/// Takes account of the top excitation after an action. True when a trial or the stage ended, so that
+/// what was to be chosen no longer counts.
+pub(crate) fn saturate(
+    draft: &mut Draft<'_>,
+    curriculum: &Curriculum,
+    novelty: Novelty,
+    top: f64,
+    unhabituated: impl FnOnce(&Memory) -> bool,
+) -> bool {
+    let progress = &draft.memory().content().progress;
+    let stage = present(draft.memory(), curriculum);
+    let Some(saturation) = &stage.saturation else { return false };
+    if progress.finished || (progress.trial_open && !ends_by_saturation(stage)) {
+        return false;
+    }
+    if !progress.habituating {
+        let quiet = novelty == Novelty::default() && top < saturation.excitation_below;
+        draft.emit(Effect::Stage(StageEffect::Quiet(quiet)));
+        if draft.memory().content().progress.quiet_actions < saturation.actions {
+            return false;
+        }
+        draft.emit(Effect::Stage(StageEffect::Saturated));
+    }
+    if unhabituated(draft.memory()) {
+        return false;
+    }
+    if draft.memory().content().progress.trial_open {
+        let generalised = draft.memory().content().generalised_count;
+        draft.emit(Effect::Stage(StageEffect::TrialEnded { met: false, generalised }));
+    } else {
+        leave(draft, curriculum);
+    }
+    true
+}
+
+/// Whether `until` is observed: its type, with at least its properties.
+fn observed(vocabulary: &Vocabulary, until: &Until, world: &WorldState) -> bool {
+    let Some(kind) = vocabulary.type_named(&until.kind) else { return false };
+    let has = |observation: &Observation| {
+        until.properties.iter().all(|(name, argument)| {
+            let wanted = match argument {
+                Argument::Integer(value) => Some(Value::Integer(*value)),
+                Argument::Symbol(symbol) => vocabulary.symbol_named(symbol).map(Value::Symbol),
+                Argument::Draw(_) => None,
+            };
+            let property = vocabulary.property_named(name);
+            wanted.zip(property).is_some_and(|(value, p)| observation.properties().contains(&(p, value)))
+        })
+    };
+    world.observations().iter().any(|observation| observation.kind() == kind && has(observation))
+}
+
+/// Obeys an operator.
+pub(crate) fn command(
+    draft: &mut Draft<'_>,
+    curriculum: &Curriculum,
+    command: &StageCommand,
+) -> Result<(), StageCommandError> {
+    match command {
+        StageCommand::Hold => draft.emit(Effect::Stage(StageEffect::Held(true))),
+        StageCommand::Resume => draft.emit(Effect::Stage(StageEffect::Held(false))),
+        StageCommand::Next => {
+            let progress = &draft.memory().content().progress;
+            if progress.finished || progress.stage + 1 >= curriculum.stages.len() {
+                return Err(StageCommandError::Last {
+                    name: present(draft.memory(), curriculum).name.clone(),
+                });
+            }
+            leave(draft, curriculum);
+        }
+        StageCommand::Set(name) => {
+            let Some(at) = curriculum.stages.iter().position(|stage| stage.name == *name) else {
+                let known: Vec<_> =
+                    curriculum.stages.iter().map(|stage| format!("{:?}", stage.name)).collect();
+                return Err(StageCommandError::Unknown { name: name.clone(), known: known.join(", ") });
+            };
+            enter(draft, curriculum, at);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,46 @@
+//! Target actions (paper, II-E and figure 2): an action given as the observations to be achieved.
+
+use crate::bound;
+use crate::memory::Memory;
+use crate::observation::Observation;
+use crate::schema::{Concrete, SchemaId};
+use crate::vocabulary::PrimitiveId;
+
+/// "The simplest context": of the schemas with this action whose pre-conditions are among those of
+/// `seed`, the one with the fewest, and fewer than `seed` has; of equals the oldest.
+pub(crate) fn simplest(memory: &Memory, seed: &Concrete) -> Option<SchemaId> {
+    memory
+        .index()
+        .with_action(seed.action)
+        .iter()
+        .filter_map(|id| memory.content().schema(*id).and_then(|s| s.concrete()).map(|c| (*id, c)))
+        .filter(|(_, c)| c.pre.len() < seed.pre.len() && c.pre.iter().all(|o| seed.pre.contains(o)))
+        .min_by_key(|(id, c)| (c.pre.len(), *id))
+        .map(|(id, _)| id)
+}
+
+/// The target that stands for the action of `seed`: what the action achieves in the simplest context, in
+/// canonical order. None if nothing simpler is known, or nothing that it achieves.
+pub(crate) fn target(memory: &Memory, seed: &Concrete) -> Option<Vec<Observation>> {
+    let simplest = memory.content().schema(simplest(memory, seed)?)?.concrete()?;
+    let mut target: Vec<_> = simplest
+        .post
+        .iter()
+        .filter(|post| !post.absent && bound::predicted(post.count, memory.parameters()))
+        .map(|post| memory.content().observation(post.what).clone())
+        .collect();
+    target.sort_unstable();
+    (!target.is_empty()).then_some(target)
+}
+
+/// Whether the action of `schema`, known in a simpler context, achieves all of `target`.
+pub(crate) fn achieves(memory: &Memory, schema: &Concrete, target: &[Observation]) -> bool {
+    self::target(memory, schema).is_some_and(|known| target.iter().all(|o| known.contains(o)))
+}
+
+/// Of times asked for, the share that the body carried the action out, counting one success in advance:
+/// exactly 1 while it never failed. Weighs down what the body refuses or fails to do.
+pub(crate) fn reliability(memory: &Memory, action: PrimitiveId) -> f64 {
+    let attempts = memory.content().attempts.get(action.0 as usize).copied().unwrap_or_default();
+    (1.0 + f64::from(attempts.occurrences)) / (1.0 + f64::from(attempts.trials))
+}

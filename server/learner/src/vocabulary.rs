@@ -1,0 +1,430 @@
+//! What the learner can perceive and do: declared by bodies as they attach, merged by name, never taken
+//! back. Everything else in memory refers to it by number.
+
+use rustc_hash::FxHashMap;
+
+use crate::observation::{PropertyId, SymbolId, TypeId, Value};
+
+/// A primitive: an action with its parameters filled in, as it stands in some body's repertoire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PrimitiveId(pub u32);
+
+/// A body that has declared itself; a body of the same name is the same body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BodyId(pub u16);
+
+/// What one body declares, by name. The daemon's own senses (hearing) are declared the same way.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Declaration {
+    /// The body's name.
+    pub body: String,
+    /// Its observation types.
+    pub observation_types: Vec<DeclaredType>,
+    /// Its actions.
+    pub actions: Vec<DeclaredAction>,
+    /// Its repertoire: index into `actions`, and one value a parameter.
+    pub repertoire: Vec<(usize, Vec<Parameter>)>,
+}
+
+/// An observation type as declared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeclaredType {
+    /// Its name.
+    pub name: String,
+    /// Caused by the body itself; never a pre-condition by default.
+    pub own: bool,
+    /// An event, not a state; never a pre-condition by default.
+    pub transient: bool,
+    /// Comes from others and never from an action of this body (a word heard): never a post-condition by
+    /// default, so that it can only become an associated observation (paper, II-B).
+    pub heard: bool,
+    /// Property names with the values they take.
+    pub properties: Vec<DeclaredProperty>,
+}
+
+/// A property or parameter as declared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeclaredProperty {
+    /// Its name.
+    pub name: String,
+    /// Its unit, empty when it has none.
+    pub unit: String,
+    /// The values it takes.
+    pub kind: ValueKind,
+}
+
+/// The values a property or parameter takes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ValueKind {
+    /// Whole numbers.
+    Integer,
+    /// Symbols.
+    Symbol,
+    /// True or false.
+    Boolean,
+    /// Reals, compared as bins of this width.
+    Real {
+        /// Width of a bin, finite and above zero.
+        resolution: f64,
+    },
+}
+
+/// An action as declared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeclaredAction {
+    /// Its name.
+    pub name: String,
+    /// Its parameters, in order.
+    pub parameters: Vec<DeclaredProperty>,
+}
+
+/// The value of one parameter of a primitive.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Parameter {
+    /// A whole number.
+    Integer(i64),
+    /// A symbol, by name.
+    Symbol(String),
+    /// True or false.
+    Boolean(bool),
+    /// A real: the exact value the body gave, which is sent back to it.
+    Real(f64),
+}
+
+/// Why a declaration can't be merged with what memory already knows.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DeclarationError {
+    /// A type was learnt under another meaning.
+    #[error(
+        "observation type {name} is already known with other flags or properties ({known}); declare it the same, \
+         or give it another name"
+    )]
+    TypeDiffers {
+        /// The type's name.
+        name: String,
+        /// What memory knows.
+        known: String,
+    },
+    /// An action was learnt under another meaning.
+    #[error(
+        "action {name} is already known with other parameters; declare it the same, or give it another name"
+    )]
+    ActionDiffers {
+        /// The action's name.
+        name: String,
+    },
+    /// A repertoire entry does not fit the action it names.
+    #[error("repertoire entry {index} does not fit its action: {reason}")]
+    Repertoire {
+        /// Which entry, from 0.
+        index: usize,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// More than the numbers of memory can hold.
+    #[error("{what}: {count} are more than the limit of {limit}")]
+    TooMany {
+        /// What there are too many of.
+        what: &'static str,
+        /// How many there would be.
+        count: usize,
+        /// The limit.
+        limit: usize,
+    },
+}
+
+/// An observation type in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObservationType {
+    /// As declared.
+    pub declared: DeclaredType,
+    /// Its properties' numbers, in declared order.
+    pub properties: Vec<PropertyId>,
+}
+
+/// A primitive in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Primitive {
+    /// Index into [`Vocabulary::actions`].
+    pub action: usize,
+    /// One value a parameter, in declared order.
+    pub parameters: Vec<Parameter>,
+}
+
+/// A body in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KnownBody {
+    /// Its name.
+    pub name: String,
+    /// What it can do, ordered.
+    pub repertoire: Vec<PrimitiveId>,
+}
+
+/// Limits on what may be declared in the life of one memory.
+pub mod limits {
+    /// Observation types.
+    pub const TYPES_MAX: usize = 1_024;
+    /// Property names.
+    pub const PROPERTIES_MAX: usize = 4_096;
+    /// Symbols, words included.
+    pub const SYMBOLS_MAX: usize = 1_000_000;
+    /// Actions.
+    pub const ACTIONS_MAX: usize = 1_024;
+    /// Primitives of all bodies.
+    pub const PRIMITIVES_MAX: usize = 1_000_000;
+    /// Bodies that ever attached.
+    pub const BODIES_MAX: usize = 1_024;
+}
+
+/// Everything declared so far.
+#[derive(Clone, Debug, Default)]
+pub struct Vocabulary {
+    types: Vec<ObservationType>,
+    properties: Vec<String>,
+    symbols: Vec<String>,
+    actions: Vec<DeclaredAction>,
+    primitives: Vec<Primitive>,
+    bodies: Vec<KnownBody>,
+    symbol_ids: FxHashMap<String, SymbolId>,
+    property_kinds: Vec<ValueKind>,
+}
+
+impl Vocabulary {
+    /// Says whether `declaration` can be merged; [`Vocabulary::merge`] of it then succeeds.
+    ///
+    /// # Errors
+    /// The first thing in it that contradicts what is known, or exceeds a limit.
+    pub fn check(&self, declaration: &Declaration) -> Result<(), DeclarationError> {
+        for declared in &declaration.observation_types {
+            if let Some(known) = self.types.iter().find(|t| t.declared.name == declared.name)
+                && known.declared != *declared
+            {
+                return Err(DeclarationError::TypeDiffers {
+                    name: declared.name.clone(),
+                    known: format!("{:?}", known.declared),
+                });
+            }
+        }
+        for declared in &declaration.actions {
+            if self.actions.iter().any(|known| known.name == declared.name && known != declared) {
+                return Err(DeclarationError::ActionDiffers { name: declared.name.clone() });
+            }
+        }
+        for (index, (action, parameters)) in declaration.repertoire.iter().enumerate() {
+            let wrong = |reason| Err(DeclarationError::Repertoire { index, reason });
+            let Some(action) = declaration.actions.get(*action) else { return wrong("no such action") };
+            if action.parameters.len() != parameters.len() {
+                return wrong("another number of parameters");
+            }
+            if !action.parameters.iter().zip(parameters).all(|(declared, given)| fits(&declared.kind, given))
+            {
+                return wrong("a value of another kind");
+            }
+        }
+        let properties = declaration.observation_types.iter().map(|t| t.properties.len()).sum::<usize>();
+        let counts = [
+            ("observation types", self.types.len() + declaration.observation_types.len(), limits::TYPES_MAX),
+            ("properties", self.properties.len() + properties, limits::PROPERTIES_MAX),
+            ("actions", self.actions.len() + declaration.actions.len(), limits::ACTIONS_MAX),
+            ("primitives", self.primitives.len() + declaration.repertoire.len(), limits::PRIMITIVES_MAX),
+            ("bodies", self.bodies.len() + 1, limits::BODIES_MAX),
+        ];
+        match counts.into_iter().find(|(_, count, limit)| count > limit) {
+            Some((what, count, limit)) => Err(DeclarationError::TooMany { what, count, limit }),
+            None => Ok(()),
+        }
+    }
+
+    /// Takes over what is new in a checked declaration.
+    pub(crate) fn merge(&mut self, declaration: &Declaration) {
+        for declared in &declaration.observation_types {
+            if !self.types.iter().any(|known| known.declared.name == declared.name) {
+                let properties = declared.properties.iter().map(|p| self.intern_property(p)).collect();
+                self.types.push(ObservationType { declared: declared.clone(), properties });
+            }
+        }
+        let actions: Vec<usize> = declaration
+            .actions
+            .iter()
+            .map(|declared| match self.actions.iter().position(|known| known.name == declared.name) {
+                Some(at) => at,
+                None => {
+                    self.actions.push(declared.clone());
+                    self.actions.len() - 1
+                }
+            })
+            .collect();
+        let mut known: FxHashMap<Vec<u64>, PrimitiveId> = self
+            .primitives
+            .iter()
+            .enumerate()
+            .map(|(at, p)| (self.identity(p), PrimitiveId(u32::try_from(at).unwrap_or(u32::MAX))))
+            .collect();
+        let mut repertoire = Vec::with_capacity(declaration.repertoire.len());
+        for (action, parameters) in &declaration.repertoire {
+            for parameter in parameters {
+                if let Parameter::Symbol(symbol) = parameter {
+                    self.intern_symbol(symbol);
+                }
+            }
+            let primitive = Primitive { action: actions[*action], parameters: parameters.clone() };
+            let id = *known.entry(self.identity(&primitive)).or_insert_with(|| {
+                self.primitives.push(primitive);
+                PrimitiveId(u32::try_from(self.primitives.len() - 1).unwrap_or(u32::MAX))
+            });
+            repertoire.push(id);
+        }
+        repertoire.sort_unstable();
+        repertoire.dedup();
+        match self.bodies.iter_mut().find(|body| body.name == declaration.body) {
+            Some(body) => body.repertoire = repertoire,
+            None => self.bodies.push(KnownBody { name: declaration.body.clone(), repertoire }),
+        }
+    }
+
+    /// The action and the bins of its parameters: primitives that agree in these are one.
+    fn identity(&self, primitive: &Primitive) -> Vec<u64> {
+        let kinds = &self.actions[primitive.action].parameters;
+        let values = primitive.parameters.iter().zip(kinds).map(|(parameter, declared)| {
+            match (parameter, &declared.kind) {
+                (Parameter::Real(value), ValueKind::Real { resolution }) => {
+                    bin(*value, *resolution).cast_unsigned()
+                }
+                (Parameter::Real(value), _) => value.to_bits(),
+                (Parameter::Integer(value), _) => value.cast_unsigned(),
+                (Parameter::Boolean(value), _) => u64::from(*value),
+                (Parameter::Symbol(symbol), _) => {
+                    self.symbol_ids.get(symbol).map_or(u64::MAX, |id| u64::from(id.0))
+                }
+            }
+        });
+        std::iter::once(primitive.action as u64).chain(values).collect()
+    }
+
+    fn intern_property(&mut self, declared: &DeclaredProperty) -> PropertyId {
+        let at = self.properties.iter().position(|known| *known == declared.name).unwrap_or_else(|| {
+            self.properties.push(declared.name.clone());
+            self.property_kinds.push(declared.kind.clone());
+            self.properties.len() - 1
+        });
+        PropertyId(u16::try_from(at).unwrap_or(u16::MAX))
+    }
+
+    /// The number of `symbol`, taking it over if it is new.
+    pub(crate) fn intern_symbol(&mut self, symbol: &str) -> SymbolId {
+        if let Some(id) = self.symbol_ids.get(symbol) {
+            return *id;
+        }
+        let id = SymbolId(u32::try_from(self.symbols.len()).unwrap_or(u32::MAX));
+        self.symbols.push(symbol.to_owned());
+        self.symbol_ids.insert(symbol.to_owned(), id);
+        id
+    }
+
+    /// The observation types, by number.
+    #[must_use]
+    pub fn types(&self) -> &[ObservationType] {
+        &self.types
+    }
+
+    /// The observation type of this name.
+    #[must_use]
+    pub fn type_named(&self, name: &str) -> Option<TypeId> {
+        let at = self.types.iter().position(|t| t.declared.name == name)?;
+        u16::try_from(at).ok().map(TypeId)
+    }
+
+    /// The property names, by number.
+    #[must_use]
+    pub fn properties(&self) -> &[String] {
+        &self.properties
+    }
+
+    /// The property of this name.
+    #[must_use]
+    pub fn property_named(&self, name: &str) -> Option<PropertyId> {
+        let at = self.properties.iter().position(|known| known == name)?;
+        u16::try_from(at).ok().map(PropertyId)
+    }
+
+    /// The values that the property takes, as first declared.
+    #[must_use]
+    pub fn property_kind(&self, property: PropertyId) -> Option<&ValueKind> {
+        self.property_kinds.get(usize::from(property.0))
+    }
+
+    /// The symbols, by number.
+    #[must_use]
+    pub fn symbols(&self) -> &[String] {
+        &self.symbols
+    }
+
+    /// The number of a symbol that is known.
+    #[must_use]
+    pub fn symbol_named(&self, symbol: &str) -> Option<SymbolId> {
+        self.symbol_ids.get(symbol).copied()
+    }
+
+    /// The actions.
+    #[must_use]
+    pub fn actions(&self) -> &[DeclaredAction] {
+        &self.actions
+    }
+
+    /// The primitives, by number.
+    #[must_use]
+    pub fn primitives(&self) -> &[Primitive] {
+        &self.primitives
+    }
+
+    /// The bodies, by number.
+    #[must_use]
+    pub fn bodies(&self) -> &[KnownBody] {
+        &self.bodies
+    }
+
+    /// The body of this name.
+    #[must_use]
+    pub fn body_named(&self, name: &str) -> Option<BodyId> {
+        let at = self.bodies.iter().position(|body| body.name == name)?;
+        u16::try_from(at).ok().map(BodyId)
+    }
+}
+
+/// The bin of a real value: values in one bin are one value to the learner. Halves round away from zero;
+/// bins saturate at the ends of `i64`.
+#[must_use]
+pub fn bin(value: f64, resolution: f64) -> i64 {
+    // `as` saturates, and NaN (refused before it gets here) would be bin 0.
+    (value / resolution).round() as i64
+}
+
+/// A real [`Value`] for display: the middle of its bin.
+#[must_use]
+pub fn bin_middle(bin: i64, resolution: f64) -> f64 {
+    bin as f64 * resolution
+}
+
+/// The value of a parameter as it would be compared, for those kinds that are also observed.
+#[must_use]
+pub fn value_of(parameter: &Parameter, kind: &ValueKind, vocabulary: &Vocabulary) -> Option<Value> {
+    match (parameter, kind) {
+        (Parameter::Integer(value), ValueKind::Integer) => Some(Value::Integer(*value)),
+        (Parameter::Boolean(value), ValueKind::Boolean) => Some(Value::Boolean(*value)),
+        (Parameter::Real(value), ValueKind::Real { resolution }) => {
+            Some(Value::Bin(bin(*value, *resolution)))
+        }
+        (Parameter::Symbol(symbol), ValueKind::Symbol) => vocabulary.symbol_named(symbol).map(Value::Symbol),
+        _ => None,
+    }
+}
+
+fn fits(kind: &ValueKind, parameter: &Parameter) -> bool {
+    match (kind, parameter) {
+        (ValueKind::Integer, Parameter::Integer(_))
+        | (ValueKind::Symbol, Parameter::Symbol(_))
+        | (ValueKind::Boolean, Parameter::Boolean(_)) => true,
+        (ValueKind::Real { .. }, Parameter::Real(value)) => value.is_finite(),
+        _ => false,
+    }
+}
