@@ -11,6 +11,9 @@ use crate::schema::{Form, PostCondition, SchemaId};
 pub(crate) struct Bound {
     pub(crate) pre: Vec<Observation>,
     pub(crate) post: Vec<PostCondition<Observation>>,
+    /// Whether all post-conditions are predictions, as in a generalised schema: it states a law, and gains
+    /// no alternative outcomes.
+    law: bool,
 }
 
 impl Bound {
@@ -28,6 +31,7 @@ impl Bound {
                         count: p.count,
                     })
                     .collect(),
+                law: false,
             }),
             Form::Generalised(generalised) => {
                 let mut pre: Vec<_> =
@@ -40,17 +44,22 @@ impl Bound {
                         Some(PostCondition { what: p.what.apply(binding)?, absent: p.absent, count: p.count })
                     })
                     .collect::<Option<_>>()?;
-                Some(Self { pre, post })
+                Some(Self { pre, post, law: true })
             }
         }
     }
 
-    /// The post-conditions that the schema predicts: those that held often enough.
+    /// The post-conditions that the schema predicts.
     pub(crate) fn predicted<'a>(
         &'a self,
         parameters: &'a Parameters,
     ) -> impl Iterator<Item = &'a PostCondition<Observation>> {
-        self.post.iter().filter(|post| predicted(post.count, parameters))
+        self.post.iter().filter(|post| self.predicts(post, parameters))
+    }
+
+    /// Whether the schema predicts this of its post-conditions: it held often enough, or is part of a law.
+    pub(crate) fn predicts(&self, post: &PostCondition<Observation>, parameters: &Parameters) -> bool {
+        self.law || predicted(post.count, parameters)
     }
 
     /// Whether the schema refers to `observation` as a condition, wanted or unwanted.

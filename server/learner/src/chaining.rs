@@ -262,7 +262,7 @@ fn carrier(
 ) -> Option<(SchemaId, f64)> {
     achievers(memory, body, target)
         .filter(|(_, concrete, _)| concrete.pre.iter().all(|o| holding.contains(o)))
-        .max_by(|a, b| surest(a, b))
+        .max_by(surest)
         .map(|(id, _, sure)| (id, sure))
 }
 

@@ -199,7 +199,7 @@ pub(crate) fn score(
         .post
         .iter()
         .zip(&post)
-        .all(|(p, seen)| *seen != Seen::Missed || !crate::bound::predicted(p.count, memory.parameters()));
+        .all(|(p, seen)| *seen != Seen::Missed || !bound.predicts(p, memory.parameters()));
     let associations = content
         .schema(schema)?
         .associations

@@ -7,6 +7,7 @@ use crate::bound;
 use crate::effect::Effect;
 use crate::memory::Memory;
 use crate::observation::{Observation, Pattern, PropertyId, Substitution, Term, Value, Variable, bindings};
+use crate::probability::Count;
 use crate::schema::{Concrete, Generalised, PostCondition, SchemaId, signature};
 use crate::target_action;
 
@@ -200,11 +201,17 @@ fn freeze(pattern: &Pattern) -> Observation {
     Observation::new(pattern.kind(), properties)
 }
 
-/// Whether later evidence has taken a generalised schema out of use: even the upper end of the interval of
-/// its success rate is below the share that it was accepted at.
+/// Whether later evidence has taken a generalised schema out of use: counting its examples as successes,
+/// even the upper end of the interval of its success rate is below the share that it was accepted at.
 pub(crate) fn refuted(memory: &Memory, id: SchemaId) -> bool {
-    memory.content().schema(id).is_some_and(|schema| {
-        schema.generalised().is_some_and(|g| !g.retired)
-            && schema.executions.interval().1 < memory.parameters().generalisation_share_min
-    })
+    let Some(schema) = memory.content().schema(id) else { return false };
+    let Some(generalised) = schema.generalised().filter(|generalised| !generalised.retired) else {
+        return false;
+    };
+    let examples = u32::try_from(generalised.examples.len()).unwrap_or(u32::MAX);
+    let evidence = Count {
+        occurrences: schema.executions.occurrences.saturating_add(examples),
+        trials: schema.executions.trials.saturating_add(examples),
+    };
+    evidence.interval().1 < memory.parameters().generalisation_share_min
 }

@@ -1,5 +1,5 @@
 //! A small abstract table shared by the tests: fields, postures that bring the finger to them, blocks.
-#![allow(dead_code, unreachable_pub, missing_docs)]
+#![allow(dead_code, unreachable_pub, missing_docs, clippy::unwrap_used)]
 
 use pschema_learner::curriculum::{
     Afterwards, Argument, Curriculum, Lift, Pool, Saturation, SceneCommand, Stage, Until,
