@@ -1,0 +1,125 @@
+//! A body's side of a session without any transport: what to send, and what to do with the reply. The
+//! same code drives a body over shared memory and inside the daemon's own process.
+
+use std::time::Duration;
+
+use super::{Body, Outcome, Senses};
+use crate::decode;
+use crate::description::Description;
+use crate::encode;
+use crate::message::{RawFrame, RawHello, Reply, Report};
+use crate::refusal::Refusal;
+use crate::wire::WireReply;
+
+/// What a body does after a reply, besides what it has already done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Directive {
+    /// Send the next frame. An order, if there was one, has been carried out.
+    Continue,
+    /// Rest, then send the next frame.
+    Wait(Duration),
+    /// The frame was refused; sending another may help, or attaching again.
+    Refused {
+        /// The number of the refusal.
+        code: u32,
+        /// Why.
+        reason: String,
+    },
+    /// Leave.
+    Detach,
+}
+
+/// A body between frames.
+#[derive(Debug)]
+pub struct BodyLoop<B> {
+    body: B,
+    description: Description,
+    senses: Senses,
+    frame: RawFrame,
+    session: u64,
+    sequence: u64,
+    report: Option<Report>,
+    orders: u64,
+}
+
+impl<B: Body> BodyLoop<B> {
+    /// Asks the body to describe itself.
+    pub fn new(body: B) -> Self {
+        Self {
+            description: body.describe(),
+            body,
+            senses: Senses::default(),
+            frame: RawFrame { header: encode::frame_header(0, 0, None, 0, 0), records: Vec::new() },
+            session: 0,
+            sequence: 0,
+            report: None,
+            orders: 0,
+        }
+    }
+
+    /// What the body declared.
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// The body.
+    pub fn body(&self) -> &B {
+        &self.body
+    }
+
+    /// How many orders (actions and scene commands) the body has carried out, or tried to.
+    pub fn orders(&self) -> u64 {
+        self.orders
+    }
+
+    /// The body's introduction, for [`decode::hello`].
+    ///
+    /// # Errors
+    /// The first thing in the description that the protocol does not allow.
+    pub fn hello(&self) -> Result<RawHello, Refusal> {
+        encode::hello(&self.description, std::process::id(), 0)
+    }
+
+    /// Begins a session. What was ordered in an earlier one is not reported in it.
+    pub fn attached(&mut self, session: u64) {
+        self.session = session;
+        self.sequence = 0;
+        self.report = None;
+    }
+
+    /// Lets the body sense, and returns the next frame.
+    pub fn next_frame(&mut self) -> &RawFrame {
+        self.senses.clear();
+        self.body.sense(&mut self.senses);
+        self.sequence = self.sequence.saturating_add(1);
+        let count = encode::observations(self.senses.observations(), &mut self.frame.records);
+        self.frame.header = encode::frame_header(self.session, self.sequence, self.report, 0, count);
+        &self.frame
+    }
+
+    /// Checks the reply to the last frame, and does what it orders.
+    ///
+    /// # Errors
+    /// What is wrong with the reply; nothing has been done then.
+    pub fn obey(&mut self, reply: &WireReply) -> Result<Directive, Refusal> {
+        let reply = decode::reply(reply, &self.description, self.session, self.sequence)?;
+        let outcome = match reply {
+            // The report stays for the next frame: this one was not taken.
+            Reply::Refused { code, reason } => return Ok(Directive::Refused { code, reason }),
+            Reply::Detach => return Ok(Directive::Detach),
+            Reply::Wait { ms } => {
+                self.report = None;
+                return Ok(Directive::Wait(Duration::from_millis(ms.into())));
+            }
+            Reply::Act(action) => self.body.act(&action),
+            Reply::Arrange(command) => self.body.arrange(&command),
+        };
+        self.ordered(outcome);
+        Ok(Directive::Continue)
+    }
+
+    fn ordered(&mut self, outcome: Outcome) {
+        self.orders = self.orders.saturating_add(1);
+        self.report = Some(Report { outcome, answers: self.sequence });
+    }
+}

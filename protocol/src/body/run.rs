@@ -1,0 +1,270 @@
+//! The whole life of a body process: attach, and again whenever the daemon comes back; send, obey; leave.
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use super::{Body, BodyLoop, Directive};
+use crate::domain::{DomainError, LearnerName, Place, RuntimeDir};
+use crate::refusal::{Refusal, codes};
+use crate::transport::TransportError;
+use crate::transport::body_link::BodyLink;
+
+/// First and longest pause between two tries to attach; each is twice the one before.
+const BACKOFF_FIRST: Duration = Duration::from_millis(20);
+const BACKOFF_LAST: Duration = Duration::from_millis(500);
+/// How long an absent daemon may take to come back before a body that shall end with it does so.
+const GONE_GRACE: Duration = Duration::from_secs(3);
+/// How long a daemon may be unwilling, or full, before the body gives up.
+const UNWILLING_GRACE: Duration = Duration::from_secs(5);
+/// Frames refused one after another before the body gives up: more is a fault in the body.
+const REFUSALS_MAX: u64 = 50;
+/// Pause after a refused frame.
+const REFUSAL_PAUSE: Duration = Duration::from_millis(20);
+
+/// How to run a body.
+#[derive(Clone, Debug)]
+pub struct RunOptions {
+    /// The learner to attach to.
+    pub place: Place,
+    /// End when the daemon has been gone for 3 s, instead of waiting for it to come back.
+    pub exit_when_daemon_gone: bool,
+    /// Set it, from anywhere, to end the run.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// Why a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// The stop flag was set.
+    Stopped,
+    /// The daemon sent the body away.
+    Detached,
+    /// The daemon had gone, and the options said to end with it.
+    DaemonGone,
+}
+
+/// What happened in a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RunSummary {
+    /// Why it ended.
+    pub ending: Ending,
+    /// Sessions opened.
+    pub sessions: u64,
+    /// Frames replied to.
+    pub frames: u64,
+    /// Orders (actions and scene commands) carried out, or tried.
+    pub orders: u64,
+    /// Frames refused.
+    pub refused: u64,
+}
+
+/// Why a run failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// What the body says of itself is not allowed: a fault in the body.
+    #[error("the body's description is not allowed: {0}")]
+    Description(#[source] Refusal),
+    /// The daemon does not take this body.
+    #[error("the daemon refused the body ({code}): {reason}")]
+    Refused {
+        /// The number of the refusal.
+        code: u32,
+        /// Why.
+        reason: String,
+    },
+    /// Frame after frame was refused: a fault in the body.
+    #[error("{count} frames were refused one after another, the last because: {reason}")]
+    FramesRefused {
+        /// How many.
+        count: u64,
+        /// Why the last was.
+        reason: String,
+    },
+    /// The daemon sent an order the body never declared.
+    #[error("the daemon's reply is wrong: {0}")]
+    Reply(#[source] Refusal),
+    /// The transport failed in a way that trying again does not help.
+    #[error(transparent)]
+    Transport(#[from] TransportError),
+}
+
+/// Runs a body until told to stop, sent away, or the daemon has gone (see [`RunOptions`]). A daemon that
+/// restarts is attached to again.
+///
+/// # Errors
+/// When the body or the daemon breaks the protocol, or shared memory cannot be used.
+pub fn run<B: Body>(body: B, options: &RunOptions) -> Result<RunSummary, RunError> {
+    let mut run = Run {
+        driver: BodyLoop::new(body),
+        options,
+        summary: RunSummary { ending: Ending::Stopped, sessions: 0, frames: 0, orders: 0, refused: 0 },
+    };
+    run.driver.hello().map_err(RunError::Description)?;
+    run.summary.ending = loop {
+        let link = match run.attach()? {
+            Step::On(link) => link,
+            Step::End(ending) => break ending,
+        };
+        match run.session(link)? {
+            Step::On(()) => tracing::info!("session lost; attaching again"),
+            Step::End(ending) => break ending,
+        }
+    };
+    run.summary.orders = run.driver.orders();
+    Ok(run.summary)
+}
+
+/// Goes on with something, or ends the run.
+enum Step<T> {
+    On(T),
+    End(Ending),
+}
+
+struct Run<'a, B> {
+    driver: BodyLoop<B>,
+    options: &'a RunOptions,
+    summary: RunSummary,
+}
+
+impl<B: Body> Run<'_, B> {
+    fn stopped(&self) -> bool {
+        self.options.stop.load(Ordering::Relaxed)
+    }
+
+    /// Attaches, however often it takes.
+    fn attach(&mut self) -> Result<Step<BodyLink>, RunError> {
+        let start = Instant::now();
+        let mut backoff = BACKOFF_FIRST;
+        while !self.stopped() {
+            let waited = start.elapsed();
+            match BodyLink::attach(&self.options.place, self.driver.description(), &self.options.stop) {
+                Ok(link) => {
+                    self.summary.sessions += 1;
+                    self.driver.attached(link.session());
+                    tracing::info!(session = link.session(), learner = %self.options.place.learner(), "attached");
+                    return Ok(Step::On(link));
+                }
+                Err(TransportError::Stopped) => break,
+                Err(error) => self.attach_again(error, waited)?,
+            }
+            if self.options.exit_when_daemon_gone && waited > GONE_GRACE && !self.options.place.is_served() {
+                return Ok(Step::End(Ending::DaemonGone));
+            }
+            self.pause(backoff);
+            backoff = (backoff * 2).min(BACKOFF_LAST);
+        }
+        Ok(Step::End(Ending::Stopped))
+    }
+
+    /// Whether a failed try to attach is worth another.
+    fn attach_again(&self, error: TransportError, waited: Duration) -> Result<(), RunError> {
+        match error {
+            TransportError::Domain(DomainError::NotServed { .. }) => tracing::debug!("no daemon yet"),
+            TransportError::DaemonGone | TransportError::TimedOut { .. } => {
+                tracing::debug!(%error, "not attached")
+            }
+            // A daemon that is just starting, or the place of a body that has just died.
+            TransportError::Setup { .. } | TransportError::Full { .. } if waited < UNWILLING_GRACE => {
+                tracing::debug!(%error, "not attached");
+            }
+            TransportError::Refused { code: codes::UNWILLING, reason } if waited < UNWILLING_GRACE => {
+                tracing::warn!(%reason, "the daemon is not willing yet");
+            }
+            TransportError::Refused { code, reason } => return Err(RunError::Refused { code, reason }),
+            error => return Err(error.into()),
+        }
+        Ok(())
+    }
+
+    /// One session, to its end.
+    fn session(&mut self, mut link: BodyLink) -> Result<Step<()>, RunError> {
+        let mut refused_in_a_row = 0;
+        loop {
+            if self.stopped() {
+                link.detach();
+                return Ok(Step::End(Ending::Stopped));
+            }
+            let reply = match link.exchange(self.driver.next_frame(), &self.options.stop) {
+                Ok(reply) => reply,
+                Err(TransportError::Stopped) => return Ok(Step::End(Ending::Stopped)),
+                Err(error) => {
+                    tracing::warn!(%error, "the exchange of frames ended");
+                    return Ok(Step::On(()));
+                }
+            };
+            self.summary.frames += 1;
+            let directive = self.driver.obey(&reply).map_err(RunError::Reply)?;
+            if !matches!(directive, Directive::Refused { .. }) {
+                refused_in_a_row = 0;
+            }
+            match directive {
+                Directive::Continue => {}
+                Directive::Wait(time) => link.rest(time, &self.options.stop),
+                Directive::Detach => return Ok(Step::End(Ending::Detached)),
+                Directive::Refused { code, reason } => {
+                    self.summary.refused += 1;
+                    refused_in_a_row += 1;
+                    tracing::warn!(code, %reason, "frame refused");
+                    if refused_in_a_row >= REFUSALS_MAX {
+                        return Err(RunError::FramesRefused { count: refused_in_a_row, reason });
+                    }
+                    if matches!(code, codes::SESSION | codes::SEQUENCE) {
+                        return Ok(Step::On(()));
+                    }
+                    self.pause(REFUSAL_PAUSE);
+                }
+            }
+        }
+    }
+
+    /// Sleeps, a little at a time, unless told to stop.
+    fn pause(&self, time: Duration) {
+        let end = Instant::now() + time;
+        while !self.stopped() && Instant::now() < end {
+            std::thread::sleep(end.saturating_duration_since(Instant::now()).min(BACKOFF_FIRST));
+        }
+    }
+}
+
+/// Runs a body as a program: reads `--name <learner>` from the command line, ends on SIGINT and SIGTERM
+/// with a farewell, and says on standard error what went wrong.
+pub fn run_from_args<B: Body>(body: B) -> ExitCode {
+    match run_as_program(body) {
+        Ok(summary) => {
+            let RunSummary { sessions, frames, orders, refused, .. } = summary;
+            eprintln!("{sessions} session(s), {frames} frames ({refused} refused), {orders} orders");
+            ExitCode::SUCCESS
+        }
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+const USAGE: &str = "usage: <body> [--name <learner>]   (default: demo)";
+
+fn run_as_program<B: Body>(body: B) -> Result<RunSummary, String> {
+    let mut name = "demo".to_owned();
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            "--name" => name = arguments.next().ok_or(USAGE)?,
+            _ => return Err(USAGE.to_owned()),
+        }
+    }
+    let learner = LearnerName::new(&name).map_err(|error| error.to_string())?;
+    let runtime = RuntimeDir::from_environment().map_err(|error| error.to_string())?;
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        // The second of the same signal ends the process at once, should an action never end.
+        signal_hook::flag::register_conditional_shutdown(signal, 1, stop.clone())
+            .and_then(|_| signal_hook::flag::register(signal, stop.clone()))
+            .map_err(|error| format!("cannot handle signals: {error}"))?;
+    }
+    let options = RunOptions { place: Place::new(runtime, learner), exit_when_daemon_gone: false, stop };
+    run(body, &options).map_err(|error| error.to_string())
+}

@@ -1,0 +1,204 @@
+//! What makes a declaration sound and a value allowed. Both ends use it: a body before it attaches, the
+//! daemon on everything it receives.
+
+use std::collections::BTreeSet;
+
+use crate::description::{Action, ActionType, Description, Property, Value, ValueKind};
+use crate::limits::{
+    ACTIONS_MAX, NAME_BYTES_MAX, OBSERVATION_TYPES_MAX, PRIMITIVES_MAX, PROPERTIES_MAX, SCENE_COMMANDS_MAX,
+    SYMBOLS_MAX,
+};
+use crate::refusal::Refusal;
+
+/// Checks everything a body declares of itself.
+///
+/// # Errors
+/// The first thing that is not allowed, named with its place and figures.
+pub fn description(of: &Description) -> Result<(), Refusal> {
+    name("the body's name", &of.name)?;
+    name("the body's kind", &of.kind)?;
+    at_most("observation types", of.observation_types.len(), OBSERVATION_TYPES_MAX)?;
+    at_most("actions", of.actions.len(), ACTIONS_MAX)?;
+    at_most("scene commands", of.scene_commands.len(), SCENE_COMMANDS_MAX)?;
+    at_most("primitives in the repertoire", of.repertoire.len(), PRIMITIVES_MAX)?;
+    unique("observation types", of.observation_types.iter().map(|one| &one.name))?;
+    unique("actions", of.actions.iter().map(|one| &one.name))?;
+    unique("scene commands", of.scene_commands.iter().map(|one| &one.name))?;
+    for one in &of.observation_types {
+        name("name of an observation type", &one.name)?;
+        properties(&format!("observation type {}", one.name), &one.properties)?;
+    }
+    for (sort, declared) in [("action", &of.actions), ("scene command", &of.scene_commands)] {
+        for one in declared {
+            name(&format!("name of an {sort}"), &one.name)?;
+            properties(&format!("{sort} {}", one.name), &one.parameters)?;
+        }
+    }
+    let all = of.observation_types.iter().flat_map(|one| &one.properties);
+    let all = all.chain(of.actions.iter().chain(&of.scene_commands).flat_map(|one| &one.parameters));
+    at_most("symbols of all properties together", all.map(symbol_count).sum(), SYMBOLS_MAX)?;
+    for (number, primitive) in of.repertoire.iter().enumerate() {
+        order(&format!("primitive {number}"), primitive, &of.actions)?;
+    }
+    Ok(())
+}
+
+fn symbol_count(of: &Property) -> usize {
+    if let ValueKind::Symbol { symbols } = &of.kind { symbols.len() } else { 0 }
+}
+
+fn at_most(what: &str, found: usize, limit: usize) -> Result<(), Refusal> {
+    if found > limit { Err(Refusal::TooMany { what: what.to_owned(), found, limit }) } else { Ok(()) }
+}
+
+/// A name that must be there: not empty, not too long, no control characters, no space at its ends.
+fn name(place: &str, text: &str) -> Result<(), Refusal> {
+    if text.is_empty() {
+        return Err(Refusal::Name { place: place.to_owned(), problem: "it is empty".to_owned() });
+    }
+    unit(place, text)
+}
+
+/// As [`name`], and may be empty.
+fn unit(place: &str, text: &str) -> Result<(), Refusal> {
+    let problem = if text.len() > NAME_BYTES_MAX {
+        format!("{text:?} has {} bytes, at most {NAME_BYTES_MAX} are allowed", text.len())
+    } else if text.chars().any(char::is_control) {
+        format!("{text:?} holds a control character")
+    } else if text.trim() != text {
+        format!("{text:?} begins or ends with a space")
+    } else {
+        return Ok(());
+    };
+    Err(Refusal::Name { place: place.to_owned(), problem })
+}
+
+fn unique<'a>(place: &str, names: impl Iterator<Item = &'a String>) -> Result<(), Refusal> {
+    let mut seen = BTreeSet::new();
+    for name in names {
+        if !seen.insert(name) {
+            return Err(Refusal::DuplicateName { place: place.to_owned(), name: name.clone() });
+        }
+    }
+    Ok(())
+}
+
+fn properties(of: &str, declared: &[Property]) -> Result<(), Refusal> {
+    at_most(&format!("{of}: properties"), declared.len(), PROPERTIES_MAX)?;
+    unique(of, declared.iter().map(|one| &one.name))?;
+    for property in declared {
+        name(&format!("{of}: name of a property"), &property.name)?;
+        let place = format!("{of}: property {}", property.name);
+        unit(&format!("{place}: unit"), &property.unit)?;
+        value_kind(&place, &property.kind)?;
+    }
+    Ok(())
+}
+
+fn value_kind(place: &str, kind: &ValueKind) -> Result<(), Refusal> {
+    let problem = match kind {
+        ValueKind::Boolean => return Ok(()),
+        ValueKind::Integer { min, max } if min <= max => return Ok(()),
+        ValueKind::Integer { min, max } => format!("its minimum {min} is above its maximum {max}"),
+        ValueKind::Symbol { symbols } if symbols.is_empty() => "it declares no symbols".to_owned(),
+        ValueKind::Symbol { symbols } => {
+            at_most(&format!("{place}: symbols"), symbols.len(), SYMBOLS_MAX)?;
+            symbols.iter().try_for_each(|symbol| name(&format!("{place}: a symbol"), symbol))?;
+            return unique(place, symbols.iter());
+        }
+        ValueKind::Real { min, max, resolution } => {
+            let bins = (max - min) / resolution;
+            if !(min.is_finite() && max.is_finite() && resolution.is_finite()) {
+                format!("its limits {min}..={max} or its resolution {resolution} are not finite")
+            } else if min > max {
+                format!("its minimum {min} is above its maximum {max}")
+            } else if *resolution <= 0.0 {
+                format!("its resolution {resolution} is not above zero")
+            } else if !bins.is_finite() || (min / resolution).abs().max((max / resolution).abs()) > BIN_MAX {
+                format!("its resolution {resolution} is too fine for {min}..={max}")
+            } else {
+                return Ok(());
+            }
+        }
+    };
+    Err(Refusal::Declaration { place: place.to_owned(), problem })
+}
+
+/// Largest bin number of a real: every whole number up to here is exact in a double, so neighbouring
+/// bins never merge.
+const BIN_MAX: f64 = (1_u64 << 53) as f64;
+
+/// Checks an action against `declared` actions, or a scene command against scene commands. `place` names
+/// it in the refusal.
+///
+/// # Errors
+/// The first thing that is not allowed.
+pub fn order(place: &str, action: &Action, declared: &[ActionType]) -> Result<(), Refusal> {
+    let Some(kind) = declared.get(usize::from(action.action)) else {
+        let place = place.to_owned();
+        return Err(Refusal::UnknownIndex { place, found: action.action, declared: declared.len() });
+    };
+    let place = || format!("{place} ({})", kind.name);
+    if action.parameters.len() != kind.parameters.len() {
+        let found = u16::try_from(action.parameters.len()).unwrap_or(u16::MAX);
+        return Err(Refusal::ValueCount { place: place(), found, declared: kind.parameters.len() });
+    }
+    kind.parameters
+        .iter()
+        .zip(&action.parameters)
+        .try_for_each(|(property, given)| value(&|| format!("{}: parameter", place()), property, given))
+}
+
+/// Checks one value against its property. `place` is called only to refuse.
+pub(crate) fn value(place: &dyn Fn() -> String, property: &Property, given: &Value) -> Result<(), Refusal> {
+    let outside = |value: String, allowed: String| {
+        Err(Refusal::ValueRange { place: format!("{} {}", place(), property.name), value, allowed })
+    };
+    match (&property.kind, *given) {
+        (ValueKind::Integer { min, max }, Value::Integer(number)) => {
+            if (*min..=*max).contains(&number) {
+                return Ok(());
+            }
+            outside(number.to_string(), format!("{min}..={max}"))
+        }
+        (ValueKind::Symbol { symbols }, Value::Symbol(index)) => {
+            if usize::try_from(index).is_ok_and(|index| index < symbols.len()) {
+                return Ok(());
+            }
+            outside(format!("symbol {index}"), format!("symbols 0..={}", symbols.len().saturating_sub(1)))
+        }
+        (ValueKind::Boolean, Value::Boolean(_)) => Ok(()),
+        (ValueKind::Real { min, max, .. }, Value::Real(number)) => {
+            // NaN and the infinities are in no range of finite ends.
+            if (*min..=*max).contains(&number) {
+                return Ok(());
+            }
+            outside(number.to_string(), format!("{min}..={max}"))
+        }
+        (declared, given) => Err(Refusal::ValueKind {
+            place: format!("{} {}", place(), property.name),
+            found: kind_of(given).to_owned(),
+            declared: kind_name(declared),
+        }),
+    }
+}
+
+/// What people call the kind of `value`.
+fn kind_of(value: Value) -> &'static str {
+    match value {
+        Value::Integer(_) => "an integer",
+        Value::Symbol(_) => "a symbol",
+        Value::Boolean(_) => "a boolean",
+        Value::Real(_) => "a real",
+    }
+}
+
+/// What people call a declared kind.
+pub(crate) fn kind_name(kind: &ValueKind) -> &'static str {
+    match kind {
+        ValueKind::Integer { .. } => "an integer",
+        ValueKind::Symbol { .. } => "a symbol",
+        ValueKind::Boolean => "a boolean",
+        ValueKind::Real { .. } => "a real",
+    }
+}

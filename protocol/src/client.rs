@@ -1,0 +1,94 @@
+//! What every tool uses to ask a daemon.
+
+use std::time::{Duration, Instant};
+
+use crate::codec::{self, CodecError};
+use crate::domain::{DomainError, Place};
+use crate::transport::TransportError;
+use crate::transport::tool_link::ToolLink;
+
+/// Why a tool got no answer.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ClientError {
+    /// The transport, or the daemon's refusal.
+    #[error(transparent)]
+    Transport(#[from] TransportError),
+    /// The question or the answer is not what was expected: the daemon is of another build.
+    #[error(transparent)]
+    Codec(#[from] CodecError),
+}
+
+impl ClientError {
+    /// Whether there is no daemon to ask: none was started, or it has gone.
+    #[must_use]
+    pub fn is_no_daemon(&self) -> bool {
+        matches!(
+            self,
+            Self::Transport(
+                TransportError::Domain(DomainError::NotServed { .. }) | TransportError::DaemonGone
+            )
+        )
+    }
+}
+
+/// A connection to a daemon.
+#[derive(Debug)]
+pub struct Client {
+    link: ToolLink,
+    timeout: Duration,
+}
+
+/// How soon a daemon that is only just starting is tried again.
+const RETRY_EVERY: Duration = Duration::from_millis(10);
+
+impl Client {
+    /// Connects to the daemon that serves `place`. `timeout` is how long to wait here for one that is only
+    /// just starting, and later for each page of an answer.
+    ///
+    /// # Errors
+    /// See [`ClientError::is_no_daemon`]; [`TransportError::Full`] when the daemon has its number of tools.
+    pub fn connect(place: &Place, timeout: Duration) -> Result<Self, ClientError> {
+        let start = Instant::now();
+        loop {
+            match ToolLink::connect(place) {
+                Ok(link) => return Ok(Self { link, timeout }),
+                // It has its lock and record, but not all of its services yet; or a dead tool's place is
+                // not cleaned up yet.
+                Err(TransportError::Setup { .. } | TransportError::Full { .. })
+                    if start.elapsed() < timeout.min(Duration::from_secs(1)) =>
+                {
+                    std::thread::sleep(RETRY_EVERY);
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+
+    /// Asks with bytes and returns those of the answer.
+    ///
+    /// # Errors
+    /// As [`ToolLink::request`].
+    pub fn request(&mut self, bytes: &[u8]) -> Result<Vec<u8>, ClientError> {
+        Ok(self.link.request(bytes, self.timeout)?)
+    }
+
+    /// Asks a question and reads the answer.
+    ///
+    /// # Errors
+    /// As [`Client::request`], and when either is not what the other end expects.
+    pub fn ask<Q, A>(&mut self, question: &Q) -> Result<A, ClientError>
+    where
+        Q: serde::Serialize,
+        A: serde::de::DeserializeOwned,
+    {
+        let answer = self.request(&codec::encode(question)?)?;
+        Ok(codec::decode(&answer)?)
+    }
+
+    /// Whether the daemon connected to still serves the learner.
+    #[must_use]
+    pub fn is_current(&self) -> bool {
+        self.link.is_current()
+    }
+}

@@ -1,0 +1,286 @@
+//! Plain values to wire values. A [`Description`] is checked first; observations are not, for the
+//! receiver checks them and says what is wrong.
+
+use crate::body::{Outcome, SensedObservation};
+use crate::check;
+use crate::description::{Action, ActionType, Description, ObservationType, Property, Value, ValueKind};
+use crate::limits::{OBSERVATIONS_MAX, PROPERTIES_MAX};
+use crate::message::{RawHello, Reply, Report};
+use crate::refusal::Refusal;
+use crate::wire::{
+    FrameHeader, HelloHead, MAGIC, Name, Record, Text, VERSION, Welcome, WireActionType, WireObservationType,
+    WireProperty, WireReply, flags, kind, outcome, purpose, reply,
+};
+
+/// `text` as far as it fits, cut at a character.
+#[must_use]
+pub fn text<const N: usize>(text: &str) -> Text<N> {
+    let mut end = text.len().min(N);
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    let mut bytes = [0; N];
+    for (to, from) in bytes.iter_mut().zip(text.as_bytes().iter().take(end)) {
+        *to = *from;
+    }
+    Text { length: saturating_u32(end), bytes }
+}
+
+/// An index and its values as a record. Values beyond the eighth are cut, and counted, so that the
+/// receiver refuses the record.
+#[must_use]
+pub fn record(index: u16, values: &[Value]) -> Record {
+    let mut record = Record {
+        index,
+        count: u16::try_from(values.len()).unwrap_or(u16::MAX),
+        kinds: 0,
+        values: [0; PROPERTIES_MAX],
+    };
+    for (place, (to, value)) in record.values.iter_mut().zip(values).enumerate() {
+        let (tag, bits) = value_bits(value);
+        *to = bits;
+        record.kinds |= tag << (4 * place);
+    }
+    record
+}
+
+fn value_bits(value: &Value) -> (u32, u64) {
+    match *value {
+        Value::Integer(number) => (kind::INTEGER, number.cast_unsigned()),
+        Value::Symbol(index) => (kind::SYMBOL, u64::from(index)),
+        Value::Boolean(truth) => (kind::BOOLEAN, u64::from(truth)),
+        Value::Real(number) => (kind::REAL, number.to_bits()),
+    }
+}
+
+/// A body's hello.
+///
+/// # Errors
+/// The first thing in `description` that the protocol does not allow.
+pub fn hello(description: &Description, pid: u32, wake: u64) -> Result<RawHello, Refusal> {
+    check::description(description)?;
+    let mut symbols = SymbolTable::default();
+    let mut head = Box::new(empty_head());
+    head.pid = pid;
+    head.wake = wake;
+    head.name = text(&description.name);
+    head.kind = text(&description.kind);
+    head.observation_type_count = saturating_u32(description.observation_types.len());
+    head.action_count = saturating_u32(description.actions.len());
+    head.scene_command_count = saturating_u32(description.scene_commands.len());
+    head.primitive_count = saturating_u32(description.repertoire.len());
+    for (to, from) in head.observation_types.iter_mut().zip(&description.observation_types) {
+        *to = observation_type(from, &mut symbols);
+    }
+    for (to, from) in head.actions.iter_mut().zip(&description.actions) {
+        *to = action_type(from, &mut symbols);
+    }
+    for (to, from) in head.scene_commands.iter_mut().zip(&description.scene_commands) {
+        *to = action_type(from, &mut symbols);
+    }
+    head.symbol_count = saturating_u32(symbols.names.len());
+    for (to, from) in head.symbols.iter_mut().zip(&symbols.names) {
+        *to = *from;
+    }
+    let primitives = description.repertoire.iter().map(|one| record(one.action, &one.parameters)).collect();
+    Ok(RawHello { head, primitives })
+}
+
+/// A head that declares nothing.
+fn empty_head() -> HelloHead {
+    let property = WireProperty {
+        name: text(""),
+        unit: text(""),
+        kind: 0,
+        first_symbol: 0,
+        symbol_count: 0,
+        reserved: 0,
+        min: 0,
+        max: 0,
+        resolution: 0,
+    };
+    let properties = [property; PROPERTIES_MAX];
+    let observation_type =
+        WireObservationType { name: text(""), flags: 0, property_count: 0, reserved: 0, properties };
+    let action_type =
+        WireActionType { name: text(""), parameter_count: 0, reserved: [0; 2], parameters: properties };
+    HelloHead {
+        magic: MAGIC,
+        version: VERSION,
+        pid: 0,
+        observation_type_count: 0,
+        action_count: 0,
+        scene_command_count: 0,
+        symbol_count: 0,
+        primitive_count: 0,
+        wake: 0,
+        name: text(""),
+        kind: text(""),
+        observation_types: [observation_type; _],
+        actions: [action_type; _],
+        scene_commands: [action_type; _],
+        symbols: [text(""); _],
+    }
+}
+
+#[derive(Default)]
+struct SymbolTable {
+    names: Vec<Name>,
+}
+
+fn observation_type(from: &ObservationType, symbols: &mut SymbolTable) -> WireObservationType {
+    let own = if from.own { flags::OWN } else { 0 };
+    let transient = if from.transient { flags::TRANSIENT } else { 0 };
+    WireObservationType {
+        name: text(&from.name),
+        flags: own | transient,
+        property_count: saturating_u32(from.properties.len()),
+        reserved: 0,
+        properties: properties(&from.properties, symbols),
+    }
+}
+
+fn action_type(from: &ActionType, symbols: &mut SymbolTable) -> WireActionType {
+    WireActionType {
+        name: text(&from.name),
+        parameter_count: saturating_u32(from.parameters.len()),
+        reserved: [0; 2],
+        parameters: properties(&from.parameters, symbols),
+    }
+}
+
+fn properties(from: &[Property], symbols: &mut SymbolTable) -> [WireProperty; PROPERTIES_MAX] {
+    std::array::from_fn(|place| {
+        let mut property = WireProperty {
+            name: text(""),
+            unit: text(""),
+            kind: 0,
+            first_symbol: 0,
+            symbol_count: 0,
+            reserved: 0,
+            min: 0,
+            max: 0,
+            resolution: 0,
+        };
+        if let Some(declared) = from.get(place) {
+            property.name = text(&declared.name);
+            property.unit = text(&declared.unit);
+            value_kind(&declared.kind, &mut property, symbols);
+        }
+        property
+    })
+}
+
+fn value_kind(from: &ValueKind, property: &mut WireProperty, symbols: &mut SymbolTable) {
+    match from {
+        ValueKind::Integer { min, max } => {
+            property.kind = kind::INTEGER;
+            property.min = min.cast_unsigned();
+            property.max = max.cast_unsigned();
+        }
+        ValueKind::Symbol { symbols: declared } => {
+            property.kind = kind::SYMBOL;
+            property.first_symbol = saturating_u32(symbols.names.len());
+            property.symbol_count = saturating_u32(declared.len());
+            symbols.names.extend(declared.iter().map(|symbol| text(symbol)));
+        }
+        ValueKind::Boolean => property.kind = kind::BOOLEAN,
+        ValueKind::Real { min, max, resolution } => {
+            property.kind = kind::REAL;
+            property.min = min.to_bits();
+            property.max = max.to_bits();
+            property.resolution = resolution.to_bits();
+        }
+    }
+}
+
+/// The welcome that opens `session` (above zero) with `learner`.
+#[must_use]
+pub fn welcome(session: u64, learner: &str) -> Welcome {
+    Welcome {
+        magic: MAGIC,
+        version: VERSION,
+        session,
+        code: 0,
+        reserved: 0,
+        learner: text(learner),
+        reason: text(""),
+    }
+}
+
+/// The welcome that says why there is none.
+#[must_use]
+pub fn unwelcome(refusal: &Refusal, learner: &str) -> Welcome {
+    Welcome { code: refusal.code(), reason: text(&refusal.to_string()), ..welcome(0, learner) }
+}
+
+/// Writes `observations` as records into `records`, which is emptied first, and returns how many there
+/// are. More than a frame holds are cut, and counted, so that the receiver refuses the frame.
+pub fn observations(observations: &[SensedObservation], records: &mut Vec<Record>) -> u32 {
+    records.clear();
+    let held = observations.iter().take(OBSERVATIONS_MAX);
+    records.extend(held.map(|one| record(one.observation_type, &one.values)));
+    saturating_u32(observations.len())
+}
+
+/// The header of a frame with `observation_count` records.
+#[must_use]
+pub fn frame_header(
+    session: u64,
+    sequence: u64,
+    report: Option<Report>,
+    wake: u64,
+    observation_count: u32,
+) -> FrameHeader {
+    FrameHeader {
+        magic: MAGIC,
+        version: VERSION,
+        session,
+        sequence,
+        answers: report.map_or(0, |report| report.answers),
+        wake,
+        outcome: report.map_or(outcome::NONE, |report| outcome_number(report.outcome)),
+        purpose: purpose::OBSERVE,
+        observation_count,
+        reserved: 0,
+    }
+}
+
+fn outcome_number(from: Outcome) -> u32 {
+    match from {
+        Outcome::Done => outcome::DONE,
+        Outcome::Refused => outcome::REFUSED,
+        Outcome::Failed => outcome::FAILED,
+        Outcome::TimedOut => outcome::TIMED_OUT,
+    }
+}
+
+/// The reply to frame `sequence` of `session`.
+#[must_use]
+pub fn reply(session: u64, sequence: u64, from: &Reply) -> WireReply {
+    let none = Action { action: 0, parameters: Vec::new() };
+    let (number, order, wait_ms, code, reason) = match from {
+        Reply::Act(action) => (reply::ACT, action, 0, 0, ""),
+        Reply::Arrange(command) => (reply::ARRANGE, command, 0, 0, ""),
+        Reply::Wait { ms } => (reply::WAIT, &none, *ms, 0, ""),
+        Reply::Refused { code, reason } => (reply::REFUSED, &none, 0, *code, reason.as_str()),
+        Reply::Detach => (reply::DETACH, &none, 0, 0, ""),
+    };
+    WireReply {
+        magic: MAGIC,
+        version: VERSION,
+        session,
+        sequence,
+        kind: number,
+        code,
+        wait_ms,
+        reserved: 0,
+        order: record(order.action, &order.parameters),
+        reason: text(reason),
+        reserved_end: 0,
+    }
+}
+
+fn saturating_u32(number: usize) -> u32 {
+    u32::try_from(number).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,413 @@
+//! What tools ask of a learner and what it answers: plain serde types, carried as bytes in pages.
+//! The JSON that `pschema --json` prints is these types as they are, so field names are stable and carry
+//! their units.
+
+use serde::{Deserialize, Serialize};
+
+/// A question or an order from a tool.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Request {
+    /// How the daemon and its learner are.
+    Status,
+    /// A list of schemas.
+    Schemas(SchemaQuery),
+    /// One schema whole.
+    Show {
+        /// Its number.
+        id: u32,
+    },
+    /// Why an action was chosen.
+    Explain {
+        /// The decision of this step; the last decision when none is named.
+        step: Option<u64>,
+        /// Candidates to list, the most excited first.
+        candidates_max: u32,
+    },
+    /// Words are heard, with the next frame.
+    Say {
+        /// The words, in order.
+        words: Vec<String>,
+    },
+    /// Developmental control.
+    Stage(StageOrder),
+    /// What the curriculum has done so far.
+    Report,
+    /// End the daemon, cleanly.
+    Shutdown,
+}
+
+/// Which schemas to list.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SchemaQuery {
+    /// Only those whose action has this name.
+    pub action: Option<String>,
+    /// Only those with a pre-condition that this pattern matches, as it prints: `object{colour=blue}`.
+    pub pre: Option<String>,
+    /// Only those with a post-condition that this pattern matches.
+    pub post: Option<String>,
+    /// Only generalised ones.
+    pub generalised: bool,
+    /// The order.
+    pub sort: SchemaSort,
+    /// At most this many; 0 for the daemon's limit.
+    pub limit: u32,
+}
+
+/// In which order to list schemas.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SchemaSort {
+    /// The oldest first.
+    #[default]
+    Age,
+    /// The most executed first.
+    Uses,
+    /// The most reliable first: by the lower end of the interval.
+    Probability,
+    /// The most excited in the last decision first.
+    Excitation,
+}
+
+/// An order to the curriculum.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StageOrder {
+    /// Say where it stands.
+    Show,
+    /// End the present stage.
+    Next,
+    /// Wait.
+    Hold,
+    /// Go on.
+    Resume,
+    /// Enter the stage of this name.
+    Set(String),
+}
+
+/// The answer to a [`Request`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Answer {
+    /// To [`Request::Status`].
+    Status(Box<Status>),
+    /// To [`Request::Schemas`].
+    Schemas(SchemaList),
+    /// To [`Request::Show`].
+    Schema(Box<SchemaDetail>),
+    /// To [`Request::Explain`].
+    Explanation(Box<Explanation>),
+    /// To [`Request::Say`], [`Request::Stage`] and [`Request::Report`].
+    Report(Box<Report>),
+    /// The request was obeyed.
+    Done,
+    /// It can't be answered, and why.
+    Error(String),
+}
+
+/// How a daemon and its learner are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// The learner's name.
+    pub name: String,
+    /// The daemon's process.
+    pub pid: u32,
+    /// Since its start.
+    pub uptime_s: f64,
+    /// Steps taken in the life of this memory.
+    pub step: u64,
+    /// The last step known to be on disk; none while memory is kept in RAM only.
+    pub durable_step: Option<u64>,
+    /// The curriculum.
+    pub curriculum: String,
+    /// The present stage.
+    pub stage: String,
+    /// What it is doing: `acting`, `saturated`, `habituating`, `held`, `finished`, `waiting for a body`, or
+    /// why it is stuck.
+    pub stage_state: String,
+    /// Schemas in memory.
+    pub schemas_total: u32,
+    /// Those with constants only.
+    pub schemas_concrete: u32,
+    /// Those with variables.
+    pub schemas_generalised: u32,
+    /// Bodies attached now or before.
+    pub bodies: Vec<BodyStatus>,
+    /// Steps a second, over the last 10 seconds.
+    pub steps_per_s: f64,
+    /// Time of a step (frame decoded to reply sent), median of the last 4,096.
+    pub step_latency_us_p50: f64,
+    /// The same, 99th percentile.
+    pub step_latency_us_p99: f64,
+    /// Resident memory of the daemon.
+    pub memory_bytes: u64,
+    /// Digest of everything learnt: equal digests are equal memories.
+    pub memory_digest: String,
+    /// Top excitation of the last decision.
+    pub excitation_top: f64,
+    /// What is perceived now, as it prints.
+    pub world: Vec<String>,
+}
+
+/// A body as the daemon sees it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BodyStatus {
+    /// Its session number.
+    pub id: u64,
+    /// Its name.
+    pub name: String,
+    /// Its kind.
+    pub kind: String,
+    /// Its process.
+    pub pid: u32,
+    /// `attached`, `left`, `lost`.
+    pub state: String,
+    /// Frames accepted.
+    pub frames: u64,
+    /// Frames refused.
+    pub frames_refused: u64,
+    /// Why the last one was refused.
+    pub last_refusal: Option<String>,
+}
+
+/// A list of schemas.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SchemaList {
+    /// How many fit, listed or not.
+    pub matching: u32,
+    /// Those listed.
+    pub schemas: Vec<SchemaSummary>,
+}
+
+/// One line of a list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SchemaSummary {
+    /// Its number.
+    pub id: u32,
+    /// `concrete`, `generalised`, `retired`, `counter-example`.
+    pub kind: String,
+    /// Pre-conditions as they print.
+    pub pre: Vec<String>,
+    /// Action (or target action) as it prints.
+    pub action: String,
+    /// Post-conditions as they print.
+    pub post: Vec<String>,
+    /// Executions.
+    pub executions: u32,
+    /// Executions in which all it predicts happened.
+    pub successes: u32,
+    /// Share of successes; with `low` and `high`, its 95 % interval.
+    pub probability: f64,
+    /// Lower end of the interval.
+    pub low: f64,
+    /// Upper end of the interval.
+    pub high: f64,
+}
+
+/// An observation or pattern in JSON: `{"type": "object", "properties": {"colour": "blue", "field": 4}}`; a
+/// variable is `{"var": "a"}`. (On the wire it is a list of pairs: the codec is not self-describing.)
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ObservationText {
+    /// Its type's name.
+    pub kind: String,
+    /// Property names and values.
+    pub properties: Vec<(String, ValueText)>,
+}
+
+/// A value in JSON.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum ValueText {
+    /// A whole number.
+    Integer(i64),
+    /// A symbol.
+    Symbol(String),
+    /// True or false.
+    Boolean(bool),
+    /// The middle of a real's bin.
+    Real(f64),
+    /// A variable's name, without the `$`.
+    Variable(String),
+}
+
+/// One schema whole.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SchemaDetail {
+    /// Its number.
+    pub id: u32,
+    /// `concrete`, `generalised`, `retired`, `counter-example`.
+    pub kind: String,
+    /// The primitive as it prints, or the target's observations.
+    pub action: String,
+    /// The target action of a generalised schema.
+    pub target: Vec<ObservationText>,
+    /// Pre-conditions.
+    pub pre: Vec<ObservationText>,
+    /// Post-conditions.
+    pub post: Vec<Condition>,
+    /// Associated observations.
+    pub associated: Vec<Condition>,
+    /// Executions.
+    pub executions: u32,
+    /// Successes.
+    pub successes: u32,
+    /// Share of successes.
+    pub probability: f64,
+    /// Lower end of its 95 % interval.
+    pub low: f64,
+    /// Upper end of its 95 % interval.
+    pub high: f64,
+    /// The schema whose execution led to it.
+    pub parent: Option<u32>,
+    /// The generalised schema that it is a counter-example to.
+    pub contradicts: Option<u32>,
+    /// Generalised schemas that count it as an example (or, of a generalised one, its examples).
+    pub examples: Vec<u32>,
+    /// Counter-examples of a generalised schema.
+    pub counter_examples: Vec<u32>,
+    /// The step that made it.
+    pub created_step: u64,
+}
+
+/// A condition with its statistics.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Condition {
+    /// What is observed.
+    pub observation: ObservationText,
+    /// True for "no longer observed".
+    pub absent: bool,
+    /// How often it held.
+    pub occurrences: u32,
+    /// Of how often it could have.
+    pub trials: u32,
+    /// Their ratio.
+    pub probability: f64,
+    /// Lower end of its 95 % interval.
+    pub low: f64,
+    /// Upper end of its 95 % interval.
+    pub high: f64,
+}
+
+/// Why an action was chosen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Explanation {
+    /// The step.
+    pub step: u64,
+    /// The body that was sent to act.
+    pub body: String,
+    /// What was perceived.
+    pub world: Vec<ObservationText>,
+    /// The chosen candidate, as an index into `candidates` (it is always listed).
+    pub chosen: u32,
+    /// The primitive sent, as it prints.
+    pub action: String,
+    /// `excitation`, `chain` (the next schema of a chain begun before), `tie` (drawn among equals).
+    pub reason: String,
+    /// How many candidates had the top excitation.
+    pub ties: u32,
+    /// Candidates with any excitation, listed or not.
+    pub candidates_total: u32,
+    /// The candidates, the most excited first.
+    pub candidates: Vec<Candidate>,
+}
+
+/// Something that could have been done.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// The schema; none for a primitive that no schema covers here.
+    pub schema: Option<u32>,
+    /// The schema, or primitive, as it prints.
+    pub text: String,
+    /// Values of its variables.
+    pub binding: Vec<(String, ValueText)>,
+    /// d of equation (1): schemas to be executed, this one included.
+    pub distance: u32,
+    /// E of equation (1): the sum of the terms' `value` over `distance`.
+    pub excitation: f64,
+    /// The terms of the sum.
+    pub terms: Vec<ExcitationTerm>,
+}
+
+/// One term of equation (1), or a drive.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExcitationTerm {
+    /// Remembered observation; none for a drive.
+    pub observation: Option<ObservationText>,
+    /// Perceived observation that resembles it; none for a drive.
+    pub seen: Option<ObservationText>,
+    /// `pre-condition`, `post-condition`, `association`, `babbling`, `habituation`.
+    pub role: String,
+    /// Properties that the two share.
+    pub shared: u32,
+    /// N of the remembered observation.
+    pub attention: u32,
+    /// Probability of the remembered observation in the schema.
+    pub probability: f64,
+    /// 1 or ω, times the reliability of the action.
+    pub weight: f64,
+    /// shared × probability × weight / (1 + attention).
+    pub value: f64,
+}
+
+/// What a curriculum has done so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// The curriculum's name.
+    pub curriculum: String,
+    /// The learner's seed.
+    pub seed: u64,
+    /// The present stage.
+    pub stage: String,
+    /// As in [`Status::stage_state`].
+    pub stage_state: String,
+    /// Whether the last stage is over.
+    pub finished: bool,
+    /// Why it can't go on, if it can't.
+    pub stuck: Option<String>,
+    /// Steps taken.
+    pub step: u64,
+    /// Schemas now.
+    pub schemas_total: u32,
+    /// Those with constants only.
+    pub schemas_concrete: u32,
+    /// Those with variables.
+    pub schemas_generalised: u32,
+    /// Actions carried out in all stages.
+    pub actions_total: u64,
+    /// Median step latency since the daemon began.
+    pub step_latency_us_p50: f64,
+    /// 99th percentile of it.
+    pub step_latency_us_p99: f64,
+    /// Digest of everything learnt.
+    pub memory_digest: String,
+    /// The stages entered so far.
+    pub stages: Vec<StageSummary>,
+}
+
+/// One stage of a curriculum.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StageSummary {
+    /// Its name.
+    pub name: String,
+    /// Whether anything was learnt in it, or only measured.
+    pub learning: bool,
+    /// Actions carried out.
+    pub actions: u64,
+    /// Schemas made.
+    pub schemas_new: u32,
+    /// Generalised ones among them.
+    pub generalised_new: u32,
+    /// Counter-examples among them.
+    pub counter_examples_new: u32,
+    /// Trials begun.
+    pub trials: u32,
+    /// Trials that ended with what they were waiting for.
+    pub trials_met: u32,
+    /// Of these, those that needed one action.
+    pub trials_met_first: u32,
+    /// Generalised schemas in memory at the end of each trial.
+    pub generalised_after_trial: Vec<u32>,
+    /// What was drawn for each trial (table positions).
+    pub drawn: Vec<i64>,
+    /// Whether it ended by saturation.
+    pub saturated: bool,
+    /// Whether it is over.
+    pub ended: bool,
+}

@@ -1,0 +1,180 @@
+//! A body's end: it introduces itself once, then exchanges frames for replies.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use iceoryx2::pending_response::PendingResponse;
+
+use super::payload::{write_frame, write_hello};
+use super::reserve::reserve;
+use super::services::{self, FrameClient, Ipc, Role};
+use super::waker::{PeerBase, ROUSED};
+use super::{SPIN, TransportError, setup};
+use crate::decode::{self, CheckedWelcome};
+use crate::description::Description;
+use crate::domain::{DomainRecord, Place};
+use crate::encode;
+use crate::limits::BODIES_MAX;
+use crate::message::{RawFrame, RawHello};
+use crate::wire::{FrameHeader, Welcome, WireFrame, WireReply, purpose};
+
+/// How often a waiting body looks whether the daemon lives and whether it shall stop.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+/// How long a body waits for its welcome. The daemon may be recovering a large memory.
+const WELCOME_PATIENCE: Duration = Duration::from_secs(30);
+/// How long a body that was told to stop still waits for the reply under way.
+const STOP_PATIENCE: Duration = Duration::from_millis(500);
+
+type PendingReply = PendingResponse<Ipc, WireFrame, FrameHeader, WireReply, ()>;
+
+/// A body's connection to a daemon, with its session open.
+pub struct BodyLink {
+    client: FrameClient,
+    base: PeerBase,
+    place: Place,
+    record: DomainRecord,
+    session: u64,
+}
+
+impl std::fmt::Debug for BodyLink {
+    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        to.debug_struct("BodyLink").field("session", &self.session).finish_non_exhaustive()
+    }
+}
+
+impl BodyLink {
+    /// Introduces the body to the daemon that serves `place` now.
+    ///
+    /// # Errors
+    /// [`TransportError::Domain`] when none serves it, [`TransportError::Full`] when it has its number of
+    /// bodies, [`TransportError::Refused`] with its reason, [`TransportError::Setup`] when it is only just
+    /// starting, [`TransportError::Stopped`] when `stop` was set.
+    pub fn attach(
+        place: &Place,
+        description: &Description,
+        stop: &AtomicBool,
+    ) -> Result<Self, TransportError> {
+        let record = place.served()?;
+        let base = PeerBase::open(place, &record, "body")?;
+        let hello = encode::hello(description, std::process::id(), base.wake).map_err(|refusal| {
+            TransportError::Refused { code: refusal.code(), reason: refusal.to_string() }
+        })?;
+        // Before the hello: the daemon knows that the body lives by this port.
+        let client = services::frames(&base.node, Role::Peer)?;
+        let client = client.client_builder().set_backpressure_handler(services::fail_when_full).create();
+        let client = client.map_err(services::client_error("bodies", BODIES_MAX))?;
+        reserve(&record.prefix, Some(client.id().value()))?;
+        let mut link = Self { client, base, place: place.clone(), record, session: 0 };
+        let welcome = link.introduce(&hello, stop)?;
+        match decode::welcome(&welcome).map_err(TransportError::Wrong)? {
+            CheckedWelcome::Accepted { session, .. } => link.session = session,
+            CheckedWelcome::Refused { code, reason } => return Err(TransportError::Refused { code, reason }),
+        }
+        Ok(link)
+    }
+
+    fn introduce(&self, hello: &RawHello, stop: &AtomicBool) -> Result<Welcome, TransportError> {
+        let client = services::attach(&self.base.node, Role::Peer)?;
+        let client = client.client_builder().set_backpressure_handler(services::fail_when_full).create();
+        let client = client.map_err(services::client_error("bodies attaching", BODIES_MAX))?;
+        reserve(&self.record.prefix, Some(client.id().value()))?;
+        let loan = client.loan_uninit().map_err(setup("send the hello"))?;
+        let pending = write_hello(loan, hello).send().map_err(setup("send the hello"))?;
+        self.base.notify();
+        let start = Instant::now();
+        loop {
+            if let Some(welcome) = pending.receive().map_err(setup("receive the welcome"))? {
+                return Ok(*welcome.payload());
+            }
+            if stop.load(Ordering::Relaxed) {
+                return Err(TransportError::Stopped);
+            }
+            if start.elapsed() > WELCOME_PATIENCE {
+                return Err(TransportError::TimedOut { waited: WELCOME_PATIENCE });
+            }
+            if !self.is_current() || !(pending.is_connected() || pending.has_response()) {
+                return Err(TransportError::DaemonGone);
+            }
+            // An error is a signal, and the loop looks again.
+            self.base.listener.timed_wait(|_| {}, LOOK_EVERY).ok();
+        }
+    }
+
+    /// The number of the session.
+    #[must_use]
+    pub fn session(&self) -> u64 {
+        self.session
+    }
+
+    /// Sends a frame and waits for the reply, as long as the daemon lives: it may hold a reply until the
+    /// step is durable, or be stopped for a while.
+    ///
+    /// # Errors
+    /// [`TransportError::DaemonGone`] when it does not, [`TransportError::Stopped`] when `stop` was set and no
+    /// reply came soon, else what the transport said.
+    pub fn exchange(&mut self, frame: &RawFrame, stop: &AtomicBool) -> Result<WireReply, TransportError> {
+        let header = FrameHeader { wake: self.base.wake, ..frame.header };
+        let loan = self.client.loan_uninit().map_err(setup("send a frame"))?;
+        let pending = write_frame(loan, &header, &frame.records).send().map_err(setup("send a frame"))?;
+        self.base.notify();
+        self.receive(&pending, stop)
+    }
+
+    fn receive(&self, pending: &PendingReply, stop: &AtomicBool) -> Result<WireReply, TransportError> {
+        let start = Instant::now();
+        let mut stopped = None;
+        loop {
+            if let Some(reply) = pending.receive().map_err(setup("receive a reply"))? {
+                return Ok(*reply.payload());
+            }
+            if start.elapsed() < SPIN {
+                std::hint::spin_loop();
+                continue;
+            }
+            self.base.listener.timed_wait(|_| {}, LOOK_EVERY).ok();
+            if pending.has_response() {
+                continue;
+            }
+            if stop.load(Ordering::Relaxed) {
+                let since = *stopped.get_or_insert_with(Instant::now);
+                if since.elapsed() >= STOP_PATIENCE {
+                    return Err(TransportError::Stopped);
+                }
+            }
+            if !pending.is_connected() || !self.is_current() {
+                return Err(TransportError::DaemonGone);
+            }
+        }
+    }
+
+    /// Rests for `time`, or until the daemon rouses the body or `stop` is set.
+    pub fn rest(&self, time: Duration, stop: &AtomicBool) {
+        let end = Instant::now() + time;
+        let mut roused = false;
+        while !roused && !stop.load(Ordering::Relaxed) {
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return;
+            }
+            // That the last reply was sent may be heard only now, and is no reason to get up. An error is a
+            // signal, and the loop looks at the flag.
+            self.base.listener.timed_wait(|heard| roused |= heard.id == ROUSED, left.min(LOOK_EVERY)).ok();
+        }
+    }
+
+    /// Says farewell. The daemon closes the session at once instead of finding the body gone.
+    pub fn detach(mut self) {
+        let header =
+            FrameHeader { purpose: purpose::DETACH, ..encode::frame_header(self.session, 0, None, 0, 0) };
+        let frame = RawFrame { header, records: Vec::new() };
+        // Already told to stop: waits only as long as for any last reply.
+        if let Err(error) = self.exchange(&frame, &AtomicBool::new(true)) {
+            tracing::debug!(%error, "left without a farewell");
+        }
+    }
+
+    /// Whether the daemon attached to still serves the learner.
+    fn is_current(&self) -> bool {
+        self.place.served().is_ok_and(|record| record.prefix == self.record.prefix)
+    }
+}

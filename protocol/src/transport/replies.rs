@@ -1,0 +1,229 @@
+//! Handles to reply by, whenever the daemon is ready to, and answers on their way to tools.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::identifiers::UniqueNodeId;
+use iceoryx2::port::SendError;
+
+use super::services::{Ipc, PAGES_IN_FLIGHT};
+use super::waker::{PeerWaker, REPLIED};
+use crate::encode;
+use crate::limits::{ANSWER_BYTES_MAX, PAGE_BYTES, PAGES_MAX};
+use crate::message::Reply;
+use crate::refusal::Refusal;
+use crate::wire::{FrameHeader, MAGIC, Page, VERSION, Welcome, WireFrame, WireHello, WireReply};
+
+pub(super) type ActiveHello = ActiveRequest<Ipc, WireHello, (), Welcome, ()>;
+pub(super) type ActiveFrame = ActiveRequest<Ipc, WireFrame, FrameHeader, WireReply, ()>;
+pub(super) type ActiveTool = ActiveRequest<Ipc, Page, (), Page, ()>;
+
+/// How long a tool may leave an answer unread before it is dropped.
+const ANSWER_PATIENCE: Duration = Duration::from_secs(5);
+
+/// A body that was welcomed.
+#[derive(Debug)]
+pub(super) struct Attached {
+    pub(super) session: u64,
+    pub(super) node: UniqueNodeId,
+    pub(super) wake: u64,
+}
+
+pub(super) type Bodies = Rc<RefCell<Vec<Attached>>>;
+pub(super) type Outbox = Rc<RefCell<Vec<Outgoing>>>;
+
+pub(super) fn log_undelivered(result: Result<(), Undelivered>) {
+    if let Err(error) = result {
+        tracing::debug!(%error, "not delivered");
+    }
+}
+
+/// A reply did not reach its peer, which has mostly gone.
+#[derive(Debug, thiserror::Error)]
+#[error("the peer could not be reached: {0}")]
+pub struct Undelivered(String);
+
+fn undelivered(error: SendError) -> Undelivered {
+    Undelivered(format!("{error:?}"))
+}
+
+/// To answer a hello. May be kept and used later; dropped unused, the body tries again.
+pub struct AttachReply {
+    pub(super) active: ActiveHello,
+    pub(super) node: UniqueNodeId,
+    pub(super) wake: u64,
+    pub(super) waker: Rc<PeerWaker>,
+    pub(super) bodies: Bodies,
+}
+
+impl AttachReply {
+    /// Opens `session` (above zero, not used before) for the body.
+    ///
+    /// # Errors
+    /// [`Undelivered`] when the body has gone; the session is not open then.
+    pub fn accept(self, session: u64, learner: &str) -> Result<(), Undelivered> {
+        self.bodies.borrow_mut().push(Attached { session, node: self.node, wake: self.wake });
+        let sent = self.active.send_copy(encode::welcome(session, learner)).map_err(undelivered);
+        if sent.is_err() {
+            self.bodies.borrow_mut().retain(|body| body.session != session);
+        }
+        self.waker.wake(self.wake, REPLIED);
+        sent
+    }
+
+    /// Tells the body why it is not welcome.
+    ///
+    /// # Errors
+    /// [`Undelivered`] when the body has gone.
+    pub fn refuse(self, refusal: &Refusal, learner: &str) -> Result<(), Undelivered> {
+        let sent = self.active.send_copy(encode::unwelcome(refusal, learner)).map_err(undelivered);
+        self.waker.wake(self.wake, REPLIED);
+        sent
+    }
+}
+
+/// To reply to a frame. May be kept until the step is durable; dropped unused, the body attaches again.
+pub struct FrameReply {
+    pub(super) active: ActiveFrame,
+    pub(super) session: u64,
+    pub(super) sequence: u64,
+    pub(super) wake: u64,
+    pub(super) waker: Rc<PeerWaker>,
+}
+
+impl FrameReply {
+    /// The session the frame claims to be of.
+    #[must_use]
+    pub fn session(&self) -> u64 {
+        self.session
+    }
+
+    /// Sends the reply and wakes the body.
+    ///
+    /// # Errors
+    /// [`Undelivered`] when the body has gone.
+    pub fn send(self, reply: &Reply) -> Result<(), Undelivered> {
+        let sent = self.active.send_copy(encode::reply(self.session, self.sequence, reply));
+        self.waker.wake(self.wake, REPLIED);
+        sent.map_err(undelivered)
+    }
+
+    /// Tells the body why its frame was not taken.
+    ///
+    /// # Errors
+    /// [`Undelivered`] when the body has gone.
+    pub fn refuse(self, refusal: &Refusal) -> Result<(), Undelivered> {
+        self.send(&Reply::Refused { code: refusal.code(), reason: refusal.to_string() })
+    }
+}
+
+/// To answer a tool. May be kept and used later; dropped unused, the tool learns that there is no answer.
+pub struct RequestReply {
+    pub(super) active: ActiveTool,
+    pub(super) request: u64,
+    pub(super) wake: u64,
+    pub(super) waker: Rc<PeerWaker>,
+    pub(super) outbox: Outbox,
+}
+
+impl RequestReply {
+    /// Answers. What the tool does not read at once is sent as it reads on; an answer left unread for
+    /// 5 s is dropped. An answer longer than [`ANSWER_BYTES_MAX`] becomes a refusal.
+    pub fn answer(self, bytes: Vec<u8>) {
+        if bytes.len() > ANSWER_BYTES_MAX {
+            let reason =
+                format!("the answer has {} bytes, at most {ANSWER_BYTES_MAX} fit: ask for less", bytes.len());
+            return self.refuse(&Refusal::Unwilling { reason });
+        }
+        self.send(bytes, 0);
+    }
+
+    /// Tells the tool why there is no answer.
+    pub fn refuse(self, refusal: &Refusal) {
+        self.send(refusal.to_string().into_bytes(), refusal.code());
+    }
+
+    fn send(self, bytes: Vec<u8>, code: u32) {
+        let Self { active, request, wake, waker, outbox } = self;
+        let deadline = Instant::now() + ANSWER_PATIENCE;
+        let mut outgoing = Outgoing { active, request, wake, code, bytes, next: 0, deadline };
+        if outgoing.push(&waker) {
+            outbox.borrow_mut().push(outgoing);
+        }
+    }
+}
+
+macro_rules! opaque_debug {
+    ($($type:ident),+) => {$(
+        impl std::fmt::Debug for $type {
+            fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                to.write_str(stringify!($type))
+            }
+        }
+    )+};
+}
+opaque_debug!(AttachReply, FrameReply, RequestReply);
+
+/// An answer on its way, page by page.
+pub(super) struct Outgoing {
+    active: ActiveTool,
+    request: u64,
+    wake: u64,
+    code: u32,
+    bytes: Vec<u8>,
+    next: usize,
+    deadline: Instant,
+}
+
+impl Outgoing {
+    /// Sends what finds room. Returns whether there is more to send, and someone to send it to.
+    pub(super) fn push(&mut self, waker: &PeerWaker) -> bool {
+        let pages = self.bytes.len().div_ceil(PAGE_BYTES).max(1);
+        debug_assert!(pages <= PAGES_MAX, "{pages} pages");
+        let before = self.next;
+        let mut connected = self.active.is_connected();
+        while connected && self.next < pages {
+            match self.active.send_copy(self.page(pages)) {
+                Ok(()) => self.next += 1,
+                Err(SendError::UnableToDeliver | SendError::LoanError(_)) => break,
+                Err(error) => {
+                    tracing::debug!(?error, "an answer could not be sent");
+                    connected = false;
+                }
+            }
+        }
+        if self.next > before {
+            self.deadline = Instant::now() + ANSWER_PATIENCE;
+            waker.wake(self.wake, REPLIED);
+        } else if Instant::now() > self.deadline {
+            tracing::info!(page = self.next, pages, "an answer left unread was dropped");
+            return false;
+        }
+        connected && self.next < pages
+    }
+
+    fn page(&self, pages: usize) -> Page {
+        let rest = self.bytes.get(self.next * PAGE_BYTES..).unwrap_or_default();
+        let used = rest.get(..PAGE_BYTES).unwrap_or(rest);
+        let mut bytes = [0; PAGE_BYTES];
+        if let Some(to) = bytes.get_mut(..used.len()) {
+            to.copy_from_slice(used);
+        }
+        let number = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
+        Page {
+            magic: MAGIC,
+            version: VERSION,
+            request: self.request,
+            wake: 0,
+            page: number(self.next),
+            pages: number(pages),
+            length: number(used.len()),
+            code: self.code,
+            bytes,
+        }
+    }
+}
+
+const _: () = assert!(PAGES_IN_FLIGHT >= 1);

@@ -1,0 +1,34 @@
+//! Making sure of shared memory. A segment is a sparse file: when /dev/shm fills up later, writing to a
+//! page of it kills the process. Reserving every page at the start turns that into an error with figures.
+
+use std::fs::OpenOptions;
+use std::os::unix::fs::MetadataExt;
+
+use rustix::fs::{FallocateFlags, fallocate};
+
+use super::TransportError;
+use crate::domain::shared_memory_files;
+
+/// Reserves the pages of every file of an epoch that belongs to the port numbered `port`, or of all its
+/// files.
+///
+/// # Errors
+/// [`TransportError::SharedMemory`] when there are not enough pages.
+pub(super) fn reserve(prefix: &str, port: Option<u128>) -> Result<(), TransportError> {
+    let port = port.map(|port| port.to_string());
+    for path in shared_memory_files(prefix)? {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        if port.as_ref().is_some_and(|port| !name.contains(port.as_str())) {
+            continue;
+        }
+        // One that a leaving peer has just removed needs nothing.
+        let Ok(file) = OpenOptions::new().read(true).write(true).open(&path) else { continue };
+        let Ok(bytes) = file.metadata().map(|found| found.size()) else { continue };
+        if bytes == 0 {
+            continue;
+        }
+        fallocate(&file, FallocateFlags::empty(), 0, bytes)
+            .map_err(|error| TransportError::SharedMemory { bytes, error: error.into() })?;
+    }
+    Ok(())
+}

@@ -1,0 +1,342 @@
+//! The daemon's end: what came in is handed out with a handle to reply by, whenever the daemon is ready to.
+
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+use iceoryx2::prelude::*;
+
+use super::janitor::Janitor;
+pub use super::replies::{AttachReply, FrameReply, RequestReply, Undelivered};
+use super::replies::{Bodies, Outbox, log_undelivered};
+use super::reserve::reserve;
+use super::services::{self, AttachServer, FrameServer, FrameService, Ipc, Role, ToolServer, WakeListener};
+use super::waker::{PeerWaker, ROUSED};
+use super::{DaemonWaker, SPIN, TransportError, setup};
+use crate::decode;
+use crate::domain::OwnedDomain;
+use crate::encode;
+use crate::limits::{BODIES_MAX, OBSERVATIONS_MAX, PAGE_BYTES, PRIMITIVES_MAX, TOOLS_MAX};
+use crate::message::{RawFrame, RawHello, Reply};
+use crate::refusal::Refusal;
+use crate::wire::{FrameHeader, Page, purpose};
+
+/// How often the transport looks whether attached bodies still live.
+const CHECK_EVERY: Duration = Duration::from_millis(50);
+/// How soon pages that found no room are tried again, should the tool not ask for it.
+const RETRY_EVERY: Duration = Duration::from_millis(5);
+
+/// Something that came in.
+#[derive(Debug)]
+pub enum Incoming<'a> {
+    /// A body introduces itself. Check it with [`decode::hello`].
+    Hello {
+        /// What it claims to be.
+        hello: RawHello,
+        /// To welcome it by.
+        reply: AttachReply,
+    },
+    /// A frame of an attached body, in its own session. Check it with [`decode::Session::frame`].
+    Frame {
+        /// What it claims.
+        frame: &'a RawFrame,
+        /// To reply by.
+        reply: FrameReply,
+    },
+    /// A tool asks something.
+    Request {
+        /// What it asks.
+        bytes: Vec<u8>,
+        /// To answer by.
+        reply: RequestReply,
+    },
+    /// A message was refused here, and its sender told why; for the daemon to count.
+    Refused {
+        /// Why.
+        refusal: Refusal,
+    },
+    /// A body has gone: it said so, or its process ended. Its session is closed.
+    BodyGone {
+        /// The session that was.
+        session: u64,
+        /// It said so.
+        farewell: bool,
+    },
+}
+
+/// The daemon's end of a domain. Dropping it ends the epoch and removes every trace of it.
+pub struct ServerTransport {
+    // Dropped in this order: ports, then their node, then the domain they were in.
+    attach: AttachServer,
+    frames: FrameServer,
+    tools: ToolServer,
+    listener: WakeListener,
+    waker: Rc<PeerWaker>,
+    outbox: Outbox,
+    bodies: Bodies,
+    frame_service: FrameService,
+    frame: RawFrame,
+    next_check: Instant,
+    _janitor: Janitor,
+    _node: Node<Ipc>,
+    domain: OwnedDomain,
+}
+
+impl std::fmt::Debug for ServerTransport {
+    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        to.debug_struct("ServerTransport").field("domain", &self.domain).finish_non_exhaustive()
+    }
+}
+
+impl ServerTransport {
+    /// Opens the services of a domain. From here on bodies and tools can connect.
+    ///
+    /// # Errors
+    /// [`TransportError::SharedMemory`] when there is not enough of it, [`TransportError::Setup`] when
+    /// iceoryx2 refuses.
+    pub fn create(domain: OwnedDomain) -> Result<Self, TransportError> {
+        let (place, record) = (domain.place(), domain.record());
+        let node = services::node::<Ipc>(place, record, "daemon")?;
+        let wake_daemon = services::wake_daemon(&node, Role::Daemon)?;
+        let wake_peers = services::wake_peers(&node, Role::Daemon)?;
+        let listener =
+            wake_daemon.listener_builder().create().map_err(setup("create the daemon's listener"))?;
+        let waker = wake_peers.notifier_builder().create().map_err(setup("create the peers' waker"))?;
+        let attach = services::attach(&node, Role::Daemon)?;
+        let attach = attach.server_builder().set_backpressure_handler(services::fail_when_full);
+        let attach = attach.create().map_err(setup("create the attach server"))?;
+        let tools = services::tools(&node, Role::Daemon)?;
+        let tools = tools.server_builder().max_loaned_responses_per_request(1);
+        let tools = tools.set_backpressure_handler(services::fail_when_full);
+        let tools = tools.create().map_err(setup("create the tool server"))?;
+        let frame_service = services::frames(&node, Role::Daemon)?;
+        let frames = frame_service.server_builder().set_backpressure_handler(services::fail_when_full);
+        let frames = frames.create().map_err(setup("create the frame server"))?;
+        let janitor = Janitor::start(place, record)?;
+        reserve(&record.prefix, None)?;
+        Ok(Self {
+            attach,
+            frames,
+            tools,
+            listener,
+            waker: Rc::new(PeerWaker::new(waker)),
+            outbox: Outbox::default(),
+            bodies: Bodies::default(),
+            frame_service,
+            frame: RawFrame {
+                header: encode::frame_header(0, 0, None, 0, 0),
+                records: Vec::with_capacity(OBSERVATIONS_MAX),
+            },
+            next_check: Instant::now(),
+            _janitor: janitor,
+            _node: node,
+            domain,
+        })
+    }
+
+    /// The domain served.
+    #[must_use]
+    pub fn domain(&self) -> &OwnedDomain {
+        &self.domain
+    }
+
+    /// Something that wakes this end from another thread.
+    ///
+    /// # Errors
+    /// [`TransportError::Setup`] when iceoryx2 refuses.
+    pub fn waker(&self) -> Result<DaemonWaker, TransportError> {
+        DaemonWaker::create(self.domain.place(), self.domain.record())
+    }
+
+    /// Waits until something came in, someone woke this end, or `timeout` passed: polling first, then
+    /// asleep. Returns whether [`ServerTransport::poll`] has anything to do.
+    pub fn wait(&mut self, timeout: Duration) -> bool {
+        let start = Instant::now();
+        loop {
+            if self.is_pending() {
+                return true;
+            }
+            if start.elapsed() >= SPIN.min(timeout) {
+                break;
+            }
+            std::hint::spin_loop();
+        }
+        let mut timeout = timeout.saturating_sub(start.elapsed());
+        timeout = timeout.min(self.next_check.saturating_duration_since(Instant::now()));
+        if !self.outbox.borrow().is_empty() {
+            timeout = timeout.min(RETRY_EVERY);
+        }
+        if !timeout.is_zero()
+            && let Err(error) = self.listener.timed_wait(|_| {}, timeout)
+        {
+            // A signal; the caller looks at its flags.
+            tracing::trace!(?error, "woken");
+        }
+        self.is_pending() || !self.outbox.borrow().is_empty() || Instant::now() >= self.next_check
+    }
+
+    fn is_pending(&self) -> bool {
+        // A client that cannot be connected to concerns itself only: the others are served.
+        self.frames.has_requests().unwrap_or(true)
+            || self.attach.has_requests().unwrap_or(true)
+            || self.tools.has_requests().unwrap_or(true)
+    }
+
+    /// Hands out everything that came in and moves unread answers on. Never blocks.
+    pub fn poll(&mut self, on: &mut dyn FnMut(Incoming<'_>)) {
+        self.poll_frames(on);
+        self.poll_hellos(on);
+        self.poll_tools(on);
+        self.outbox.borrow_mut().retain_mut(|one| one.push(&self.waker));
+        if Instant::now() >= self.next_check {
+            self.next_check = Instant::now() + CHECK_EVERY;
+            self.check_bodies(on);
+        }
+    }
+
+    fn poll_frames(&mut self, on: &mut dyn FnMut(Incoming<'_>)) {
+        // As many as all bodies can have sent, so that none keeps the others from being served.
+        for _ in 0..BODIES_MAX {
+            let active = match self.frames.receive() {
+                Ok(Some(active)) => active,
+                Ok(None) => return,
+                // Of one peer that cannot be connected to; the others' still come.
+                Err(error) => {
+                    tracing::debug!(?error, "a frame could not be received");
+                    continue;
+                }
+            };
+            // The one copy: what the body writes from here on changes nothing that was checked.
+            let header = *active.user_header();
+            let claimed = usize::try_from(header.observation_count).unwrap_or(usize::MAX);
+            self.frame.header = header;
+            self.frame.records.clear();
+            let records = active.payload().records.iter().take(claimed.min(OBSERVATIONS_MAX));
+            self.frame.records.extend(records);
+            let FrameHeader { session, sequence, wake, .. } = header;
+            let reply = FrameReply { active, session, sequence, wake, waker: self.waker.clone() };
+            match self.admit(&reply, &header) {
+                Err(refusal) => {
+                    log_undelivered(reply.refuse(&refusal));
+                    on(Incoming::Refused { refusal });
+                }
+                Ok(()) if header.purpose == purpose::DETACH => {
+                    self.bodies.borrow_mut().retain(|body| body.session != session);
+                    log_undelivered(reply.send(&Reply::Detach));
+                    on(Incoming::BodyGone { session, farewell: true });
+                }
+                Ok(()) => on(Incoming::Frame { frame: &self.frame, reply }),
+            }
+        }
+    }
+
+    /// Whether a frame is of this protocol, and of the process that its session was opened for.
+    fn admit(&self, reply: &FrameReply, header: &FrameHeader) -> Result<(), Refusal> {
+        decode::preamble(header.magic, header.version)?;
+        let node = reply.active.header().node_id();
+        let bodies = self.bodies.borrow();
+        let own = bodies.iter().find(|body| body.node == node).map_or(0, |body| body.session);
+        if own == 0 || own != header.session {
+            return Err(Refusal::Session { found: header.session, expected: own });
+        }
+        Ok(())
+    }
+
+    /// Rouses a body that a `wait` reply laid to rest, so that it sends a fresh frame now. Of one that is not
+    /// resting, the next rest is cut short.
+    pub fn rouse(&self, session: u64) {
+        let wake = self.bodies.borrow().iter().find(|body| body.session == session).map(|body| body.wake);
+        if let Some(wake) = wake {
+            self.waker.wake(wake, ROUSED);
+        }
+    }
+
+    fn poll_hellos(&self, on: &mut dyn FnMut(Incoming<'_>)) {
+        for _ in 0..BODIES_MAX {
+            let active = match self.attach.receive() {
+                Ok(Some(active)) => active,
+                Ok(None) => return,
+                // Of one peer that cannot be connected to; the others' still come.
+                Err(error) => {
+                    tracing::debug!(?error, "a hello could not be received");
+                    continue;
+                }
+            };
+            let head = Box::new(active.payload().head);
+            let claimed = usize::try_from(head.primitive_count).unwrap_or(usize::MAX);
+            let primitives = active.payload().primitives.iter().take(claimed.min(PRIMITIVES_MAX));
+            let hello = RawHello { primitives: primitives.copied().collect(), head };
+            let reply = AttachReply {
+                node: active.header().node_id(),
+                wake: hello.head.wake,
+                active,
+                waker: self.waker.clone(),
+                bodies: self.bodies.clone(),
+            };
+            on(Incoming::Hello { hello, reply });
+        }
+    }
+
+    fn poll_tools(&self, on: &mut dyn FnMut(Incoming<'_>)) {
+        for _ in 0..TOOLS_MAX {
+            let active = match self.tools.receive() {
+                Ok(Some(active)) => active,
+                Ok(None) => return,
+                // Of one peer that cannot be connected to; the others' still come.
+                Err(error) => {
+                    tracing::debug!(?error, "a request could not be received");
+                    continue;
+                }
+            };
+            let page = *active.payload();
+            let reply = RequestReply {
+                active,
+                request: page.request,
+                wake: page.wake,
+                waker: self.waker.clone(),
+                outbox: self.outbox.clone(),
+            };
+            match single_page(&page) {
+                Ok(bytes) => on(Incoming::Request { bytes: bytes.to_vec(), reply }),
+                Err(refusal) => {
+                    reply.refuse(&refusal);
+                    on(Incoming::Refused { refusal });
+                }
+            }
+        }
+    }
+
+    /// Finds bodies whose process is gone: the janitor has taken their ports away, or they dropped them.
+    fn check_bodies(&self, on: &mut dyn FnMut(Incoming<'_>)) {
+        if self.bodies.borrow().is_empty() {
+            return;
+        }
+        let mut alive = Vec::new();
+        self.frame_service.dynamic_config().list_clients(|client| {
+            alive.push(client.node_id);
+            CallbackProgression::Continue
+        });
+        let mut gone = Vec::new();
+        self.bodies.borrow_mut().retain(|body| {
+            let lives = alive.contains(&body.node);
+            if !lives {
+                gone.push(body.session);
+            }
+            lives
+        });
+        for session in gone {
+            on(Incoming::BodyGone { session, farewell: false });
+        }
+    }
+}
+
+/// The bytes of a request, which is one page.
+fn single_page(page: &Page) -> Result<&[u8], Refusal> {
+    decode::preamble(page.magic, page.version)?;
+    let wrong = |problem: String| Refusal::Page { page: page.page, pages: page.pages, problem };
+    if page.page != 0 || page.pages != 1 {
+        return Err(wrong("a request has one page".to_owned()));
+    }
+    let length = usize::try_from(page.length).unwrap_or(usize::MAX);
+    let bytes = page.bytes.get(..length);
+    bytes.ok_or_else(|| wrong(format!("it claims {length} bytes of {PAGE_BYTES}")))
+}

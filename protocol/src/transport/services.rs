@@ -1,0 +1,234 @@
+//! The services of a domain, each with every setting given: all processes build them here, so that they
+//! agree.
+
+use std::fs;
+use std::sync::Once;
+
+use iceoryx2::port::BackpressureAction;
+use iceoryx2::port::client::Client;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::server::Server;
+use iceoryx2::prelude::*;
+use iceoryx2::service::Service as AnyService;
+use iceoryx2::service::port_factory::{event, request_response};
+
+use super::{TransportError, setup};
+use crate::domain::{DomainRecord, Place};
+use crate::limits::{BODIES_MAX, TOOLS_MAX};
+use crate::wire::{FrameHeader, Page, Welcome, WireFrame, WireHello, WireReply};
+
+/// Version of iceoryx2: every process on a domain must have the very same.
+pub const VERSION: &str = "0.10.0";
+
+pub(super) type Ipc = ipc::Service;
+pub(super) type AttachService = request_response::PortFactory<Ipc, WireHello, (), Welcome, ()>;
+pub(super) type FrameService = request_response::PortFactory<Ipc, WireFrame, FrameHeader, WireReply, ()>;
+pub(super) type ToolService = request_response::PortFactory<Ipc, Page, (), Page, ()>;
+pub(super) type EventService = event::PortFactory<Ipc>;
+pub(super) type AttachServer = Server<Ipc, WireHello, (), Welcome, ()>;
+pub(super) type FrameServer = Server<Ipc, WireFrame, FrameHeader, WireReply, ()>;
+pub(super) type ToolServer = Server<Ipc, Page, (), Page, ()>;
+pub(super) type FrameClient = Client<Ipc, WireFrame, FrameHeader, WireReply, ()>;
+pub(super) type ToolClient = Client<Ipc, Page, (), Page, ()>;
+pub(super) type WakeListener = Listener<Ipc>;
+pub(super) type WakeNotifier = Notifier<Ipc>;
+
+/// Pages of an answer on their way to one tool.
+pub(super) const PAGES_IN_FLIGHT: usize = 4;
+/// Bodies that may be introducing themselves at once; they leave the service when they are welcomed.
+const ATTACHING_MAX: usize = BODIES_MAX + 2;
+/// Processes on a service at once: all peers, the daemon, its janitor and wakers, and room for the dead
+/// that are not cleaned up yet.
+const NODES_MAX: usize = 2 * (BODIES_MAX + TOOLS_MAX) + 8;
+
+/// Whether a service is made or must be there.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    /// The daemon makes the services of its epoch.
+    Daemon,
+    /// Bodies and tools open them.
+    Peer,
+}
+
+/// A process's node on the domain of an epoch.
+pub(super) fn node<S: AnyService>(
+    place: &Place,
+    record: &DomainRecord,
+    name: &str,
+) -> Result<Node<S>, TransportError> {
+    own_settings(place);
+    let config = config(&place.epoch_root(record), &record.prefix)?;
+    NodeBuilder::new()
+        .name(&NodeName::new(name).map_err(setup("name the node"))?)
+        .config(&config)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<S>()
+        .map_err(setup("create the node"))
+}
+
+fn config(root: &std::path::Path, prefix: &str) -> Result<Config, TransportError> {
+    let root = Path::new(root.as_os_str().as_encoded_bytes());
+    let mut config = Config::default();
+    config.global.set_root_path(&root.map_err(setup("use the epoch's directory"))?);
+    config.global.prefix = FileName::new(prefix.as_bytes()).map_err(setup("use the epoch's prefix"))?;
+    // Only the daemon's janitor cleans up after the dead: one cleaner, and never on the way of a frame.
+    config.global.node.cleanup_dead_nodes_on_creation = false;
+    config.global.node.cleanup_dead_nodes_on_destruction = false;
+    config.global.service.cleanup_dead_nodes_on_open = false;
+    Ok(config)
+}
+
+/// Once a process: iceoryx2 reads no settings but ours and says little.
+fn own_settings(place: &Place) {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        set_log_level(LogLevel::Error);
+        // Left alone it would read ./config/iceoryx2.toml of the working directory, and use it when it
+        // cleans up after a process whose own settings are lost. Ours name a place where nothing is.
+        let path = place.runtime().path().join(".settings.toml");
+        let nowhere = place.runtime().path().join(".nowhere");
+        let text = format!("[global]\nroot-path = \"{}\"\nprefix = \"psnone-\"\n", nowhere.display());
+        let written = fs::read_to_string(&path).is_ok_and(|found| found == text) || {
+            let temporary = path.with_extension(std::process::id().to_string());
+            fs::write(&temporary, &text).and_then(|()| fs::rename(&temporary, &path)).is_ok()
+        };
+        let path = FilePath::new(path.as_os_str().as_encoded_bytes());
+        let used = path.is_ok_and(|path| Config::setup_global_config_from_file(&path).is_ok());
+        if !written || !used {
+            tracing::warn!(runtime = %place.runtime().path().display(), "cannot give iceoryx2 its settings");
+        }
+    });
+}
+
+/// The service on which bodies introduce themselves.
+pub(super) fn attach(node: &Node<Ipc>, role: Role) -> Result<AttachService, TransportError> {
+    let builder = node
+        .service_builder(&service_name("pschema/attach")?)
+        .request_response::<WireHello, Welcome>()
+        .max_servers(1)
+        .max_clients(ATTACHING_MAX)
+        .max_nodes(NODES_MAX)
+        .max_active_requests_per_client(1)
+        .max_loaned_requests(1)
+        .max_response_buffer_size(1)
+        .max_borrowed_responses_per_pending_response(1)
+        .enable_fire_and_forget_requests(false)
+        .enable_safe_overflow_for_requests(false)
+        .enable_safe_overflow_for_responses(false);
+    match role {
+        Role::Daemon => builder.create().map_err(setup("create the attach service")),
+        Role::Peer => builder.open().map_err(setup("open the attach service")),
+    }
+}
+
+/// The service on which bodies send frames.
+pub(super) fn frames(node: &Node<Ipc>, role: Role) -> Result<FrameService, TransportError> {
+    let builder = node
+        .service_builder(&service_name("pschema/frames")?)
+        .request_response::<WireFrame, WireReply>()
+        .request_user_header::<FrameHeader>()
+        .max_servers(1)
+        .max_clients(BODIES_MAX)
+        .max_nodes(NODES_MAX)
+        .max_active_requests_per_client(1)
+        .max_loaned_requests(1)
+        .max_response_buffer_size(1)
+        .max_borrowed_responses_per_pending_response(1)
+        .enable_fire_and_forget_requests(false)
+        .enable_safe_overflow_for_requests(false)
+        .enable_safe_overflow_for_responses(false);
+    match role {
+        Role::Daemon => builder.create().map_err(setup("create the frame service")),
+        Role::Peer => builder.open().map_err(setup("open the frame service")),
+    }
+}
+
+/// The service on which tools ask.
+pub(super) fn tools(node: &Node<Ipc>, role: Role) -> Result<ToolService, TransportError> {
+    let builder = node
+        .service_builder(&service_name("pschema/tools")?)
+        .request_response::<Page, Page>()
+        .max_servers(1)
+        .max_clients(TOOLS_MAX)
+        .max_nodes(NODES_MAX)
+        .max_active_requests_per_client(1)
+        .max_loaned_requests(1)
+        .max_response_buffer_size(PAGES_IN_FLIGHT)
+        .max_borrowed_responses_per_pending_response(1)
+        .enable_fire_and_forget_requests(false)
+        .enable_safe_overflow_for_requests(false)
+        .enable_safe_overflow_for_responses(false);
+    match role {
+        Role::Daemon => builder.create().map_err(setup("create the tool service")),
+        Role::Peer => builder.open().map_err(setup("open the tool service")),
+    }
+}
+
+/// The event service that wakes the daemon.
+pub(super) fn wake_daemon<S: AnyService>(
+    node: &Node<S>,
+    role: Role,
+) -> Result<event::PortFactory<S>, TransportError> {
+    let builder = node
+        .service_builder(&service_name("pschema/wake-daemon")?)
+        .event()
+        .max_listeners(1)
+        .max_notifiers(NODES_MAX)
+        .max_nodes(NODES_MAX)
+        .event_id_max_value(0)
+        .disable_deadline()
+        .disable_notifier_created_event()
+        .disable_notifier_dropped_event()
+        .disable_notifier_dead_event();
+    match role {
+        Role::Daemon => builder.create().map_err(setup("create the daemon's wake service")),
+        Role::Peer => builder.open().map_err(setup("open the daemon's wake service")),
+    }
+}
+
+/// The event service that wakes bodies and tools, each by its own listener.
+pub(super) fn wake_peers(node: &Node<Ipc>, role: Role) -> Result<EventService, TransportError> {
+    let builder = node
+        .service_builder(&service_name("pschema/wake-peers")?)
+        .event()
+        .max_listeners(NODES_MAX)
+        .max_notifiers(1)
+        .max_nodes(NODES_MAX)
+        .event_id_max_value(1)
+        .disable_deadline()
+        .disable_notifier_created_event()
+        .disable_notifier_dropped_event()
+        .disable_notifier_dead_event();
+    match role {
+        Role::Daemon => builder.create().map_err(setup("create the peers' wake service")),
+        Role::Peer => builder.open().map_err(setup("open the peers' wake service")),
+    }
+}
+
+/// A full buffer fails the message instead of blocking or dropping silently: a stopped peer never blocks
+/// the daemon.
+pub(super) fn fail_when_full(_: &iceoryx2::port::BackpressureInfo) -> BackpressureAction {
+    BackpressureAction::DiscardDataAndFail
+}
+
+/// The port name of the listener that `wake` wakes.
+pub(super) fn wake_name(wake: u64) -> Result<PortName, TransportError> {
+    PortName::new(&format!("{wake:016x}")).map_err(setup("name the wake listener"))
+}
+
+fn service_name(name: &str) -> Result<ServiceName, TransportError> {
+    ServiceName::new(name).map_err(setup("name a service"))
+}
+
+/// For `map_err` when a client cannot be created: all places taken, or anything else.
+pub(super) fn client_error(
+    sort: &'static str,
+    limit: usize,
+) -> impl FnOnce(iceoryx2::service::port_factory::client::ClientCreateError) -> TransportError {
+    use iceoryx2::service::port_factory::client::ClientCreateError;
+    move |error| match error {
+        ClientCreateError::ExceedsMaxSupportedClients => TransportError::Full { sort, limit },
+        error => setup("create a client")(error),
+    }
+}

@@ -1,0 +1,208 @@
+//! A tool's end: one request at a time, and its answer page by page.
+
+use std::time::{Duration, Instant};
+
+use super::reserve::reserve;
+use super::services::{self, Role, ToolClient};
+use super::waker::PeerBase;
+use super::{SPIN, TransportError, setup};
+use crate::decode;
+use crate::domain::{DomainRecord, Place};
+use crate::limits::{PAGE_BYTES, PAGES_MAX, REQUEST_BYTES_MAX, TOOLS_MAX};
+use crate::refusal::Refusal;
+use crate::wire::{MAGIC, Page, VERSION};
+
+/// How often a waiting tool looks whether the daemon lives.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+
+/// A tool's connection to a daemon.
+pub struct ToolLink {
+    client: ToolClient,
+    base: PeerBase,
+    place: Place,
+    record: DomainRecord,
+    requests: u64,
+}
+
+impl std::fmt::Debug for ToolLink {
+    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        to.debug_struct("ToolLink").field("record", &self.record).finish_non_exhaustive()
+    }
+}
+
+impl ToolLink {
+    /// Connects to the daemon that serves `place` now.
+    ///
+    /// # Errors
+    /// [`TransportError::Domain`] when none serves it, [`TransportError::Full`] when it has its number of
+    /// tools, [`TransportError::Setup`] when it is only just starting.
+    pub fn connect(place: &Place) -> Result<Self, TransportError> {
+        let record = place.served()?;
+        let base = PeerBase::open(place, &record, "tool")?;
+        let client = services::tools(&base.node, Role::Peer)?;
+        let client = client.client_builder().set_backpressure_handler(services::fail_when_full).create();
+        let client = client.map_err(services::client_error("tools", TOOLS_MAX))?;
+        reserve(&record.prefix, Some(client.id().value()))?;
+        Ok(Self { client, base, place: place.clone(), record, requests: 0 })
+    }
+
+    /// Asks and waits for the whole answer.
+    ///
+    /// # Errors
+    /// [`TransportError::Refused`] with the daemon's reason, [`TransportError::TimedOut`] when no page came for
+    /// `timeout`, [`TransportError::DaemonGone`], [`TransportError::TooLong`], or what the transport said.
+    pub fn request(&mut self, bytes: &[u8], timeout: Duration) -> Result<Vec<u8>, TransportError> {
+        self.requests = self.requests.wrapping_add(1);
+        let page = request_page(self.requests, self.base.wake, bytes)?;
+        let loan = self.client.loan_uninit().map_err(setup("send a request"))?;
+        let pending = loan.write_payload(page).send().map_err(setup("send a request"))?;
+        self.base.notify();
+        let mut answer = Assembly { request: self.requests, pages: None, next: 0, bytes: Vec::new() };
+        let mut progress = Instant::now();
+        loop {
+            let mut received = false;
+            while let Some(page) = pending.receive().map_err(setup("receive an answer"))? {
+                received = true;
+                if answer.take(&page).map_err(TransportError::Wrong)? {
+                    return answer.finish(&page);
+                }
+            }
+            if received {
+                // There is room again.
+                self.base.notify();
+                progress = Instant::now();
+            }
+            if progress.elapsed() < SPIN {
+                std::hint::spin_loop();
+                continue;
+            }
+            // Asked before looking for the answer once more: the daemon may answer and leave.
+            let gone = !pending.is_connected() && !pending.has_response();
+            if gone || !self.is_current() {
+                return Err(TransportError::DaemonGone);
+            }
+            if progress.elapsed() >= timeout {
+                return Err(TransportError::TimedOut { waited: timeout });
+            }
+            let rest = timeout.saturating_sub(progress.elapsed()).min(LOOK_EVERY);
+            // An error is a signal, and the loop looks again.
+            self.base.listener.timed_wait(|_| {}, rest).ok();
+        }
+    }
+
+    /// Whether the daemon connected to still serves the learner.
+    #[must_use]
+    pub fn is_current(&self) -> bool {
+        self.place.served().is_ok_and(|record| record.prefix == self.record.prefix)
+    }
+}
+
+fn request_page(request: u64, wake: u64, from: &[u8]) -> Result<Page, TransportError> {
+    let too_long = || TransportError::TooLong { length: from.len(), limit: REQUEST_BYTES_MAX };
+    let mut bytes = [0; PAGE_BYTES];
+    bytes.get_mut(..from.len()).ok_or_else(too_long)?.copy_from_slice(from);
+    let length = u32::try_from(from.len()).map_err(|_| too_long())?;
+    Ok(Page { magic: MAGIC, version: VERSION, request, wake, page: 0, pages: 1, length, code: 0, bytes })
+}
+
+/// The pages of an answer put together.
+struct Assembly {
+    request: u64,
+    pages: Option<u32>,
+    next: u32,
+    bytes: Vec<u8>,
+}
+
+impl Assembly {
+    /// Takes the next page; returns whether it was the last.
+    fn take(&mut self, page: &Page) -> Result<bool, Refusal> {
+        decode::preamble(page.magic, page.version)?;
+        let wrong = |problem: String| Err(Refusal::Page { page: page.page, pages: page.pages, problem });
+        if page.request != self.request {
+            return wrong(format!("it answers request {}, not {}", page.request, self.request));
+        }
+        let pages = *self.pages.get_or_insert(page.pages);
+        if page.pages != pages || page.page != self.next || page.page >= pages {
+            return wrong(format!("expected page {} of {pages}", self.next));
+        }
+        if usize::try_from(pages).map_or(true, |pages| pages > PAGES_MAX) {
+            return wrong(format!("at most {PAGES_MAX} are allowed"));
+        }
+        let used = usize::try_from(page.length).ok().and_then(|length| page.bytes.get(..length));
+        let Some(used) = used else {
+            return wrong(format!("it claims {} bytes of {PAGE_BYTES}", page.length));
+        };
+        if page.page + 1 < pages && used.len() != PAGE_BYTES {
+            return wrong(format!("it has {} bytes and is not the last", used.len()));
+        }
+        self.bytes.extend_from_slice(used);
+        self.next += 1;
+        Ok(self.next == pages)
+    }
+
+    fn finish(self, last: &Page) -> Result<Vec<u8>, TransportError> {
+        if last.code != 0 {
+            let reason = String::from_utf8_lossy(&self.bytes).into_owned();
+            return Err(TransportError::Refused { code: last.code, reason });
+        }
+        Ok(self.bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn page(number: u32, pages: u32, length: u32) -> Page {
+        let bytes = [u8::try_from(number).unwrap(); PAGE_BYTES];
+        Page {
+            magic: MAGIC,
+            version: VERSION,
+            request: 7,
+            wake: 0,
+            page: number,
+            pages,
+            length,
+            code: 0,
+            bytes,
+        }
+    }
+
+    fn assembly() -> Assembly {
+        Assembly { request: 7, pages: None, next: 0, bytes: Vec::new() }
+    }
+
+    const FULL: u32 = PAGE_BYTES as u32;
+
+    #[test]
+    fn pages_in_order_make_an_answer() {
+        let mut answer = assembly();
+        assert_eq!(answer.take(&page(0, 2, FULL)), Ok(false));
+        assert_eq!(answer.take(&page(1, 2, 3)), Ok(true));
+        let whole = [vec![0; PAGE_BYTES], vec![1; 3]].concat();
+        assert_eq!(answer.finish(&page(1, 2, 3)).unwrap(), whole);
+    }
+
+    #[test]
+    fn pages_that_contradict_each_other_are_refused() {
+        let too_many = u32::try_from(PAGES_MAX + 1).unwrap();
+        let wrong = [
+            (Page { request: 6, ..page(1, 3, FULL) }, "answers request 6, not 7"),
+            (page(0, 3, FULL), "expected page 1 of 3"),
+            (page(2, 3, FULL), "expected page 1 of 3"),
+            (page(1, 4, FULL), "expected page 1 of 3"),
+            (page(1, 3, FULL - 1), "is not the last"),
+            (page(1, 3, FULL + 1), "claims 32769 bytes"),
+            (Page { version: 9, ..page(1, 3, FULL) }, "version 9"),
+        ];
+        for (page, complaint) in wrong {
+            let mut answer = assembly();
+            answer.take(&super::tests::page(0, 3, FULL)).unwrap();
+            let error = answer.take(&page).unwrap_err().to_string();
+            assert!(error.contains(complaint), "{error}");
+        }
+        let error = assembly().take(&page(0, too_many, FULL)).unwrap_err().to_string();
+        assert!(error.contains("at most 512"), "{error}");
+        assert!(assembly().take(&page(0, 0, 0)).is_err());
+    }
+}

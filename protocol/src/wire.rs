@@ -1,0 +1,333 @@
+//! What crosses shared memory, byte for byte: integers and fixed arrays only, no padding, a version in
+//! every message. Reals travel as their IEEE 754 bit pattern in a `u64`, so nothing here has an invalid
+//! bit pattern and everything received is only an allegation until [`crate::decode`] has checked it.
+//!
+//! A change of any layout here is a new [`VERSION`] and a new `vN` in the payload's type name.
+
+use crate::limits::{
+    ACTIONS_MAX, NAME_BYTES_MAX, OBSERVATION_TYPES_MAX, OBSERVATIONS_MAX, PAGE_BYTES, PRIMITIVES_MAX,
+    PROPERTIES_MAX, REASON_BYTES_MAX, SCENE_COMMANDS_MAX, SYMBOLS_MAX,
+};
+
+/// First word of every message: `PSCH` in ASCII, read as a little-endian integer.
+pub const MAGIC: u32 = u32::from_le_bytes(*b"PSCH");
+/// Version of the protocol spoken by this build.
+pub const VERSION: u32 = 1;
+
+/// Bits of [`WireObservationType::flags`].
+pub mod flags {
+    /// The observation is caused by the body itself.
+    pub const OWN: u32 = 1;
+    /// The observation is an event, holding for its frame only.
+    pub const TRANSIENT: u32 = 2;
+}
+
+/// Values of [`WireProperty::kind`] and of the four-bit tags in [`Record::kinds`].
+pub mod kind {
+    /// A signed whole number, two's complement in the `u64`.
+    pub const INTEGER: u32 = 1;
+    /// An index into the property's symbols.
+    pub const SYMBOL: u32 = 2;
+    /// 0 or 1.
+    pub const BOOLEAN: u32 = 3;
+    /// The bits of an IEEE 754 double.
+    pub const REAL: u32 = 4;
+}
+
+/// Values of [`FrameHeader::purpose`].
+pub mod purpose {
+    /// The frame reports observations and asks what to do.
+    pub const OBSERVE: u32 = 1;
+    /// The body leaves; the frame has no observations.
+    pub const DETACH: u32 = 2;
+}
+
+/// Values of [`FrameHeader::outcome`].
+pub mod outcome {
+    /// Nothing was asked of the body since its last frame.
+    pub const NONE: u32 = 0;
+    /// Carried out.
+    pub const DONE: u32 = 1;
+    /// Not begun.
+    pub const REFUSED: u32 = 2;
+    /// Begun and not completed.
+    pub const FAILED: u32 = 3;
+    /// Not completed in time.
+    pub const TIMED_OUT: u32 = 4;
+}
+
+/// Values of [`WireReply::kind`].
+pub mod reply {
+    /// Carry out the action in `order`.
+    pub const ACT: u32 = 1;
+    /// Arrange the surroundings by the scene command in `order`.
+    pub const ARRANGE: u32 = 2;
+    /// Rest `wait_ms` milliseconds, then send a fresh frame.
+    pub const WAIT: u32 = 3;
+    /// The frame was refused: `code` and `reason` say why.
+    pub const REFUSED: u32 = 4;
+    /// Leave: the daemon is ending or has closed the session.
+    pub const DETACH: u32 = 5;
+}
+
+/// UTF-8 text of at most `N` bytes; bytes past `length` are zero.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Text<const N: usize> {
+    /// Bytes used.
+    pub length: u32,
+    /// The text.
+    pub bytes: [u8; N],
+}
+
+/// A name: see [`NAME_BYTES_MAX`].
+pub type Name = Text<NAME_BYTES_MAX>;
+/// A reason: see [`REASON_BYTES_MAX`].
+pub type Reason = Text<REASON_BYTES_MAX>;
+
+/// An index with up to eight values: an observation, a primitive, an action or a scene command.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Record {
+    /// Index of the declared observation type, action or scene command.
+    pub index: u16,
+    /// Values used.
+    pub count: u16,
+    /// [`kind`] of value `i` in bits `4 * i ..= 4 * i + 3`; 0 past `count`.
+    pub kinds: u32,
+    /// The values, in declared order; zero past `count`.
+    pub values: [u64; PROPERTIES_MAX],
+}
+
+/// A property of an observation type or a parameter of an action.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WireProperty {
+    /// Its name.
+    pub name: Name,
+    /// Its unit, empty for none.
+    pub unit: Name,
+    /// One of [`kind`].
+    pub kind: u32,
+    /// Symbols only: index of its first symbol in [`HelloHead::symbols`].
+    pub first_symbol: u32,
+    /// Symbols only: how many follow from there.
+    pub symbol_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Smallest value, for integers and reals, as the values themselves are written.
+    pub min: u64,
+    /// Largest value, likewise.
+    pub max: u64,
+    /// Width of a bin, for reals.
+    pub resolution: u64,
+}
+
+/// A declared observation type.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WireObservationType {
+    /// Its name.
+    pub name: Name,
+    /// Bits of [`flags`].
+    pub flags: u32,
+    /// Properties used.
+    pub property_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Its properties.
+    pub properties: [WireProperty; PROPERTIES_MAX],
+}
+
+/// A declared action or scene command.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WireActionType {
+    /// Its name.
+    pub name: Name,
+    /// Parameters used.
+    pub parameter_count: u32,
+    /// Zero.
+    pub reserved: [u32; 2],
+    /// Its parameters.
+    pub parameters: [WireProperty; PROPERTIES_MAX],
+}
+
+/// A body's introduction, all but its repertoire. The `primitive_count` records of the repertoire follow
+/// it in the same message.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HelloHead {
+    /// [`MAGIC`].
+    pub magic: u32,
+    /// [`VERSION`] of the body.
+    pub version: u32,
+    /// Process of the body, for people and logs.
+    pub pid: u32,
+    /// Observation types used.
+    pub observation_type_count: u32,
+    /// Actions used.
+    pub action_count: u32,
+    /// Scene commands used.
+    pub scene_command_count: u32,
+    /// Symbols used.
+    pub symbol_count: u32,
+    /// Primitives that follow.
+    pub primitive_count: u32,
+    /// The port name of the body's wake listener is this number as 16 hexadecimal digits.
+    pub wake: u64,
+    /// The body's name.
+    pub name: Name,
+    /// What kind of body it is.
+    pub kind: Name,
+    /// Its observation types.
+    pub observation_types: [WireObservationType; OBSERVATION_TYPES_MAX],
+    /// Its actions.
+    pub actions: [WireActionType; ACTIONS_MAX],
+    /// Its scene commands.
+    pub scene_commands: [WireActionType; SCENE_COMMANDS_MAX],
+    /// The symbols of all its properties.
+    pub symbols: [Name; SYMBOLS_MAX],
+}
+
+/// A whole hello: only `head.primitive_count` of its primitives are written and read.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WireHello {
+    /// Everything but the repertoire.
+    pub head: HelloHead,
+    /// The repertoire.
+    pub primitives: [Record; PRIMITIVES_MAX],
+}
+
+/// The daemon's answer to a hello.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Welcome {
+    /// [`MAGIC`].
+    pub magic: u32,
+    /// [`VERSION`] of the daemon.
+    pub version: u32,
+    /// The session's number, above zero; 0 when refused.
+    pub session: u64,
+    /// 0 when accepted, else the number of the refusal.
+    pub code: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The learner's name.
+    pub learner: Name,
+    /// Why it was refused; empty when accepted.
+    pub reason: Reason,
+}
+
+/// What a frame says of itself; its `observation_count` records follow in the same message.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrameHeader {
+    /// [`MAGIC`].
+    pub magic: u32,
+    /// [`VERSION`] of the body.
+    pub version: u32,
+    /// The session it belongs to, as the welcome gave it.
+    pub session: u64,
+    /// 1 for the first frame of a session, one more for each next.
+    pub sequence: u64,
+    /// Sequence of the frame whose reply `outcome` answers; 0 when there is none.
+    pub answers: u64,
+    /// The port name of the body's wake listener is this number as 16 hexadecimal digits.
+    pub wake: u64,
+    /// One of [`outcome`].
+    pub outcome: u32,
+    /// One of [`purpose`].
+    pub purpose: u32,
+    /// Records that follow.
+    pub observation_count: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// The observations of a frame: only `observation_count` of the header are written and read.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WireFrame {
+    /// The observations.
+    pub records: [Record; OBSERVATIONS_MAX],
+}
+
+/// The daemon's reply to a frame.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WireReply {
+    /// [`MAGIC`].
+    pub magic: u32,
+    /// [`VERSION`] of the daemon.
+    pub version: u32,
+    /// The session of the frame it answers.
+    pub session: u64,
+    /// The sequence of the frame it answers.
+    pub sequence: u64,
+    /// One of [`reply`].
+    pub kind: u32,
+    /// The number of the refusal; 0 otherwise.
+    pub code: u32,
+    /// Milliseconds to rest; 0 for other kinds.
+    pub wait_ms: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The action or scene command; zero for other kinds.
+    pub order: Record,
+    /// Why the frame was refused; empty otherwise.
+    pub reason: Reason,
+    /// Zero.
+    pub reserved_end: u32,
+}
+
+/// One page of a tool's request or of the daemon's answer to it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Page {
+    /// [`MAGIC`].
+    pub magic: u32,
+    /// [`VERSION`] of the sender.
+    pub version: u32,
+    /// Number the tool gave its request; every page of the answer repeats it.
+    pub request: u64,
+    /// The port name of the tool's wake listener is this number as 16 hexadecimal digits; 0 in answers.
+    pub wake: u64,
+    /// This page, from 0.
+    pub page: u32,
+    /// Pages in all, at least 1.
+    pub pages: u32,
+    /// Bytes used in this page.
+    pub length: u32,
+    /// 0, or the number of the refusal whose reason is the page's text.
+    pub code: u32,
+    /// What is carried; bytes past `length` mean nothing.
+    pub bytes: [u8; PAGE_BYTES],
+}
+
+/// Bytes of a page before what it carries.
+pub const PAGE_HEAD_BYTES: usize = 40;
+
+/// The layout is the contract with bodies in other languages: no field moved, no padding crept in.
+const _: () = {
+    assert!(size_of::<Name>() == 36 && size_of::<Reason>() == 260);
+    assert!(size_of::<Record>() == 72);
+    assert!(size_of::<WireProperty>() == 2 * 36 + 4 * 4 + 3 * 8);
+    assert!(size_of::<WireObservationType>() == 36 + 3 * 4 + PROPERTIES_MAX * size_of::<WireProperty>());
+    assert!(size_of::<WireActionType>() == size_of::<WireObservationType>());
+    assert!(
+        size_of::<HelloHead>()
+            == 8 * 4
+                + 8
+                + 2 * 36
+                + (OBSERVATION_TYPES_MAX + ACTIONS_MAX + SCENE_COMMANDS_MAX) * size_of::<WireActionType>()
+                + SYMBOLS_MAX * 36
+    );
+    assert!(size_of::<WireHello>() == size_of::<HelloHead>() + PRIMITIVES_MAX * size_of::<Record>());
+    assert!(size_of::<WireFrame>() == OBSERVATIONS_MAX * size_of::<Record>());
+    assert!(size_of::<Welcome>() == 2 * 4 + 8 + 2 * 4 + 36 + 260);
+    assert!(size_of::<FrameHeader>() == 2 * 4 + 4 * 8 + 4 * 4);
+    assert!(size_of::<WireReply>() == 2 * 4 + 2 * 8 + 4 * 4 + 72 + 260 + 4);
+    assert!(size_of::<Page>() == PAGE_HEAD_BYTES + PAGE_BYTES);
+};
