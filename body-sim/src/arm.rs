@@ -1,0 +1,245 @@
+//! The arm: a yaw at the base, shoulder, elbow and wrist. Closed-form inverse kinematics for a finger that
+//! keeps its slant, and the motion between two postures.
+//!
+//! The elbow stays on the base's side of the line from shoulder to wrist, below it, and the finger leans
+//! back to a wrist that is nearer and higher than the tip: seen from above, nothing of the arm covers the
+//! tip.
+
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+
+use crate::config;
+use crate::manifold::{JointPositions, Manifold, OnManifold};
+
+/// Share of the stretched arm's length that is used: a straight elbow would be a singularity.
+const STRETCH_MAX: f64 = 0.995;
+/// Points on a path at which speeds are compared with their limits.
+const SPEED_SAMPLES: usize = 128;
+/// The quickest move, in seconds.
+const DURATION_S_MIN: f64 = 0.05;
+
+/// Lengths in metres, slant in radians.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arm {
+    shoulder_height_m: f64,
+    upper_arm_m: f64,
+    forearm_m: f64,
+    /// Wrist relative to the tip in the arm's plane: outwards (negative: behind it), up.
+    wrist_from_tip_m: (f64, f64),
+    joint_speed_max: f64,
+    tip_speed_max: f64,
+}
+
+/// Where the arm's joints are in the world, in metres, and how the finger is turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Posture {
+    /// Shoulder, on the base's axis.
+    pub shoulder_m: Point3<f64>,
+    /// Elbow.
+    pub elbow_m: Point3<f64>,
+    /// Wrist, where the finger begins.
+    pub wrist_m: Point3<f64>,
+    /// Finger tip: the centre of its ball.
+    pub tip_m: Point3<f64>,
+    /// Turn of the finger: its local +y is outwards from the base, +x to the right, +z up.
+    pub finger_turn: UnitQuaternion<f64>,
+    /// Joint angles (yaw, shoulder, elbow, wrist) in radians.
+    pub angles_rad: [f64; 4],
+}
+
+impl Arm {
+    /// The arm of a world file.
+    #[must_use]
+    pub fn new(config: &config::Arm) -> Self {
+        let (sine, cosine) = libm::sincos(config.finger_slant_deg.radians());
+        let finger_m = config.finger_mm.metres();
+        Self {
+            shoulder_height_m: config.shoulder_height_mm.metres(),
+            upper_arm_m: config.upper_arm_mm.metres(),
+            forearm_m: config.forearm_mm.metres(),
+            wrist_from_tip_m: (-finger_m * sine, finger_m * cosine),
+            joint_speed_max: config.joint_speed_max_deg_per_s.radians(),
+            tip_speed_max: config.tip_speed_max_mm_per_s.metres(),
+        }
+    }
+
+    /// Wrist relative to the tip in the finger's own frame.
+    #[must_use]
+    pub fn wrist_from_tip(&self) -> Vector3<f64> {
+        Vector3::new(0.0, self.wrist_from_tip_m.0, self.wrist_from_tip_m.1)
+    }
+
+    /// Centre (distance from axis, height) and radius of the circle that bounds the tip's reach.
+    #[must_use]
+    pub fn reach_m(&self) -> ((f64, f64), f64) {
+        let centre = (-self.wrist_from_tip_m.0, self.shoulder_height_m - self.wrist_from_tip_m.1);
+        (centre, (self.upper_arm_m + self.forearm_m) * STRETCH_MAX)
+    }
+
+    /// The posture whose tip is at a point of the manifold; None when the links do not reach.
+    #[must_use]
+    pub fn posture(&self, manifold: &Manifold, point: OnManifold) -> Option<Posture> {
+        let (tip_out, tip_up) = manifold.profile(point.arc_m);
+        let wrist = (tip_out + self.wrist_from_tip_m.0, tip_up + self.wrist_from_tip_m.1);
+        let (out, up) = (wrist.0, wrist.1 - self.shoulder_height_m);
+        let distance = (out * out + up * up).sqrt();
+        let (a, b) = (self.upper_arm_m, self.forearm_m);
+        if distance > a + b || distance < (a - b).abs() || distance <= 0.0 {
+            return None;
+        }
+        // The elbow lies off the line from shoulder to wrist, on its lower, near side.
+        let along = (a * a - b * b + distance * distance) / (2.0 * distance);
+        let off = (a * a - along * along).max(0.0).sqrt();
+        let (line_out, line_up) = (out / distance, up / distance);
+        let (side_out, side_up) = (line_up, -line_out);
+        let elbow = (line_out * along + side_out * off, line_up * along + side_up * off);
+
+        let (sine, cosine) = libm::sincos(point.bearing_rad);
+        let in_world = |out_m: f64, up_m: f64| Point3::new(out_m * sine, out_m * cosine, up_m);
+        let (half_sine, half_cosine) = libm::sincos(-point.bearing_rad / 2.0);
+        let shoulder_rad = libm::atan2(elbow.1, elbow.0);
+        let forearm_rad = libm::atan2(up - elbow.1, out - elbow.0);
+        let finger_rad = libm::atan2(-self.wrist_from_tip_m.1, -self.wrist_from_tip_m.0);
+        Some(Posture {
+            shoulder_m: in_world(0.0, self.shoulder_height_m),
+            elbow_m: in_world(elbow.0, elbow.1 + self.shoulder_height_m),
+            wrist_m: in_world(wrist.0, wrist.1),
+            tip_m: in_world(tip_out, tip_up),
+            finger_turn: UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(
+                half_cosine,
+                0.0,
+                0.0,
+                half_sine,
+            )),
+            angles_rad: [
+                point.bearing_rad,
+                shoulder_rad,
+                wrapped(forearm_rad - shoulder_rad),
+                wrapped(finger_rad - forearm_rad),
+            ],
+        })
+    }
+
+    /// The posture for joint positions; None where there is none.
+    #[must_use]
+    pub fn posture_at(&self, manifold: &Manifold, joints: JointPositions) -> Option<Posture> {
+        self.posture(manifold, manifold.at(joints)?)
+    }
+
+    /// The motion between two joint positions. None when some of the path cannot be taken.
+    #[must_use]
+    pub fn motion(&self, manifold: &Manifold, from: JointPositions, to: JointPositions) -> Option<Motion> {
+        let mut motion = Motion { from, to, duration_s: 1.0 };
+        let mut before = self.posture_at(manifold, from)?;
+        // Of the motion as if it took one second: its highest speeds as multiples of the limits.
+        let mut excess: f64 = DURATION_S_MIN;
+        for sample in 1..=SPEED_SAMPLES {
+            let here = self.posture_at(manifold, motion.joints_at(sample as f64 / SPEED_SAMPLES as f64))?;
+            for (now, then) in here.angles_rad.iter().zip(before.angles_rad) {
+                excess = excess.max(wrapped(now - then).abs() * SPEED_SAMPLES as f64 / self.joint_speed_max);
+            }
+            let tip_m = (here.tip_m - before.tip_m).norm();
+            excess = excess.max(tip_m * SPEED_SAMPLES as f64 / self.tip_speed_max);
+            before = here;
+        }
+        motion.duration_s = excess;
+        Some(motion)
+    }
+}
+
+/// A move in progress: straight in joint positions, never in joint angles, so that it stays on the manifold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Where it began.
+    pub from: JointPositions,
+    /// Where it goes.
+    pub to: JointPositions,
+    /// How long it takes, in seconds.
+    pub duration_s: f64,
+}
+
+impl Motion {
+    /// Where it is at `time_s` since its start: a minimum-jerk profile (Flash and Hogan 1985).
+    #[must_use]
+    pub fn joints_at(&self, time_s: f64) -> JointPositions {
+        self.joints_along(Self::share(time_s / self.duration_s))
+    }
+
+    /// Share of the way gone at a share of the time.
+    #[must_use]
+    pub fn share(time: f64) -> f64 {
+        let t = time.clamp(0.0, 1.0);
+        t * t * t * (10.0 + t * (6.0 * t - 15.0))
+    }
+
+    /// Where a share of the way leads, 0 to 1.
+    #[must_use]
+    pub fn joints_along(&self, share: f64) -> JointPositions {
+        let between = |from: f64, to: f64| if share >= 1.0 { to } else { from + (to - from) * share };
+        JointPositions { j1: between(self.from.j1, self.to.j1), j2: between(self.from.j2, self.to.j2) }
+    }
+}
+
+/// An angle within half a turn of zero.
+fn wrapped(angle_rad: f64) -> f64 {
+    let turn = std::f64::consts::TAU;
+    angle_rad - turn * (angle_rad / turn).round()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::WorldFile;
+    use crate::manifold::ManifoldSetup;
+
+    fn arm_and_manifold() -> (Arm, Manifold) {
+        let file = WorldFile::load("wide").unwrap();
+        let arm = Arm::new(&file.arm);
+        let (reach_centre_m, reach_radius_m) = arm.reach_m();
+        let manifold = Manifold::new(ManifoldSetup {
+            tip_height_m: file.manifold.tip_height_mm.metres(),
+            rim_height_m: file.manifold.rim_height_mm.metres(),
+            nearest_m: file.manifold.nearest_mm.metres(),
+            rest_m: file.manifold.rest_mm.metres(),
+            lateral_max_m: file.manifold.lateral_max_mm.metres(),
+            reach_centre_m,
+            reach_radius_m,
+        });
+        (arm, manifold.unwrap())
+    }
+
+    #[test]
+    fn links_keep_their_lengths_and_stay_above_the_table() {
+        let (arm, manifold) = arm_and_manifold();
+        for j1 in (0..=100).map(|i| f64::from(i) / 100.0) {
+            for j2 in (0..=100).map(|i| f64::from(i) / 100.0) {
+                let Some(point) = manifold.at(JointPositions { j1, j2 }) else { continue };
+                let posture = arm.posture(&manifold, point).expect("the whole manifold is within reach");
+                assert!(((posture.elbow_m - posture.shoulder_m).norm() - arm.upper_arm_m).abs() < 1e-9);
+                assert!(((posture.wrist_m - posture.elbow_m).norm() - arm.forearm_m).abs() < 1e-9);
+                assert!((posture.tip_m - manifold.tip(point)).norm() < 1e-9);
+                let finger = posture.finger_turn * arm.wrist_from_tip();
+                assert!((posture.tip_m + finger - posture.wrist_m).norm() < 1e-9);
+                assert!(posture.elbow_m.z > 0.1, "elbow at {} m", posture.elbow_m.z);
+            }
+        }
+    }
+
+    #[test]
+    fn motion_ends_exactly_where_it_should_and_keeps_speed_limits() {
+        let (arm, manifold) = arm_and_manifold();
+        let (from, to) = (manifold.rest(), JointPositions { j1: 0.13, j2: 0.31 });
+        let motion = arm.motion(&manifold, from, to).unwrap();
+        assert_eq!(motion.joints_at(0.0), from);
+        assert_eq!(motion.joints_at(motion.duration_s), to);
+        let dt = 1.0 / 240.0;
+        let steps = (motion.duration_s / dt) as usize;
+        for step in 0..steps {
+            let at = |s: usize| arm.posture_at(&manifold, motion.joints_at(s as f64 * dt)).unwrap();
+            let (a, b) = (at(step), at(step + 1));
+            assert!((b.tip_m - a.tip_m).norm() / dt < arm.tip_speed_max * 1.01);
+            for (x, y) in a.angles_rad.iter().zip(b.angles_rad) {
+                assert!(wrapped(y - x).abs() / dt < arm.joint_speed_max * 1.01);
+            }
+        }
+    }
+}

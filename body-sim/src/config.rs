@@ -1,0 +1,392 @@
+//! World files: TOML, checked value by value as it is read, so that an error names line and column.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use thiserror::Error;
+
+/// The wide set-up, as shipped.
+pub const WIDE: &str = include_str!("../worlds/wide.toml");
+/// The narrow set-up, as shipped.
+pub const NARROW: &str = include_str!("../worlds/narrow.toml");
+
+/// Largest world file read, in bytes.
+const FILE_BYTES_MAX: u64 = 1 << 20;
+/// Objects one world may have.
+pub const OBJECTS_MAX: usize = 16;
+/// Colours one world may have.
+pub const COLOURS_MAX: usize = 16;
+
+/// Why a world cannot be used.
+#[derive(Debug, Error)]
+pub enum WorldError {
+    /// The file cannot be read.
+    #[error(
+        "cannot read world file {path}: {source}; name a readable file, or use the built-in `wide` or `narrow`"
+    )]
+    Read {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is too large to be a world.
+    #[error("world file {path} is larger than {FILE_BYTES_MAX} bytes: this is not a world file")]
+    TooLarge {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// The text is not a world: syntax, unknown key, or value out of range.
+    #[error("world {name}: {source}")]
+    Parse {
+        /// Which world.
+        name: String,
+        /// What is wrong, with line and column.
+        source: toml::de::Error,
+    },
+    /// Each value is allowed, but together they make no world.
+    #[error("world {name}: {problem}")]
+    Inconsistent {
+        /// Which world.
+        name: String,
+        /// What does not fit, with figures, and what to change.
+        problem: String,
+    },
+}
+
+/// A number read from a world file, within `MIN..=MAX`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct Within<const MIN: i64, const MAX: i64>(f64);
+
+impl<const MIN: i64, const MAX: i64> TryFrom<f64> for Within<MIN, MAX> {
+    type Error = String;
+
+    fn try_from(value: f64) -> Result<Self, String> {
+        if (MIN as f64..=MAX as f64).contains(&value) {
+            Ok(Self(value))
+        } else {
+            Err(format!("{value} is out of range: must be {MIN} to {MAX}"))
+        }
+    }
+}
+
+impl<const MIN: i64, const MAX: i64> Within<MIN, MAX> {
+    /// The number as written.
+    #[must_use]
+    pub fn get(self) -> f64 {
+        self.0
+    }
+
+    /// Millimetres as metres.
+    #[must_use]
+    pub fn metres(self) -> f64 {
+        self.0 / 1000.0
+    }
+
+    /// Degrees as radians.
+    #[must_use]
+    pub fn radians(self) -> f64 {
+        self.0.to_radians()
+    }
+
+    /// A number of things or pixels, rounded.
+    #[must_use]
+    pub fn count(self) -> usize {
+        self.0.round().max(0.0) as usize
+    }
+}
+
+/// A world file. Its keys are explained in `worlds/wide.toml`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldFile {
+    /// The table top.
+    pub table: Table,
+    /// Links of the arm and how fast they move.
+    pub arm: Arm,
+    /// The last link's shape.
+    pub finger: Finger,
+    /// Where the finger tip works.
+    pub manifold: Manifold,
+    /// Where the camera is and what it sees.
+    pub camera: Camera,
+    /// From pixels to fields.
+    pub vision: Vision,
+    /// Taught postures.
+    pub repertoire: Repertoire,
+    /// Places for blocks.
+    pub positions: Positions,
+    /// Colours told apart.
+    pub colours: Vec<Colour>,
+    /// Blocks.
+    pub objects: Vec<Object>,
+}
+
+/// The table top.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// Along x, centred on the base.
+    pub width_mm: Within<100, 10_000>,
+    /// Along y, from the back-plane.
+    pub depth_mm: Within<100, 10_000>,
+    /// From the base's axis back to the back-plane.
+    pub behind_mm: Within<0, 1000>,
+    /// Coefficient of friction of everything on the table.
+    pub friction: Within<0, 2>,
+}
+
+/// The arm's links and speeds.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Arm {
+    /// Height of the shoulder's axis over the table.
+    pub shoulder_height_mm: Within<50, 5000>,
+    /// Shoulder to elbow.
+    pub upper_arm_mm: Within<50, 5000>,
+    /// Elbow to wrist.
+    pub forearm_mm: Within<50, 5000>,
+    /// Wrist to finger tip.
+    pub finger_mm: Within<20, 1000>,
+    /// The finger's lean from the vertical, back towards the wrist.
+    pub finger_slant_deg: Within<0, 80>,
+    /// Fastest any joint turns.
+    pub joint_speed_max_deg_per_s: Within<1, 360>,
+    /// Fastest the finger tip moves.
+    pub tip_speed_max_mm_per_s: Within<1, 2000>,
+    /// A move that takes longer ends as timed out.
+    pub move_time_max_s: Within<1, 600>,
+}
+
+/// The last link's shape.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Finger {
+    /// The ball at the tip.
+    pub ball_radius_mm: Within<1, 100>,
+    /// The shaft that carries it.
+    pub shaft_radius_mm: Within<1, 50>,
+    /// The ball's colour: one of the world's colours, of no object.
+    pub colour: String,
+}
+
+/// The manifold.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifold {
+    /// The ball's centre over the table on the flat part.
+    pub tip_height_mm: Within<2, 500>,
+    /// Height at which the rim ends.
+    pub rim_height_mm: Within<2, 2000>,
+    /// Where the second joint position begins: distance from the base's axis.
+    pub nearest_mm: Within<10, 2000>,
+    /// The rest posture's distance from the base's axis, nearer than that and out of sight.
+    pub rest_mm: Within<0, 2000>,
+    /// Range of the first joint position, either way.
+    pub lateral_max_mm: Within<10, 5000>,
+}
+
+/// The camera.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// Position along x.
+    pub x_mm: Within<-5000, 5000>,
+    /// Position along y.
+    pub y_mm: Within<-5000, 5000>,
+    /// Height over the table.
+    pub height_mm: Within<300, 10_000>,
+    /// Turn to the right.
+    pub pan_deg: Within<-80, 80>,
+    /// Turn outwards.
+    pub tilt_deg: Within<-80, 80>,
+    /// Focal length.
+    pub focal_px: Within<50, 10_000>,
+    /// Width of the picture.
+    pub width_px: Within<64, 2048>,
+    /// Height of the picture.
+    pub height_px: Within<64, 2048>,
+}
+
+/// From pixels to fields.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Vision {
+    /// Distance between centres of neighbouring visual fields.
+    pub field_pitch_px: Within<4, 1000>,
+    /// Smaller blobs are noise.
+    pub blob_area_px_min: Within<1, 100_000>,
+    /// Parts of one colour at most this far apart are one blob.
+    pub blob_gap_px_max: Within<0, 100>,
+}
+
+/// Taught postures.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Repertoire {
+    /// How many reachable fields must come out.
+    pub fields: Within<1, 4096>,
+    /// Distance to the picture's edge below which none is taught.
+    pub edge_px: Within<0, 500>,
+}
+
+/// Places for blocks.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Positions {
+    /// Places that can be touched.
+    pub table: Within<1, 4096>,
+    /// Places that can only be pointed at.
+    pub beyond_reach: Within<0, 1024>,
+    /// Distance to the picture's edge below which there is no place.
+    pub block_edge_px: Within<0, 500>,
+    /// Largest error of a placement along x and y.
+    pub jitter_mm: Within<0, 100>,
+    /// Largest error of a placement's turn.
+    pub jitter_deg: Within<0, 180>,
+}
+
+/// A colour.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Colour {
+    /// Its name, the symbol in observations.
+    pub name: String,
+    /// Hues seen as this colour: from, to. From above to: the range passes through 360.
+    pub hue_deg: [Within<0, 360>; 2],
+    /// The paint of things that have it.
+    pub paint_rgb: [u8; 3],
+}
+
+/// A block.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Object {
+    /// Its name, the symbol in scene commands.
+    pub name: String,
+    /// Its colour: one of the world's colours.
+    pub colour: String,
+    /// Length of its edges.
+    pub side_mm: Within<5, 200>,
+}
+
+impl WorldFile {
+    /// Reads a world: `wide`, `narrow`, or a path to a file.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is not a world; the message has line and column.
+    pub fn load(name: &str) -> Result<Self, WorldError> {
+        match name {
+            "wide" => Self::parse(name, WIDE),
+            "narrow" => Self::parse(name, NARROW),
+            path => Self::parse(name, &read(Path::new(path))?),
+        }
+    }
+
+    /// Reads a world from its text; `name` is for error messages.
+    ///
+    /// # Errors
+    /// When the text is not a world; the message has line and column.
+    pub fn parse(name: &str, text: &str) -> Result<Self, WorldError> {
+        let world: Self =
+            toml::from_str(text).map_err(|source| WorldError::Parse { name: name.to_owned(), source })?;
+        world.check_names().map_err(|problem| WorldError::Inconsistent { name: name.to_owned(), problem })?;
+        Ok(world)
+    }
+
+    /// The index of a colour by its name.
+    #[must_use]
+    pub fn colour_index(&self, name: &str) -> Option<usize> {
+        self.colours.iter().position(|colour| colour.name == name)
+    }
+
+    fn check_names(&self) -> Result<(), String> {
+        let counts = [
+            ("colours", self.colours.iter().map(|c| &c.name).collect::<Vec<_>>(), COLOURS_MAX),
+            ("objects", self.objects.iter().map(|o| &o.name).collect(), OBJECTS_MAX),
+        ];
+        for (what, names, max) in counts {
+            if names.is_empty() || names.len() > max {
+                return Err(format!("{} {what}: there must be 1 to {max}", names.len()));
+            }
+            for (index, name) in names.iter().enumerate() {
+                let longest = pschema_protocol::limits::NAME_BYTES_MAX;
+                if name.is_empty() || name.len() > longest {
+                    return Err(format!("a name in {what} has {} bytes: must be 1 to {longest}", name.len()));
+                }
+                if names[..index].contains(name) {
+                    return Err(format!("{what}: the name {name:?} is given twice; each must be its own"));
+                }
+            }
+        }
+        if self.colour_index(&self.finger.colour).is_none() {
+            return Err(format!("finger.colour {:?} is not among [[colours]]", self.finger.colour));
+        }
+        for object in &self.objects {
+            if self.colour_index(&object.colour).is_none() {
+                return Err(format!(
+                    "object {:?}: colour {:?} is not among [[colours]]",
+                    object.name, object.colour
+                ));
+            }
+            if object.colour == self.finger.colour {
+                let (name, colour) = (&object.name, &object.colour);
+                return Err(format!("object {name:?} has the finger's colour {colour:?}; give it another"));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn read(path: &Path) -> Result<String, WorldError> {
+    let failed = |source| WorldError::Read { path: path.to_owned(), source };
+    let bytes = std::fs::metadata(path).map_err(failed)?.len();
+    if bytes > FILE_BYTES_MAX {
+        return Err(WorldError::TooLarge { path: path.to_owned() });
+    }
+    std::fs::read_to_string(path).map_err(failed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn broken(from: &str, to: &str) -> String {
+        assert!(WIDE.contains(from), "the shipped world has no {from:?} any more");
+        WorldFile::parse("test", &WIDE.replacen(from, to, 1)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn shipped_worlds_parse() {
+        WorldFile::load("wide").unwrap();
+        WorldFile::load("narrow").unwrap();
+    }
+
+    #[test]
+    fn errors_name_line_and_column() {
+        let unknown = broken("friction = 0.9", "frictoin = 0.9");
+        assert!(unknown.contains("line 12") && unknown.contains("frictoin"), "{unknown}");
+        let range = broken("friction = 0.9", "friction = -1");
+        assert!(range.contains("line 12, column 12") && range.contains("must be 0 to 2"), "{range}");
+        let nan = broken("friction = 0.9", "friction = nan");
+        assert!(nan.contains("line 12") && nan.contains("NaN"), "{nan}");
+        let kind = broken("friction = 0.9", "friction = \"much\"");
+        assert!(kind.contains("line 12"), "{kind}");
+    }
+
+    #[test]
+    fn names_must_agree() {
+        let unknown =
+            broken("name = \"blue-block\"\ncolour = \"blue\"", "name = \"blue-block\"\ncolour = \"blu\"");
+        assert!(unknown.contains("\"blu\" is not among"), "{unknown}");
+        assert!(broken("colour = \"blue\"", "colour = \"green\"").contains("finger's colour"));
+        assert!(broken("name = \"red-block\"", "name = \"blue-block\"").contains("twice"));
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let error = WorldFile::load("/nonexistent/world.toml").unwrap_err().to_string();
+        assert!(error.contains("/nonexistent/world.toml") && error.contains("wide"), "{error}");
+    }
+}

@@ -1,0 +1,109 @@
+//! The simulated body: an arm, a table, blocks, a camera (section III of the paper).
+//!
+//! Blocks and finger move in a physics engine; the camera's picture is rendered and looked at with the same
+//! eye as a real one's. The same seed gives the same run, bit for bit.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::Args;
+use pschema_protocol::body::{RunError, RunOptions, RunSummary};
+use pschema_protocol::domain::{DomainError, LearnerName, Place, RuntimeDir};
+use thiserror::Error;
+
+pub mod arm;
+pub mod body;
+pub mod camera;
+pub mod config;
+pub mod declare;
+pub mod eye;
+pub mod manifold;
+pub mod objects;
+pub mod pace;
+pub mod scene;
+pub mod snapshot;
+pub mod touch;
+pub mod workspace;
+pub mod world;
+
+use body::SimBody;
+use config::{WorldError, WorldFile};
+use snapshot::SnapshotError;
+
+/// How to run the simulated body.
+#[derive(Args, Clone, Debug)]
+pub struct SimArgs {
+    /// The learner to attach to.
+    #[arg(long, value_name = "LEARNER", default_value = "default")]
+    pub name: String,
+    /// The name this body gives itself; a body that comes back under the same name continues.
+    #[arg(long, value_name = "NAME", default_value = "arm")]
+    pub body: String,
+    /// The world it lives in: `wide`, `narrow`, or a world file.
+    #[arg(long, value_name = "wide|narrow|FILE", default_value = "wide")]
+    pub world: String,
+    /// Decides the small errors of the hand that places blocks; the same seed gives the same run.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Move at the speed of the real arm, instead of as fast as can be computed.
+    #[arg(long)]
+    pub realtime: bool,
+    /// End when the daemon has gone, instead of waiting for it to come back.
+    #[arg(long)]
+    pub exit_with_daemon: bool,
+    /// Attach to nothing: arrange a scene, write what the camera sees with the visual fields drawn in, end.
+    #[arg(long, value_name = "PNG")]
+    pub snapshot: Option<PathBuf>,
+}
+
+/// Why the simulated body could not run.
+#[derive(Debug, Error)]
+pub enum SimError {
+    /// The world cannot be used.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// The snapshot failed.
+    #[error(transparent)]
+    Snapshot(#[from] SnapshotError),
+    /// The learner's name or place is not usable.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
+    /// Signals cannot be handled.
+    #[error("cannot handle signals: {0}")]
+    Signals(#[source] std::io::Error),
+    /// The life with the daemon failed.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+/// Builds the body that the arguments ask for, without attaching it to anything.
+///
+/// # Errors
+/// When the world cannot be used.
+pub fn build(args: &SimArgs) -> Result<SimBody, WorldError> {
+    SimBody::new(&args.body, WorldFile::load(&args.world)?, &args.world, args.seed, args.realtime)
+}
+
+/// Runs the simulated body until SIGINT or SIGTERM, sent away, or, if asked for, the daemon has gone. With
+/// `snapshot`, writes the picture and ends; there is no summary then.
+///
+/// # Errors
+/// When the world cannot be used, the picture not written, or the daemon cannot be lived with.
+pub fn run(args: &SimArgs) -> Result<Option<RunSummary>, SimError> {
+    let mut body = build(args)?;
+    if let Some(path) = &args.snapshot {
+        snapshot::snapshot(&mut body, path)?;
+        return Ok(None);
+    }
+    let place = Place::new(RuntimeDir::from_environment()?, LearnerName::new(&args.name)?);
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        // The second of the same signal ends the process at once, should an action never end.
+        signal_hook::flag::register_conditional_shutdown(signal, 1, stop.clone())
+            .and_then(|_| signal_hook::flag::register(signal, stop.clone()))
+            .map_err(SimError::Signals)?;
+    }
+    let options = RunOptions { place, exit_when_daemon_gone: args.exit_with_daemon, stop };
+    Ok(Some(pschema_protocol::body::run(body, &options)?))
+}

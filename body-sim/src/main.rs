@@ -1,0 +1,38 @@
+//! The simulated body as a process.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use pschema_sim::{SimArgs, run};
+use tracing_subscriber::EnvFilter;
+
+/// The simulated body of a pschema learner: an arm, a table, blocks, a camera.
+///
+/// Example: `pschema-sim --name default --world wide --seed 7`
+#[derive(Parser)]
+#[command(version)]
+struct Cli {
+    #[command(flatten)]
+    args: SimArgs,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    match run(&cli.args) {
+        Ok(summary) => {
+            if let Some(summary) = summary {
+                eprintln!(
+                    "{} frames, {} orders; ended: {:?}",
+                    summary.frames, summary.orders, summary.ending
+                );
+            }
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("pschema-sim: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! Pacing simulated time to the clock on the wall.
+
+use std::time::{Duration, Instant};
+
+use crate::world::STEP_S;
+
+/// Further behind than this, lost time is given up, not caught up with.
+const LAG_MAX: Duration = Duration::from_millis(100);
+
+/// Lets one simulated step pass in the time that it takes in the world.
+#[derive(Clone, Debug)]
+pub struct Pace {
+    due: Instant,
+}
+
+impl Pace {
+    /// Starts now.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { due: Instant::now() }
+    }
+
+    /// Waits until one more step is due.
+    pub fn step(&mut self) {
+        let now = Instant::now();
+        if now.saturating_duration_since(self.due) > LAG_MAX {
+            self.due = now;
+        }
+        self.due += Duration::from_secs_f64(STEP_S);
+        std::thread::sleep(self.due.saturating_duration_since(now));
+    }
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,104 @@
+//! Touch: four pads around the finger's ball, facing left, right, near and far as the finger is turned.
+//! They are a little soft: what is within their give is felt.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::world::Gap;
+
+/// The pads' give: a block this near is felt, in metres.
+pub const GIVE_M: f64 = 0.001;
+/// Half the angle that a pad covers, as a cosine: 52 degrees, so that a contact on a corner is felt by two.
+const HALF_PAD_COSINE: f64 = 0.616;
+
+/// A pad, by the side of the finger it is on. The order is that of the declared symbols.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Towards the finger's left.
+    Left,
+    /// Towards its right.
+    Right,
+    /// Towards the arm's base.
+    Near,
+    /// Away from it.
+    Far,
+}
+
+impl Side {
+    /// All pads, in the order of their symbols.
+    pub const ALL: [Self; 4] = [Self::Left, Self::Right, Self::Near, Self::Far];
+
+    /// The pad's symbol.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+            Self::Near => "near",
+            Self::Far => "far",
+        }
+    }
+
+    /// Where the pad faces, in the finger's frame.
+    fn facing(self) -> Vector3<f64> {
+        match self {
+            Self::Left => -Vector3::x(),
+            Self::Right => Vector3::x(),
+            Self::Near => -Vector3::y(),
+            Self::Far => Vector3::y(),
+        }
+    }
+}
+
+/// Whether anything is felt.
+#[must_use]
+pub fn touching(gaps: &[Gap]) -> bool {
+    gaps.iter().any(|gap| gap.distance_m <= GIVE_M)
+}
+
+/// The pads that feel something, in the order of [`Side::ALL`]. None for a contact from straight below.
+#[must_use]
+pub fn sides(gaps: &[Gap], finger_turn: &UnitQuaternion<f64>) -> Vec<Side> {
+    let felt: Vec<Vector3<f64>> = gaps
+        .iter()
+        .filter(|gap| gap.distance_m <= GIVE_M)
+        .filter_map(|gap| {
+            let local = finger_turn.inverse_transform_vector(&gap.direction);
+            Vector3::new(local.x, local.y, 0.0).try_normalize(0.2)
+        })
+        .collect();
+    let feels = |side: &Side| felt.iter().any(|direction| direction.dot(&side.facing()) >= HALF_PAD_COSINE);
+    Side::ALL.into_iter().filter(feels).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gap(x: f64, y: f64, z: f64, distance_m: f64) -> Gap {
+        Gap { block: 0, distance_m, direction: Vector3::new(x, y, z).normalize() }
+    }
+
+    #[test]
+    fn a_contact_is_felt_on_the_side_it_is_on() {
+        let turn = UnitQuaternion::identity();
+        for (x, y, side) in
+            [(-1.0, 0.0, Side::Left), (1.0, 0.1, Side::Right), (0.1, -1.0, Side::Near), (0.0, 1.0, Side::Far)]
+        {
+            assert_eq!(sides(&[gap(x, y, 0.1, 0.0)], &turn), [side]);
+        }
+    }
+
+    #[test]
+    fn sides_turn_with_the_finger() {
+        let quarter_right = UnitQuaternion::from_euler_angles(0.0, 0.0, -std::f64::consts::FRAC_PI_2);
+        assert_eq!(sides(&[gap(1.0, 0.0, 0.0, 0.0)], &quarter_right), [Side::Far]);
+    }
+
+    #[test]
+    fn a_corner_is_felt_by_two_and_a_distant_block_by_none() {
+        let turn = UnitQuaternion::identity();
+        assert_eq!(sides(&[gap(1.0, 1.0, 0.0, 0.0005)], &turn), [Side::Right, Side::Far]);
+        assert!(sides(&[gap(1.0, 0.0, 0.0, 0.002)], &turn).is_empty());
+        assert!(!touching(&[gap(1.0, 0.0, 0.0, 0.002)]) && touching(&[gap(1.0, 0.0, 0.0, -0.001)]));
+    }
+}
