@@ -1,0 +1,321 @@
+//! What the reference learner knows: plain lists, searched from end to end, and its own way of applying
+//! effects to them.
+
+use pschema_learner::curriculum::Curriculum;
+use pschema_learner::effect::{Effect, Execution, Seen};
+use pschema_learner::observation::{Observation, Pattern, Substitution};
+use pschema_learner::parameters::Parameters;
+use pschema_learner::probability::Count;
+use pschema_learner::progress::StageEffect;
+use pschema_learner::random::Random;
+use pschema_learner::schema::SchemaId;
+use pschema_learner::vocabulary::{BodyId, Declaration, DeclaredType, Parameter, PrimitiveId};
+
+/// A post-condition; in a concrete schema the pattern has no variables.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Post {
+    pub(crate) what: Pattern,
+    pub(crate) absent: bool,
+    pub(crate) count: Count,
+}
+
+/// A schema of either form: concrete if it has a primitive, generalised if it has a target.
+#[derive(Clone, Debug)]
+pub(crate) struct Schema {
+    pub(crate) id: SchemaId,
+    pub(crate) pre: Vec<Pattern>,
+    pub(crate) action: Option<PrimitiveId>,
+    pub(crate) target: Vec<Pattern>,
+    pub(crate) post: Vec<Post>,
+    pub(crate) executions: Count,
+    pub(crate) associations: Vec<(Observation, Count)>,
+    pub(crate) examples: Vec<SchemaId>,
+    pub(crate) counter_examples: Vec<SchemaId>,
+    pub(crate) retired: bool,
+    pub(crate) created_step: u64,
+}
+
+/// All variables replaced; every variable of a schema occurs in its pre-conditions, so all are bound.
+pub(crate) fn put_in(pattern: &Pattern, binding: &Substitution) -> Observation {
+    pattern.apply(binding).expect("a binding binds every variable of its schema")
+}
+
+impl Schema {
+    pub(crate) fn pre(&self, binding: &Substitution) -> Vec<Observation> {
+        self.pre.iter().map(|pattern| put_in(pattern, binding)).collect()
+    }
+
+    /// The post-conditions that are observed, or with `absent` those no longer observed.
+    pub(crate) fn outcomes(&self, binding: &Substitution, absent: bool) -> Vec<(Observation, Count)> {
+        let chosen = self.post.iter().filter(|post| post.absent == absent);
+        chosen.map(|post| (put_in(&post.what, binding), post.count)).collect()
+    }
+
+    /// Whether a post-condition is predicted: in a concrete schema, one that held in at least this share of
+    /// trials; in a generalised schema, every one.
+    pub(crate) fn predicts(&self, count: Count, ratio_min: f64) -> bool {
+        self.action.is_none() || count.ratio() >= ratio_min
+    }
+
+    /// As [`Schema::outcomes`], but only those predicted.
+    pub(crate) fn predicted(
+        &self,
+        binding: &Substitution,
+        absent: bool,
+        ratio_min: f64,
+    ) -> Vec<(Observation, Count)> {
+        let mut outcomes = self.outcomes(binding, absent);
+        outcomes.retain(|(_, count)| self.predicts(*count, ratio_min));
+        outcomes
+    }
+}
+
+/// Where the curriculum stands.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Standing {
+    pub(crate) student: Option<BodyId>,
+    pub(crate) pools: Vec<Vec<i64>>,
+    pub(crate) begun: bool,
+    pub(crate) entered: bool,
+    pub(crate) finished: bool,
+    pub(crate) held: bool,
+    pub(crate) stuck: bool,
+    pub(crate) stage: usize,
+    pub(crate) trials: u32,
+    pub(crate) trial_open: bool,
+    pub(crate) trial_actions: u32,
+    pub(crate) quiet_actions: u32,
+    pub(crate) habituating: bool,
+    /// The step in which the stage was entered.
+    pub(crate) first_step: u64,
+}
+
+/// Everything known.
+#[derive(Clone, Debug)]
+pub(crate) struct Memory {
+    pub(crate) parameters: Parameters,
+    pub(crate) curriculum: Curriculum,
+    pub(crate) types: Vec<DeclaredType>,
+    pub(crate) properties: Vec<String>,
+    pub(crate) symbols: Vec<String>,
+    pub(crate) primitives: Vec<(String, Vec<Parameter>)>,
+    pub(crate) bodies: Vec<(String, Vec<PrimitiveId>)>,
+    pub(crate) schemas: Vec<Schema>,
+    pub(crate) attention: Vec<(Observation, u32)>,
+    pub(crate) attempts: Vec<Count>,
+    pub(crate) pending: Vec<Option<Execution>>,
+    pub(crate) standing: Standing,
+    pub(crate) random: Random,
+    pub(crate) step: u64,
+}
+
+impl Memory {
+    pub(crate) fn new(seed: u64, parameters: Parameters, curriculum: Curriculum) -> Self {
+        Self {
+            parameters,
+            curriculum,
+            types: Vec::new(),
+            properties: Vec::new(),
+            symbols: Vec::new(),
+            primitives: Vec::new(),
+            bodies: Vec::new(),
+            schemas: Vec::new(),
+            attention: Vec::new(),
+            attempts: Vec::new(),
+            pending: Vec::new(),
+            standing: Standing::default(),
+            random: Random::from_seed(seed),
+            step: 0,
+        }
+    }
+
+    pub(crate) fn schema(&self, id: SchemaId) -> &Schema {
+        &self.schemas[id.index()]
+    }
+
+    pub(crate) fn n(&self, observation: &Observation) -> u32 {
+        self.attention.iter().find(|(known, _)| known == observation).map_or(0, |(_, n)| *n)
+    }
+
+    /// (1 + carried out) / (1 + attempts).
+    pub(crate) fn reliability(&self, primitive: PrimitiveId) -> f64 {
+        let count = self.attempts[primitive.0 as usize];
+        (1.0 + f64::from(count.occurrences)) / (1.0 + f64::from(count.trials))
+    }
+
+    pub(crate) fn apply(&mut self, effect: &Effect) {
+        match effect {
+            Effect::Declared(declaration) => self.declared(declaration),
+            Effect::SymbolsMet(symbols) => self.symbols.extend(symbols.iter().cloned()),
+            Effect::Attempted { primitive, carried_out } => {
+                self.attempts[primitive.0 as usize].observe(*carried_out);
+            }
+            Effect::Executed { schema, success, post, associations } => {
+                let schema = &mut self.schemas[schema.index()];
+                schema.executions.observe(*success);
+                for (post, seen) in schema.post.iter_mut().zip(post) {
+                    count(&mut post.count, *seen);
+                }
+                for ((_, known), seen) in schema.associations.iter_mut().zip(associations) {
+                    count(known, *seen);
+                }
+            }
+            Effect::OutcomeAdded { schema, observation, absent } => {
+                let schema = &mut self.schemas[schema.index()];
+                let count = Count { occurrences: 1, trials: schema.executions.trials };
+                schema.post.push(Post { what: observation.into(), absent: *absent, count });
+            }
+            Effect::Created { pre, action, post, parent: _, contradicts } => {
+                let pre = pre.iter().map(Pattern::from).collect();
+                let post = post.iter().map(|(what, absent)| (what.into(), *absent)).collect();
+                let id = self.add(pre, post, Count::ONCE);
+                self.schemas[id.index()].action = Some(*action);
+                if let Some(generalised) = contradicts {
+                    self.schemas[generalised.index()].counter_examples.push(id);
+                }
+            }
+            Effect::Generalised { pre, target, post, parent: _, examples } => {
+                let n = u32::try_from(examples.len()).unwrap();
+                let id = self.add(pre.clone(), post.clone(), Count { occurrences: n, trials: n });
+                self.schemas[id.index()].target.clone_from(target);
+                self.schemas[id.index()].examples.clone_from(examples);
+            }
+            Effect::Supported { generalised, example } => {
+                self.schemas[generalised.index()].examples.push(*example);
+            }
+            Effect::Retired { generalised } => self.schemas[generalised.index()].retired = true,
+            Effect::Associated { schema, observation, replaces } => {
+                let associations = &mut self.schemas[schema.index()].associations;
+                if let Some(at) = replaces {
+                    associations.remove(*at);
+                }
+                associations.push((observation.clone(), Count::ONCE));
+            }
+            Effect::Attended(observations) => {
+                for observation in observations {
+                    match self.attention.iter_mut().find(|(known, _)| known == observation) {
+                        Some((_, n)) => *n += 1,
+                        None => self.attention.push((observation.clone(), 1)),
+                    }
+                }
+            }
+            Effect::Stage(effect) => self.staged(effect),
+            Effect::StepEnded { body, random, pending } => {
+                self.random = Random::from_seed(*random);
+                self.pending[usize::from(body.0)] = pending.as_deref().cloned();
+                self.step += 1;
+            }
+        }
+    }
+
+    fn add(&mut self, pre: Vec<Pattern>, post: Vec<(Pattern, bool)>, count: Count) -> SchemaId {
+        let id = SchemaId(u32::try_from(self.schemas.len()).unwrap());
+        self.schemas.push(Schema {
+            id,
+            pre,
+            action: None,
+            target: Vec::new(),
+            post: post.into_iter().map(|(what, absent)| Post { what, absent, count }).collect(),
+            executions: count,
+            associations: Vec::new(),
+            examples: Vec::new(),
+            counter_examples: Vec::new(),
+            retired: false,
+            created_step: self.step,
+        });
+        id
+    }
+
+    fn declared(&mut self, declaration: &Declaration) {
+        for declared in &declaration.observation_types {
+            if !self.types.contains(declared) {
+                self.types.push(declared.clone());
+            }
+            for property in &declared.properties {
+                if !self.properties.contains(&property.name) {
+                    self.properties.push(property.name.clone());
+                }
+            }
+        }
+        let mut repertoire = Vec::new();
+        for (action, parameters) in &declaration.repertoire {
+            let primitive = (declaration.actions[*action].name.clone(), parameters.clone());
+            let at = self.primitives.iter().position(|known| *known == primitive).unwrap_or_else(|| {
+                self.primitives.push(primitive);
+                self.attempts.push(Count::default());
+                self.primitives.len() - 1
+            });
+            repertoire.push(PrimitiveId(u32::try_from(at).unwrap()));
+        }
+        repertoire.sort_unstable();
+        repertoire.dedup();
+        match self.bodies.iter_mut().find(|(name, _)| *name == declaration.body) {
+            Some((_, known)) => *known = repertoire,
+            None => {
+                self.bodies.push((declaration.body.clone(), repertoire));
+                self.pending.push(None);
+            }
+        }
+    }
+
+    fn staged(&mut self, effect: &StageEffect) {
+        let standing = &mut self.standing;
+        match effect {
+            StageEffect::Begun { student, pools, random } => {
+                standing.begun = true;
+                standing.student = Some(*student);
+                standing.pools.clone_from(pools);
+                self.random = Random::from_seed(*random);
+            }
+            StageEffect::Entered { stage, .. } => {
+                *standing = Standing {
+                    student: standing.student,
+                    pools: std::mem::take(&mut standing.pools),
+                    begun: standing.begun,
+                    entered: true,
+                    held: standing.held,
+                    stage: *stage,
+                    first_step: self.step,
+                    ..Standing::default()
+                };
+                self.pending.fill(None);
+            }
+            StageEffect::TrialBegun { drawn } => {
+                for (pool, number) in drawn {
+                    assert_eq!(standing.pools[*pool].pop(), Some(*number));
+                }
+                standing.trials += 1;
+                standing.trial_open = true;
+                standing.trial_actions = 0;
+                standing.quiet_actions = 0;
+            }
+            StageEffect::Acted { .. } => standing.trial_actions += 1,
+            StageEffect::Quiet(true) => standing.quiet_actions += 1,
+            StageEffect::Quiet(false) => standing.quiet_actions = 0,
+            StageEffect::TrialEnded { .. } => {
+                standing.trial_open = false;
+                standing.quiet_actions = 0;
+                standing.habituating = false;
+            }
+            StageEffect::Saturated => standing.habituating = true,
+            StageEffect::Ended => {}
+            StageEffect::Finished => {
+                standing.finished = true;
+                standing.trial_open = false;
+                standing.trial_actions = 0;
+                standing.quiet_actions = 0;
+                standing.habituating = false;
+            }
+            StageEffect::Held(held) => standing.held = *held,
+            StageEffect::Stuck(_) => standing.stuck = true,
+        }
+    }
+}
+
+fn count(count: &mut Count, seen: Seen) {
+    match seen {
+        Seen::Held => count.observe(true),
+        Seen::Missed => count.observe(false),
+        Seen::Constrained => {}
+    }
+}

@@ -1,0 +1,226 @@
+//! Step 8 of the cycle: developmental control (II-F, II-G).
+
+use pschema_learner::curriculum::{Afterwards, Argument, Lift, SceneCommand, Stage};
+use pschema_learner::effect::Effect;
+use pschema_learner::observation::{SymbolId, TypeId, Value};
+use pschema_learner::progress::{StageCommand, StageCommandError, StageEffect};
+use pschema_learner::schema::SchemaId;
+use pschema_learner::step::{ActionOutcome, Frame};
+use pschema_learner::vocabulary::BodyId;
+use pschema_learner::world_state::WorldState;
+
+use super::learner::Reference;
+
+/// What the curriculum asks for.
+pub(crate) enum Demand {
+    Act,
+    Arrange(Vec<SceneCommand>),
+    Hold,
+}
+
+impl Reference {
+    pub(crate) fn stage(&self) -> &Stage {
+        &self.memory.curriculum.stages[self.memory.standing.stage]
+    }
+
+    pub(crate) fn lifted(&self, kind: TypeId) -> bool {
+        let known = self.memory.types.get(usize::from(kind.0));
+        known.is_some_and(|declared| match &self.stage().lift {
+            Lift::All => true,
+            Lift::Types(names) => names.contains(&declared.name),
+        })
+    }
+
+    pub(crate) fn world(&self, frame: &Frame) -> WorldState {
+        WorldState::new(frame.observations.iter().filter(|o| self.lifted(o.kind())).cloned())
+    }
+
+    fn staged(&mut self, effect: StageEffect) {
+        self.emit(Effect::Stage(effect));
+    }
+
+    /// Takes note that the surroundings could not be arranged.
+    pub(crate) fn arranged(&mut self, outcome: Option<ActionOutcome>) {
+        if self.memory.standing.trial_open && outcome.is_some_and(|o| o != ActionOutcome::Done) {
+            self.staged(StageEffect::Stuck(String::new()));
+        }
+    }
+
+    pub(crate) fn begin(&mut self, student: BodyId) {
+        if self.memory.standing.begun {
+            return;
+        }
+        let mut random = self.memory.random;
+        let mut pools = Vec::new();
+        for pool in &self.memory.curriculum.pools {
+            let mut numbers: Vec<i64> = (pool.from..=pool.to).collect();
+            for at in (1..numbers.len()).rev() {
+                numbers.swap(at, random.below(at + 1));
+            }
+            pools.push(numbers);
+        }
+        self.staged(StageEffect::Begun { student, pools, random: random.state() });
+        if !self.memory.standing.entered {
+            self.enter(0);
+        }
+    }
+
+    fn enter(&mut self, stage: usize) {
+        let name = self.memory.curriculum.stages[stage].name.clone();
+        self.staged(StageEffect::Entered { stage, name });
+    }
+
+    /// Ends the present stage and enters the next, if there is one.
+    fn advance(&mut self) {
+        self.staged(StageEffect::Ended);
+        let next = self.memory.standing.stage + 1;
+        if next < self.memory.curriculum.stages.len() {
+            self.enter(next);
+        } else {
+            self.staged(StageEffect::Finished);
+        }
+    }
+
+    /// What is to be done now, after ending what is over.
+    pub(crate) fn demand(&mut self, frame: &Frame, student: bool, acted: bool) -> Demand {
+        loop {
+            let standing = self.memory.standing.clone();
+            let over = standing.finished && self.memory.curriculum.afterwards == Afterwards::Hold;
+            if standing.held || standing.stuck || over {
+                return Demand::Hold;
+            }
+            if !student || standing.finished {
+                return Demand::Act;
+            }
+            let (trials, most) = (self.stage().trials, self.stage().trial_actions_max);
+            if standing.trial_open {
+                let met = self.until_met(frame);
+                if !acted || (!met && (most == 0 || standing.trial_actions < most)) {
+                    return Demand::Act;
+                }
+                self.end_trial(met);
+            } else if standing.trials < trials {
+                return self.begin_trial();
+            } else if trials == 0 || self.stage().saturation.is_some() {
+                return Demand::Act;
+            } else {
+                self.advance();
+            }
+        }
+    }
+
+    pub(crate) fn end_trial(&mut self, met: bool) {
+        let generalised = self.memory.schemas.iter().filter(|s| s.action.is_none()).count();
+        self.staged(StageEffect::TrialEnded { met, generalised: u32::try_from(generalised).unwrap() });
+    }
+
+    fn until_met(&self, frame: &Frame) -> bool {
+        let Some(until) = &self.stage().until else { return false };
+        self.world(frame).observations().iter().any(|o| {
+            self.memory.types[usize::from(o.kind().0)].name == until.kind
+                && until.properties.iter().all(|(name, value)| {
+                    let value = match value {
+                        Argument::Integer(value) => Some(Value::Integer(*value)),
+                        Argument::Symbol(symbol) => {
+                            let at = self.memory.symbols.iter().position(|known| known == symbol);
+                            at.map(|at| Value::Symbol(SymbolId(u32::try_from(at).unwrap())))
+                        }
+                        Argument::Draw(_) => None,
+                    };
+                    let property = |at: u16| &self.memory.properties[usize::from(at)];
+                    o.properties().iter().any(|(p, v)| property(p.0) == name && Some(*v) == value)
+                })
+        })
+    }
+
+    fn begin_trial(&mut self) -> Demand {
+        let pools = &self.memory.curriculum.pools;
+        let mut left = self.memory.standing.pools.clone();
+        let mut drawn = Vec::new();
+        let mut commands = self.stage().arrange.clone();
+        for (_, argument) in commands.iter_mut().flat_map(|command| &mut command.arguments) {
+            if let Argument::Draw(name) = argument {
+                let at = pools.iter().position(|pool| pool.name == *name).unwrap();
+                let Some(number) = left[at].pop() else {
+                    self.staged(StageEffect::Stuck(String::new()));
+                    return Demand::Hold;
+                };
+                drawn.push((at, number));
+                *argument = Argument::Integer(number);
+            }
+        }
+        self.staged(StageEffect::TrialBegun { drawn });
+        Demand::Arrange(commands)
+    }
+
+    /// Schemas made in this stage that can be executed here and are not known well enough.
+    pub(crate) fn unhabituated(&self, world: &WorldState, body: BodyId) -> Vec<SchemaId> {
+        let Some(rule) = &self.stage().habituation else { return Vec::new() };
+        let repertoire = &self.memory.bodies[usize::from(body.0)].1;
+        let made = self.executable(world).into_iter().filter(|s| {
+            s.created_step >= self.memory.standing.first_step
+                && s.action.is_some_and(|action| repertoire.contains(&action))
+        });
+        let enough = |s: &&super::memory::Schema| {
+            let (low, high) = s.executions.interval();
+            s.executions.trials >= rule.executions_min || high - low <= rule.interval_max
+        };
+        made.filter(|s| !enough(s)).map(|s| s.id).collect()
+    }
+
+    /// Counts quiet actions, and ends the trial or stage when it is saturated and habituated to. Returns
+    /// whether that alters the choice.
+    pub(crate) fn saturate(&mut self, world: &WorldState, body: BodyId, quiet: bool) -> bool {
+        let Some(rule) = self.stage().saturation.clone() else { return false };
+        let ends_otherwise = self.stage().until.is_some() || self.stage().trial_actions_max > 0;
+        if self.memory.standing.trial_open && ends_otherwise {
+            return false;
+        }
+        let habituating = self.memory.standing.habituating;
+        if !habituating {
+            self.staged(StageEffect::Quiet(quiet));
+            if self.memory.standing.quiet_actions < rule.actions {
+                return false;
+            }
+            self.staged(StageEffect::Saturated);
+        }
+        if !self.unhabituated(world, body).is_empty() {
+            return !habituating;
+        }
+        if self.memory.standing.trial_open {
+            self.end_trial(false);
+        }
+        if self.memory.standing.trials >= self.stage().trials {
+            self.advance();
+        }
+        true
+    }
+
+    /// Obeys an operator.
+    pub(crate) fn command(&mut self, command: &StageCommand) -> Result<Vec<Effect>, StageCommandError> {
+        self.effects.clear();
+        let stages = &self.memory.curriculum.stages;
+        match command {
+            StageCommand::Hold => self.staged(StageEffect::Held(true)),
+            StageCommand::Resume => self.staged(StageEffect::Held(false)),
+            StageCommand::Next => {
+                let next = self.memory.standing.stage + 1;
+                if next >= stages.len() {
+                    let name = self.stage().name.clone();
+                    return Err(StageCommandError::Last { name });
+                }
+                self.staged(StageEffect::Ended);
+                self.enter(next);
+            }
+            StageCommand::Set(name) => {
+                let Some(at) = stages.iter().position(|stage| stage.name == *name) else {
+                    let known = String::new();
+                    return Err(StageCommandError::Unknown { name: name.clone(), known });
+                };
+                self.enter(at);
+            }
+        }
+        Ok(std::mem::take(&mut self.effects))
+    }
+
+}

@@ -1,0 +1,114 @@
+//! The daemon as a program: arguments, log, signals.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::Parser;
+use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
+use tracing_subscriber::EnvFilter;
+
+use crate::{ServerError, Setup, config, serve};
+
+/// Run a learner in the foreground, for bodies to attach to and tools to ask.
+///
+/// Memory is kept in RAM only: what was learnt is gone when the daemon ends.
+#[derive(Clone, Debug, clap::Args)]
+pub struct ServerArgs {
+    /// The learner's name: 1 to 32 of a-z, 0-9, _ and -. Several learners live side by side by name.
+    #[arg(long, default_value = "default")]
+    pub name: LearnerName,
+
+    /// What the learner's draws begin from. The same seed, curriculum and body give the same memory.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+
+    /// A file with the learner's parameters, such as `server/learner.toml`; without it, the defaults.
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+
+    /// A built-in curriculum (free, exp1-s1, exp1-s1-narrow), or a file with one.
+    #[arg(long, value_name = "NAME|FILE", default_value = "free")]
+    pub curriculum: String,
+}
+
+impl ServerArgs {
+    /// What the learner starts from, read and checked.
+    ///
+    /// # Errors
+    /// [`config::ConfigError`] with the place of the mistake.
+    pub fn setup(&self) -> Result<Setup, config::ConfigError> {
+        Ok(Setup {
+            seed: self.seed,
+            parameters: config::parameters(self.config.as_deref())?,
+            curriculum: config::curriculum(&self.curriculum)?,
+        })
+    }
+}
+
+/// Runs the daemon that `args` describe, in the runtime directory that the environment says, until `stop` is
+/// set or a tool ends it.
+///
+/// # Errors
+/// [`ServerError`]; nothing that a body or a tool does is one.
+pub fn run(args: &ServerArgs, stop: &AtomicBool) -> Result<(), ServerError> {
+    // Before anything is created: a mistake in a file leaves nothing behind.
+    let setup = args.setup()?;
+    let place = Place::new(RuntimeDir::from_environment()?, args.name.clone());
+    serve(place, setup, stop)
+}
+
+/// The whole program `pschema-server`: reads the command line, logs to stderr, ends cleanly on SIGINT and
+/// SIGTERM, at once on the second of them.
+#[must_use]
+pub fn program() -> ExitCode {
+    let program = Program::parse();
+    log_to_stderr(program.log_json);
+    let result = signals().map_err(ServerError::Signals).and_then(|stop| run(&program.args, &stop));
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn log_to_stderr(json: bool) {
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    let log = log.with_ansi(
+        std::io::IsTerminal::is_terminal(&std::io::stderr()) && std::env::var_os("NO_COLOR").is_none(),
+    );
+    let set = if json { log.json().try_init() } else { log.try_init() };
+    if let Err(error) = set {
+        // A host that has a log of its own keeps it.
+        tracing::debug!(%error, "the log is set up already");
+    }
+}
+
+fn signals() -> Result<Arc<AtomicBool>, std::io::Error> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        // The order matters: the first signal only sets the flag, which arms the second.
+        signal_hook::flag::register_conditional_shutdown(signal, 1, stop.clone())?;
+        signal_hook::flag::register(signal, stop.clone())?;
+    }
+    Ok(stop)
+}
+
+/// Run a learner in the foreground, for bodies to attach to and tools to ask.
+///
+/// Memory is kept in RAM only: what was learnt is gone when the daemon ends.
+#[derive(Debug, Parser)]
+#[command(name = "pschema-server", version)]
+#[command(after_help = "Example:\n  pschema-server --name arm --seed 7 --curriculum exp1-s1")]
+struct Program {
+    #[command(flatten)]
+    args: ServerArgs,
+
+    /// Write the log as JSON, one object a line. `RUST_LOG` sets the level; the default is info.
+    #[arg(long)]
+    log_json: bool,
+}

@@ -1,0 +1,145 @@
+//! `learner.toml`: every number and switch of the learner.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use pschema_learner::parameters::{Parameters, TypeOverride};
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{ConfigError, Mistake, Source, read};
+
+/// Observation types that may be given rules of their own.
+const TYPE_OVERRIDES_MAX: usize = 1024;
+
+/// As written; what is not written is the default.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Written {
+    association_weight: Option<Spanned<f64>>,
+    excite_by_post_conditions: Option<bool>,
+    babbling_excitation: Option<Spanned<f64>>,
+    generalisation: Option<bool>,
+    generalisation_share_min: Option<Spanned<f64>>,
+    generalisation_support_min: Option<Spanned<usize>>,
+    prediction_ratio_min: Option<Spanned<f64>>,
+    association_low_min: Option<Spanned<f64>>,
+    attention: Option<bool>,
+    chain_length_max: Option<Spanned<u32>>,
+    chain_expansions_max: Option<Spanned<u32>>,
+    types: BTreeMap<Spanned<String>, WrittenType>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenType {
+    precondition: Option<bool>,
+    postcondition: Option<bool>,
+}
+
+/// The parameters that the file at `path` gives; the defaults without a file.
+///
+/// # Errors
+/// When the file can't be read, has unknown keys or a value outside its range.
+pub fn parameters(path: Option<&Path>) -> Result<Parameters, ConfigError> {
+    let Some(path) = path else { return Ok(Parameters::default()) };
+    let text = read(path)?;
+    parse(Source { name: &path.display().to_string(), text: &text })
+}
+
+fn parse(source: Source<'_>) -> Result<Parameters, ConfigError> {
+    let written: Written = source.parse()?;
+    let mut parameters = Parameters::default();
+    let spans = [
+        ("association_weight", take(&written.association_weight, &mut parameters.association_weight)),
+        ("babbling_excitation", take(&written.babbling_excitation, &mut parameters.babbling_excitation)),
+        (
+            "generalisation_share_min",
+            take(&written.generalisation_share_min, &mut parameters.generalisation_share_min),
+        ),
+        (
+            "generalisation_support_min",
+            take(&written.generalisation_support_min, &mut parameters.generalisation_support_min),
+        ),
+        ("prediction_ratio_min", take(&written.prediction_ratio_min, &mut parameters.prediction_ratio_min)),
+        ("association_low_min", take(&written.association_low_min, &mut parameters.association_low_min)),
+        ("chain_length_max", take(&written.chain_length_max, &mut parameters.chain_length_max)),
+        ("chain_expansions_max", take(&written.chain_expansions_max, &mut parameters.chain_expansions_max)),
+    ];
+    parameters.excite_by_post_conditions =
+        written.excite_by_post_conditions.unwrap_or(parameters.excite_by_post_conditions);
+    parameters.generalisation = written.generalisation.unwrap_or(parameters.generalisation);
+    parameters.attention = written.attention.unwrap_or(parameters.attention);
+    if written.types.len() > TYPE_OVERRIDES_MAX {
+        let problem = format!("{} types, at most {TYPE_OVERRIDES_MAX} are allowed", written.types.len());
+        return Err(source.wrong(Mistake::new(0..0, problem)));
+    }
+    let types = written.types.into_iter().map(|(name, rules)| TypeOverride {
+        name: name.into_inner(),
+        precondition: rules.precondition,
+        postcondition: rules.postcondition,
+    });
+    parameters.type_overrides = types.collect();
+    parameters.check().map_err(|error| {
+        let at = spans.into_iter().find(|(name, _)| *name == error.name).and_then(|(_, at)| at);
+        source.wrong(Mistake::new(at.unwrap_or(0..0), error.to_string()))
+    })?;
+    Ok(parameters)
+}
+
+/// Takes over a number that is written, and says where it is written.
+fn take<T: Copy>(written: &Option<Spanned<T>>, into: &mut T) -> Option<std::ops::Range<usize>> {
+    let written = written.as_ref()?;
+    *into = *written.get_ref();
+    Some(written.span())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(text: &str) -> Result<Parameters, String> {
+        parse(Source { name: "learner.toml", text }).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_example_file_says_the_defaults() {
+        let text = include_str!("../../learner.toml");
+        assert_eq!(parsed(text).unwrap(), Parameters::default());
+        // Every key stands in it, so that nobody has to look further.
+        let Err(error) = parsed("no_such_key = 1") else { panic!("an unknown key was taken") };
+        let keys = error.split('`').skip(3).step_by(2).collect::<Vec<_>>();
+        assert!(keys.len() >= 12, "{error}");
+        for key in keys {
+            assert!(text.contains(key), "learner.toml does not speak of {key}");
+        }
+    }
+
+    #[test]
+    fn values_are_taken_over() {
+        let text = "association_weight = 0.5\nattention = false\n[types.finger]\nprecondition = true\n";
+        let parameters = parsed(text).unwrap();
+        assert!((parameters.association_weight - 0.5).abs() < f64::EPSILON && !parameters.attention);
+        assert_eq!(parameters.type_overrides.len(), 1);
+        assert_eq!(parameters.type_overrides[0].precondition, Some(true));
+        assert_eq!(parameters.type_overrides[0].postcondition, None);
+    }
+
+    #[test]
+    fn mistakes_are_located() {
+        let cases = [
+            ("attention = true\nomega = 0.8\n", "learner.toml:2:1:", "unknown field `omega`"),
+            ("\nassociation_weight = 1.5\n", "learner.toml:2:22:", "outside 0..=1"),
+            ("association_weight = nan\n", "learner.toml:1:22:", "outside 0..=1"),
+            ("generalisation_support_min = 1\n", "learner.toml:1:30:", "outside 2.."),
+            ("attention = \"yes\"\n", "learner.toml:1:13:", "boolean"),
+            ("chain_length_max = -1\n", "learner.toml:1:20:", "u32"),
+            ("[types.finger]\nlifted = true\n", "learner.toml:2:1:", "unknown field `lifted`"),
+            ("attention = = true\n", "learner.toml:1:13:", ""),
+        ];
+        for (text, place, complaint) in cases {
+            let error = parsed(text).unwrap_err();
+            assert!(error.starts_with(place) && error.contains(complaint), "{text:?} gave {error}");
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! A body and its learner in one process: the same session, translation, learner and wire encoding as the
+//! daemon's, without shared memory. The same seed gives the same memory, to the digest.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use pschema_learner::progress::{StageCommand, StageCommandError};
+use pschema_learner::step::{Learner, LearnerError};
+use pschema_protocol::body::{Body, BodyLoop, Directive};
+use pschema_protocol::inspect::{Answer, Report, Request};
+use pschema_protocol::refusal::Refusal;
+use pschema_protocol::{decode, encode};
+
+use crate::daemon::body_status;
+use crate::inspect;
+use crate::mind::{HostFacts, Mind, SayError, Setup, View};
+use crate::session::{AttachError, Session, is_waiting};
+
+/// Frames in a row without an order before a run is given up: the learner wants nothing of this body.
+const IDLE_FRAMES_MAX: u32 = 1000;
+
+/// Why a run in one process failed.
+#[derive(Debug, thiserror::Error)]
+pub enum InProcessError {
+    /// The learner can't be made.
+    #[error(transparent)]
+    Learner(#[from] LearnerError),
+    /// What the body says of itself is not allowed.
+    #[error("the body's description is not allowed: {0}")]
+    Description(#[source] Refusal),
+    /// The learner can't take the body.
+    #[error("the learner can't take the body: {0}")]
+    Attach(#[from] AttachError),
+    /// A frame of the body is not allowed.
+    #[error("the body's frame was refused ({code}): {reason}")]
+    Frame {
+        /// The number of the refusal.
+        code: u32,
+        /// Why.
+        reason: String,
+    },
+    /// A reply to the body is not allowed: a fault of the learner's side.
+    #[error("the reply to the body is wrong: {0}")]
+    Reply(#[source] Refusal),
+    /// The learner wants nothing of the body, though its curriculum is not over.
+    #[error("the learner asked for nothing in {IDLE_FRAMES_MAX} frames: does the body have a repertoire?")]
+    Idle,
+}
+
+/// Whether a run goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// The body has something to sense and the learner something to ask.
+    Running,
+    /// The learner waits: held, stuck, or through with its curriculum.
+    Waiting,
+}
+
+/// A body and its learner in one process.
+#[derive(Debug)]
+pub struct InProcess<B> {
+    body: BodyLoop<B>,
+    mind: Mind,
+    session: Session,
+    idle_frames: u32,
+}
+
+impl<B: Body> InProcess<B> {
+    /// Attaches `body` to a new learner.
+    ///
+    /// # Errors
+    /// When the learner can't be made or can't take the body.
+    pub fn new(body: B, setup: Setup) -> Result<Self, InProcessError> {
+        let mut mind = Mind::new(setup)?;
+        let mut body = BodyLoop::new(body);
+        let hello = body.hello().map_err(InProcessError::Description)?;
+        let hello = decode::hello(&hello).map_err(InProcessError::Description)?;
+        let (session, _) = Session::attach(1, &hello, mind.learner_mut())?;
+        body.attached(session.number());
+        Ok(Self { body, mind, session, idle_frames: 0 })
+    }
+
+    /// Exchanges one frame and its reply, and lets the body obey.
+    ///
+    /// # Errors
+    /// When the body or the learner breaks the protocol.
+    pub fn advance(&mut self) -> Result<Progress, InProcessError> {
+        let frame = self.body.next_frame();
+        let began = Instant::now();
+        let served = self.mind.serve(&mut self.session, frame, true);
+        let wire = encode::reply(self.session.number(), frame.header.sequence, &served.reply);
+        if served.step.is_some() {
+            self.mind.count_step(began);
+        }
+        match self.body.obey(&wire).map_err(InProcessError::Reply)? {
+            Directive::Continue => self.idle_frames = 0,
+            Directive::Refused { code, reason } => return Err(InProcessError::Frame { code, reason }),
+            Directive::Wait(_) | Directive::Detach => {
+                if is_waiting(self.mind.learner()) {
+                    self.idle_frames = 0;
+                    return Ok(Progress::Waiting);
+                }
+                self.idle_frames += 1;
+                if self.idle_frames >= IDLE_FRAMES_MAX {
+                    return Err(InProcessError::Idle);
+                }
+            }
+        }
+        Ok(Progress::Running)
+    }
+
+    /// Says words, which are heard with the next frame.
+    ///
+    /// # Errors
+    /// As [`Mind::say`].
+    pub fn say(&mut self, words: &[String]) -> Result<(), SayError> {
+        self.mind.say(words)
+    }
+
+    /// Obeys an operator's developmental control.
+    ///
+    /// # Errors
+    /// When there is no such stage.
+    pub fn stage(&mut self, command: &StageCommand) -> Result<(), StageCommandError> {
+        self.mind.stage(command)
+    }
+
+    /// The learner.
+    #[must_use]
+    pub fn learner(&self) -> &Learner {
+        self.mind.learner()
+    }
+
+    /// The body.
+    #[must_use]
+    pub fn body(&self) -> &B {
+        self.body.body()
+    }
+
+    /// The session between them.
+    #[must_use]
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// Everything there is to inspect.
+    #[must_use]
+    pub fn view(&self) -> View {
+        let world = self.session.world(self.mind.learner());
+        let bodies = vec![body_status(&self.session, std::process::id(), "attached")];
+        self.mind.view(HostFacts { name: "in-process".to_owned(), bodies, world })
+    }
+
+    /// What a tool would be answered. Orders are not obeyed here: see [`InProcess::say`] and
+    /// [`InProcess::stage`].
+    #[must_use]
+    pub fn answer(&self, request: &Request) -> Answer {
+        inspect::answer(&self.view(), request)
+    }
+
+    /// What the curriculum has done so far.
+    #[must_use]
+    pub fn report(&self) -> Report {
+        inspect::report(&self.view())
+    }
+}
+
+/// Runs `body` with a new learner until its curriculum waits (it is over, or stuck: the report says which)
+/// or `stop` is set.
+///
+/// # Errors
+/// When the learner can't be made, or the body or the learner breaks the protocol.
+pub fn run_in_process<B: Body>(body: B, setup: Setup, stop: &AtomicBool) -> Result<Report, InProcessError> {
+    let mut run = InProcess::new(body, setup)?;
+    while !stop.load(Ordering::Relaxed) && run.advance()? == Progress::Running {}
+    Ok(run.report())
+}

@@ -1,0 +1,139 @@
+//! Memory and decisions as answers to tools. Pure: a view in, an answer out; lists are filtered, ordered and
+//! cut here, so that no answer is longer than a tool asked for.
+
+mod explain;
+mod schemas;
+mod text;
+
+use std::collections::BTreeMap;
+
+use pschema_learner::digest::digest;
+use pschema_learner::progress::StageReport;
+use pschema_protocol::inspect::{Answer, Report, Request, StageSummary, Status};
+
+use crate::mind::View;
+
+/// Schemas in one list.
+pub const LIST_MAX: u32 = 10_000;
+
+/// The answer to a question. Orders are not obeyed here: a daemon does so before it asks.
+#[must_use]
+pub fn answer(view: &View, request: &Request) -> Answer {
+    match request {
+        Request::Status => Answer::Status(Box::new(status(view))),
+        Request::Schemas(query) => match schemas::list(view, query) {
+            Ok(list) => Answer::Schemas(list),
+            Err(problem) => Answer::Error(problem),
+        },
+        Request::Show { id } => match schemas::detail(view, *id) {
+            Some(detail) => Answer::Schema(Box::new(detail)),
+            None => Answer::Error(no_schema(view, *id)),
+        },
+        Request::Explain { step, candidates_max } => match explain::explain(view, *step, *candidates_max) {
+            Ok(explanation) => Answer::Explanation(Box::new(explanation)),
+            Err(problem) => Answer::Error(problem),
+        },
+        Request::Report | Request::Say { .. } | Request::Stage(_) => Answer::Report(Box::new(report(view))),
+        Request::Shutdown => Answer::Done,
+    }
+}
+
+fn no_schema(view: &View, id: u32) -> String {
+    match view.content.schemas.len() {
+        0 => format!("there is no schema {id}: nothing has been learnt yet"),
+        count => format!("there is no schema {id}: they are numbered 0 to {}", count - 1),
+    }
+}
+
+/// How the daemon and its learner are.
+fn status(view: &View) -> Status {
+    let (total, concrete, generalised) = counts(view);
+    Status {
+        name: view.host.name.clone(),
+        pid: std::process::id(),
+        uptime_s: view.uptime_s,
+        step: view.content.step,
+        durable_step: None,
+        curriculum: view.curriculum.name.clone(),
+        stage: stage_name(view),
+        stage_state: view.state.clone(),
+        schemas_total: total,
+        schemas_concrete: concrete,
+        schemas_generalised: generalised,
+        bodies: view.host.bodies.clone(),
+        steps_per_s: view.steps_per_s,
+        step_latency_us_p50: view.latencies.recent_us(0.5),
+        step_latency_us_p99: view.latencies.recent_us(0.99),
+        memory_bytes: resident_bytes(),
+        memory_digest: digest(&view.content),
+        excitation_top: excitation_top(view),
+        world: view.host.world.clone(),
+    }
+}
+
+/// What the curriculum has done so far.
+#[must_use]
+pub fn report(view: &View) -> Report {
+    let progress = &view.content.progress;
+    let (total, concrete, generalised) = counts(view);
+    let learning: BTreeMap<&str, bool> =
+        view.curriculum.stages.iter().map(|stage| (stage.name.as_str(), stage.learning)).collect();
+    let summary = |report: &StageReport| StageSummary {
+        name: report.name.clone(),
+        learning: learning.get(report.name.as_str()).copied().unwrap_or(true),
+        actions: report.actions,
+        schemas_new: report.concrete_new.saturating_add(report.generalised_new),
+        generalised_new: report.generalised_new,
+        counter_examples_new: report.counter_examples_new,
+        trials: report.trials,
+        trials_met: report.trials_met,
+        trials_met_first: report.trials_met_first,
+        generalised_after_trial: report.generalised_after_trial.clone(),
+        drawn: report.drawn.clone(),
+        saturated: report.saturated,
+        ended: report.ended,
+    };
+    Report {
+        curriculum: view.curriculum.name.clone(),
+        seed: view.seed,
+        stage: stage_name(view),
+        stage_state: view.state.clone(),
+        finished: progress.finished,
+        stuck: view.stuck.clone(),
+        step: view.content.step,
+        schemas_total: total,
+        schemas_concrete: concrete,
+        schemas_generalised: generalised,
+        actions_total: progress.reports.iter().map(|report| report.actions).sum(),
+        step_latency_us_p50: view.latencies.all_us(0.5),
+        step_latency_us_p99: view.latencies.all_us(0.99),
+        memory_digest: digest(&view.content),
+        stages: progress.reports.iter().map(summary).collect(),
+    }
+}
+
+/// Schemas in all, concrete and generalised.
+fn counts(view: &View) -> (u32, u32, u32) {
+    let total = u32::try_from(view.content.schemas.len()).unwrap_or(u32::MAX);
+    let generalised = view.content.generalised_count;
+    (total, total.saturating_sub(generalised), generalised)
+}
+
+fn stage_name(view: &View) -> String {
+    let progress = &view.content.progress;
+    let first = || view.curriculum.stages.first().map(|stage| stage.name.clone());
+    progress.report().map(|report| report.name.clone()).or_else(first).unwrap_or_default()
+}
+
+fn excitation_top(view: &View) -> f64 {
+    let last = view.decisions.last();
+    last.and_then(|decision| decision.candidates.first()).map_or(0.0, |candidate| candidate.excitation)
+}
+
+/// Resident memory of this process; 0 where the kernel doesn't say.
+fn resident_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kibibytes = line.and_then(|line| line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
+    kibibytes.unwrap_or(0).saturating_mul(1024)
+}

@@ -1,0 +1,124 @@
+//! Why an action was chosen.
+
+use pschema_learner::decision::{Candidate, Decision, Reason, Role, Subject, Term as LearntTerm};
+use pschema_learner::memory::Content;
+use pschema_learner::notation;
+use pschema_learner::observation::{Term, Variable};
+use pschema_learner::schema::Generalised;
+use pschema_protocol::inspect::{self, ExcitationTerm, Explanation, ValueText};
+
+use super::text;
+use crate::mind::View;
+
+/// The explanation of the decision of `step`, or of the last one, with at most `candidates_max` candidates.
+///
+/// # Errors
+/// When that step decided nothing, or too long ago.
+pub(super) fn explain(view: &View, step: Option<u64>, candidates_max: u32) -> Result<Explanation, String> {
+    let decisions = &view.decisions;
+    let (Some(first), Some(last)) = (decisions.first(), decisions.last()) else {
+        return Err("nothing has been decided yet".to_owned());
+    };
+    let decision = match step {
+        None => last,
+        Some(step) => decisions.iter().find(|decision| decision.step == step).ok_or_else(|| {
+            let count = decisions.len();
+            format!(
+                "step {step} is not among the last {count} decisions, steps {} to {}",
+                first.step, last.step
+            )
+        })?,
+    };
+    Ok(explanation(&view.content, decision, candidates_max))
+}
+
+fn explanation(content: &Content, decision: &Decision, candidates_max: u32) -> Explanation {
+    let vocabulary = &content.vocabulary;
+    let max = usize::try_from(candidates_max.max(1)).unwrap_or(usize::MAX);
+    // The chosen candidate is always listed: the last place is its, when it would not be.
+    let mut listed: Vec<usize> = (0..decision.candidates.len()).take(max).collect();
+    let chosen = listed.iter().position(|at| *at == decision.chosen).unwrap_or_else(|| {
+        listed.truncate(max - 1);
+        listed.push(decision.chosen);
+        listed.len() - 1
+    });
+    let candidates = listed.iter().filter_map(|at| decision.candidates.get(*at));
+    let body = vocabulary.bodies().get(usize::from(decision.body.0));
+    let reason = match decision.reason {
+        Reason::Excitation => "excitation",
+        Reason::Tie => "tie",
+        Reason::Chain => "chain",
+    };
+    Explanation {
+        step: decision.step,
+        body: body.map(|body| body.name.clone()).unwrap_or_default(),
+        world: decision.world.observations().iter().map(|one| text::observation(vocabulary, one)).collect(),
+        chosen: u32::try_from(chosen).unwrap_or(u32::MAX),
+        action: notation::primitive(vocabulary, decision.action),
+        reason: reason.to_owned(),
+        ties: u32::try_from(decision.ties).unwrap_or(u32::MAX),
+        candidates_total: u32::try_from(decision.candidates_total).unwrap_or(u32::MAX),
+        candidates: candidates.map(|one| candidate(content, one)).collect(),
+    }
+}
+
+fn candidate(content: &Content, from: &Candidate) -> inspect::Candidate {
+    let (schema, text) = match from.subject {
+        Subject::Schema(id) => {
+            let text = content.schema(id).map(|schema| notation::schema(content, schema));
+            (Some(id.0), text.unwrap_or_default())
+        }
+        Subject::Primitive(id) => (None, notation::primitive(&content.vocabulary, id)),
+    };
+    inspect::Candidate {
+        schema,
+        text,
+        binding: binding(content, from),
+        distance: from.distance,
+        excitation: from.excitation,
+        terms: from.terms.iter().map(|one| term(content, one)).collect(),
+    }
+}
+
+/// The values of a generalised schema's variables. How a value prints depends on its property, so that is
+/// looked up where the variable occurs.
+fn binding(content: &Content, from: &Candidate) -> Vec<(String, ValueText)> {
+    let Subject::Schema(id) = from.subject else { return Vec::new() };
+    let Some(generalised) = content.schema(id).and_then(|schema| schema.generalised()) else {
+        return Vec::new();
+    };
+    let bindings = from.binding.bindings().iter();
+    let shown = bindings.filter_map(|(variable, value)| {
+        let property = property_of(generalised, *variable)?;
+        Some((notation::variable(*variable), text::value(&content.vocabulary, property, *value)))
+    });
+    shown.collect()
+}
+
+fn property_of(schema: &Generalised, wanted: Variable) -> Option<pschema_learner::observation::PropertyId> {
+    let post = schema.post.iter().map(|post| &post.what);
+    let mut terms = schema.pre.iter().chain(&schema.target).chain(post).flat_map(|pattern| pattern.terms());
+    terms.find(|(_, term)| *term == Term::Variable(wanted)).map(|(property, _)| *property)
+}
+
+fn term(content: &Content, from: &LearntTerm) -> ExcitationTerm {
+    let vocabulary = &content.vocabulary;
+    let role = match from.role {
+        Role::PreCondition => "pre-condition",
+        Role::PostCondition => "post-condition",
+        Role::Association => "association",
+        Role::Babbling => "babbling",
+        Role::Habituation => "habituation",
+    };
+    let pair = from.pair.as_ref();
+    ExcitationTerm {
+        observation: pair.map(|(remembered, _)| text::observation(vocabulary, remembered)),
+        seen: pair.map(|(_, seen)| text::observation(vocabulary, seen)),
+        role: role.to_owned(),
+        shared: from.shared,
+        attention: from.attention,
+        probability: from.probability,
+        weight: from.weight,
+        value: from.value,
+    }
+}

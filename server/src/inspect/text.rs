@@ -1,0 +1,52 @@
+//! Observations, patterns and bindings as tools get them.
+
+use pschema_learner::notation;
+use pschema_learner::observation::{Observation, Pattern, PropertyId, Term, Value};
+use pschema_learner::probability::Count;
+use pschema_learner::vocabulary::{ValueKind, Vocabulary, bin_middle};
+use pschema_protocol::inspect::{Condition, ObservationText, ValueText};
+
+pub(super) fn observation(vocabulary: &Vocabulary, from: &Observation) -> ObservationText {
+    pattern(vocabulary, &Pattern::from(from))
+}
+
+pub(super) fn pattern(vocabulary: &Vocabulary, from: &Pattern) -> ObservationText {
+    let kind = vocabulary.types().get(usize::from(from.kind().0));
+    let property = |(property, term): &(PropertyId, Term)| {
+        let name = vocabulary.properties().get(usize::from(property.0));
+        let value = match term {
+            Term::Constant(constant) => value(vocabulary, *property, *constant),
+            Term::Variable(variable) => ValueText::Variable(notation::variable(*variable)),
+        };
+        (name.cloned().unwrap_or_default(), value)
+    };
+    ObservationText {
+        kind: kind.map(|kind| kind.declared.name.clone()).unwrap_or_default(),
+        properties: from.terms().iter().map(property).collect(),
+    }
+}
+
+pub(super) fn value(vocabulary: &Vocabulary, property: PropertyId, from: Value) -> ValueText {
+    match from {
+        Value::Integer(number) => ValueText::Integer(number),
+        Value::Boolean(truth) => ValueText::Boolean(truth),
+        Value::Symbol(_) => ValueText::Symbol(notation::value(vocabulary, property, from)),
+        Value::Bin(bin) => match vocabulary.property_kind(property) {
+            Some(ValueKind::Real { resolution }) => ValueText::Real(bin_middle(bin, *resolution)),
+            _ => ValueText::Integer(bin),
+        },
+    }
+}
+
+pub(super) fn condition(observation: ObservationText, absent: bool, count: Count) -> Condition {
+    let (low, high) = count.interval();
+    Condition {
+        observation,
+        absent,
+        occurrences: count.occurrences,
+        trials: count.trials,
+        probability: count.ratio(),
+        low,
+        high,
+    }
+}

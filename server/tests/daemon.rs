@@ -1,0 +1,283 @@
+//! The daemon over shared memory: bodies attach, learn and die, tools ask and order, and nothing is left
+//! behind. Each test has a runtime directory and a learner of its own.
+
+#![allow(clippy::unwrap_used)] // A test panics to fail.
+
+mod common;
+
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use common::{Row, curriculum, free, setup};
+use pschema_protocol::body::{Ending, RunError, RunOptions, RunSummary};
+use pschema_protocol::client::Client;
+use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
+use pschema_protocol::inspect::{Answer, Report, Request, SchemaQuery, StageOrder, Status};
+use pschema_server::in_process::run_in_process;
+use pschema_server::{ServerError, Setup, serve};
+
+/// What any wait of these tests may take; a machine under load takes its time.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+struct Daemon {
+    place: Place,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<Result<(), ServerError>>>,
+    directory: tempfile::TempDir,
+}
+
+impl Daemon {
+    fn start(setup: Setup) -> Self {
+        let directory = tempfile::Builder::new().prefix("ps").tempdir_in("/tmp").unwrap();
+        let place = Place::new(
+            RuntimeDir::at(&directory.path().join("run")).unwrap(),
+            LearnerName::new("test").unwrap(),
+        );
+        let stop = Arc::new(AtomicBool::new(false));
+        let thread = {
+            let (place, stop) = (place.clone(), stop.clone());
+            std::thread::spawn(move || serve(place, setup, &stop))
+        };
+        Self { place, stop, thread: Some(thread), directory }
+    }
+
+    /// A tool, once the daemon answers.
+    fn client(&mut self) -> Client {
+        let start = Instant::now();
+        loop {
+            let tried = Client::connect(&self.place, PATIENCE).and_then(|mut client| {
+                client.ask::<_, Answer>(&Request::Report)?;
+                Ok(client)
+            });
+            match tried {
+                Ok(client) => return client,
+                Err(error) if error.is_no_daemon() && start.elapsed() < PATIENCE => std::thread::yield_now(),
+                Err(error) => panic!("{error}"),
+            }
+            if self.thread.as_ref().is_some_and(JoinHandle::is_finished) {
+                panic!("the daemon ended: {:?}", self.thread.take().unwrap().join());
+            }
+        }
+    }
+
+    /// Ends the daemon by its flag, as a signal would, and checks that it leaves nothing.
+    fn end(mut self) {
+        let prefix = self.place.served().map(|record| record.prefix);
+        self.stop.store(true, Ordering::Relaxed);
+        self.thread.take().unwrap().join().unwrap().unwrap();
+        assert!(!self.place.is_served());
+        if let Ok(prefix) = prefix {
+            let left = std::fs::read_dir("/dev/shm").unwrap().filter_map(Result::ok);
+            let left: Vec<_> =
+                left.filter(|file| file.file_name().to_string_lossy().starts_with(&prefix)).collect();
+            assert!(left.is_empty(), "{left:?}");
+        }
+        let domain = self.directory.path().join("run/test/domain");
+        assert!(!domain.exists(), "{domain:?} is left");
+    }
+}
+
+impl Drop for Daemon {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            drop(thread.join());
+        }
+    }
+}
+
+/// A body in a thread.
+struct Running {
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<Result<RunSummary, RunError>>,
+}
+
+impl Running {
+    fn start(place: &Place, body: Row) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let options = RunOptions { place: place.clone(), exit_when_daemon_gone: true, stop: stop.clone() };
+        Self { stop, thread: std::thread::spawn(move || pschema_protocol::body::run(body, &options)) }
+    }
+
+    fn join(self) -> RunSummary {
+        self.thread.join().unwrap().unwrap()
+    }
+}
+
+fn status(client: &mut Client) -> Status {
+    match client.ask(&Request::Status).unwrap() {
+        Answer::Status(status) => *status,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn report(client: &mut Client, request: &Request) -> Report {
+    match client.ask(request).unwrap() {
+        Answer::Report(report) => *report,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Asks for the status until it is as wanted.
+fn until(client: &mut Client, wanted: impl Fn(&Status) -> bool) -> Status {
+    let start = Instant::now();
+    loop {
+        let status = status(client);
+        if wanted(&status) {
+            return status;
+        }
+        assert!(start.elapsed() < PATIENCE, "still {status:?}");
+        std::thread::yield_now();
+    }
+}
+
+#[test]
+fn over_shared_memory_the_same_is_learnt_as_in_one_process() {
+    let mut daemon = Daemon::start(setup(5, curriculum()));
+    let mut client = daemon.client();
+    let body = Running::start(&daemon.place, Row::new("row"));
+    let status = until(&mut client, |status| status.stage_state == "finished");
+    let alone = run_in_process(Row::new("row"), setup(5, curriculum()), &AtomicBool::new(false)).unwrap();
+    assert_eq!((status.step, &status.memory_digest), (alone.step, &alone.memory_digest));
+    let over = report(&mut client, &Request::Report);
+    assert_eq!((over.finished, over.stages), (true, alone.stages));
+    assert!(over.step_latency_us_p50 > 0.0 && over.step_latency_us_p99 >= over.step_latency_us_p50);
+    assert_eq!((status.bodies.len(), status.bodies[0].frames_refused), (1, 0));
+    assert!(status.world.iter().any(|one| one.starts_with("object{")), "{:?}", status.world);
+    drop(client);
+    daemon.end();
+    assert_eq!(body.join().ending, Ending::Detached);
+}
+
+#[test]
+fn a_tool_ends_the_daemon_and_gets_an_answer() {
+    let mut daemon = Daemon::start(setup(1, free()));
+    let mut client = daemon.client();
+    let body = Running::start(&daemon.place, Row::new("row"));
+    until(&mut client, |status| status.step > 10);
+    assert_eq!(client.ask::<_, Answer>(&Request::Shutdown).unwrap(), Answer::Done);
+    daemon.thread.take().unwrap().join().unwrap().unwrap();
+    assert_eq!(body.join().ending, Ending::Detached);
+    assert!(!daemon.place.is_served());
+}
+
+#[test]
+fn orders_of_tools_are_obeyed_and_mistakes_explained() {
+    let mut daemon = Daemon::start(setup(1, free()));
+    let mut client = daemon.client();
+    assert_eq!(status(&mut client).stage_state, "waiting for a body");
+    let body = Running::start(&daemon.place, Row::new("row"));
+    until(&mut client, |status| status.step > 10);
+    assert_eq!(report(&mut client, &Request::Stage(StageOrder::Hold)).stage_state, "held");
+    let held = status(&mut client);
+    let error = client.ask::<_, Answer>(&Request::Say { words: vec!["touch".to_owned()] }).unwrap();
+    assert!(matches!(&error, Answer::Error(problem) if problem.contains("held")), "{error:?}");
+    report(&mut client, &Request::Stage(StageOrder::Resume));
+    report(&mut client, &Request::Say { words: vec!["touch".to_owned()] });
+    until(&mut client, |status| status.step > held.step + 10);
+    let mistakes = [
+        Request::Stage(StageOrder::Set("dancing".to_owned())),
+        Request::Say { words: Vec::new() },
+        Request::Show { id: 1_000_000 },
+        Request::Schemas(SchemaQuery { pre: Some("cat{".to_owned()), ..SchemaQuery::default() }),
+        Request::Schemas(SchemaQuery { action: Some("fly".to_owned()), ..SchemaQuery::default() }),
+    ];
+    for mistake in mistakes {
+        let answer = client.ask::<_, Answer>(&mistake).unwrap();
+        assert!(matches!(&answer, Answer::Error(problem) if !problem.is_empty()), "{mistake:?}: {answer:?}");
+    }
+    let answer = client.request(b"\xff\xff\xff not a question").unwrap();
+    let answer: Answer = pschema_protocol::codec::decode(&answer).unwrap();
+    assert!(matches!(&answer, Answer::Error(problem) if problem.contains("release")), "{answer:?}");
+    let step = status(&mut client).step;
+    until(&mut client, |status| status.step > step);
+    body.stop.store(true, Ordering::Relaxed);
+    assert_eq!(body.join().ending, Ending::Stopped);
+    let status = until(&mut client, |status| status.bodies.iter().all(|body| body.state != "attached"));
+    assert_eq!(status.bodies[0].state, "left");
+    drop(client);
+    daemon.end();
+}
+
+/// This very test binary again, running [`body_process`] as a process of its own.
+fn body_process_at(place: &Place, name: &str) -> Child {
+    Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "body_process", "--ignored", "--nocapture"])
+        .env("PSCHEMA_TEST_RUNTIME", place.runtime().path())
+        .env("PSCHEMA_TEST_BODY", name)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+#[test]
+#[ignore = "not a test: the body of other tests, in a process that they kill"]
+fn body_process() {
+    let (Some(runtime), Ok(name)) =
+        (std::env::var_os("PSCHEMA_TEST_RUNTIME"), std::env::var("PSCHEMA_TEST_BODY"))
+    else {
+        return;
+    };
+    let runtime = RuntimeDir::at(std::path::Path::new(&runtime)).unwrap();
+    let place = Place::new(runtime, LearnerName::new("test").unwrap());
+    let options = RunOptions { place, exit_when_daemon_gone: true, stop: Arc::default() };
+    pschema_protocol::body::run(Row::new(&name), &options).unwrap();
+}
+
+#[test]
+fn a_body_that_is_killed_leaves_the_other_as_it_was_and_may_come_back() {
+    let mut daemon = Daemon::start(setup(1, free()));
+    let mut client = daemon.client();
+    let survivor = Running::start(&daemon.place, Row::new("survivor"));
+    let frames = |status: &Status, name: &str| {
+        let body = status.bodies.iter().find(|body| body.name == name && body.state == "attached");
+        body.map_or(0, |body| body.frames)
+    };
+    for round in 0..3 {
+        let mut victim = body_process_at(&daemon.place, "victim");
+        until(&mut client, |status| frames(status, "victim") > 20);
+        victim.kill().unwrap();
+        victim.wait().unwrap();
+        let lost = until(&mut client, |status| {
+            status.bodies.iter().any(|body| body.name == "victim" && body.state == "lost")
+        });
+        let before = frames(&lost, "survivor");
+        until(&mut client, |status| frames(status, "survivor") > before + 20);
+        assert_eq!(lost.bodies.len(), 2, "round {round}: {:?}", lost.bodies);
+    }
+    survivor.stop.store(true, Ordering::Relaxed);
+    let summary = survivor.join();
+    assert_eq!((summary.sessions, summary.refused), (1, 0));
+    drop(client);
+    daemon.end();
+}
+
+#[test]
+fn a_second_daemon_of_the_same_name_is_refused_with_the_first_ones_process() {
+    let mut daemon = Daemon::start(setup(1, free()));
+    drop(daemon.client());
+    let error =
+        serve(daemon.place.clone(), setup(1, free()), &AtomicBool::new(false)).unwrap_err().to_string();
+    assert!(error.contains(&std::process::id().to_string()), "{error}");
+    drop(daemon.client());
+    daemon.end();
+}
+
+#[test]
+fn a_body_whose_name_is_taken_is_told_so() {
+    let mut daemon = Daemon::start(setup(1, free()));
+    let mut client = daemon.client();
+    let first = Running::start(&daemon.place, Row::new("twin"));
+    until(&mut client, |status| status.step > 0);
+    let second = Running::start(&daemon.place, Row::new("twin"));
+    let error = second.thread.join().unwrap().unwrap_err().to_string();
+    assert!(error.contains("twin is attached already"), "{error}");
+    first.stop.store(true, Ordering::Relaxed);
+    first.join();
+    drop(client);
+    daemon.end();
+}

@@ -1,0 +1,222 @@
+//! A body learns in one process, through the same checks, translation and wire encoding as over shared memory.
+
+#![allow(clippy::unwrap_used)] // A test panics to fail.
+
+mod common;
+
+use std::sync::atomic::AtomicBool;
+
+use common::{FIELDS, Row, curriculum, free, setup};
+use pschema_learner::curriculum::{Argument, Lift, Stage};
+use pschema_learner::progress::StageCommand;
+use pschema_protocol::inspect::{Answer, Report, Request, SchemaQuery, SchemaSort, StageOrder, ValueText};
+use pschema_server::in_process::{InProcess, Progress, run_in_process};
+
+fn run(seed: u64) -> Report {
+    run_in_process(Row::new("row"), setup(seed, curriculum()), &AtomicBool::new(false)).unwrap()
+}
+
+/// Runs to the end of the curriculum.
+fn finished(seed: u64) -> InProcess<Row> {
+    let mut run = InProcess::new(Row::new("row"), setup(seed, curriculum())).unwrap();
+    while run.advance().unwrap() == Progress::Running {}
+    run
+}
+
+#[test]
+fn a_body_learns_to_touch_at_places_it_was_never_shown() {
+    for seed in 1..=5 {
+        let report = run(seed);
+        assert!(report.finished, "seed {seed}: {report:?}");
+        // One schema for each field, two touches, one generalisation: the structure of the paper's table.
+        assert_eq!(report.schemas_total, u32::try_from(FIELDS).unwrap() + 3, "seed {seed}");
+        let stages: Vec<_> = report.stages.iter().map(|stage| (stage.name.as_str(), stage.trials)).collect();
+        assert_eq!(stages, [("babbling", 0), ("touching", 2), ("probe", 6)], "seed {seed}");
+        assert_eq!(report.stages[1].generalised_after_trial.last(), Some(&1), "seed {seed}");
+        let probe = &report.stages[2];
+        assert_eq!((probe.trials_met_first, probe.schemas_new), (6, 0), "seed {seed}: {probe:?}");
+    }
+}
+
+#[test]
+fn the_seed_decides_everything() {
+    assert_eq!(run(3).memory_digest, run(3).memory_digest);
+    assert_ne!(run(3).memory_digest, run(4).memory_digest);
+}
+
+#[test]
+fn a_finished_learner_does_not_change_however_often_it_is_asked() {
+    let mut run = finished(1);
+    let before = run.report();
+    for _ in 0..10 {
+        assert_eq!(run.advance().unwrap(), Progress::Waiting);
+    }
+    let after = run.report();
+    assert_eq!((after.step, after.memory_digest), (before.step, before.memory_digest));
+}
+
+#[test]
+fn holding_stops_the_steps_and_resuming_goes_on_to_the_same_end() {
+    let mut held = InProcess::new(Row::new("row"), setup(2, curriculum())).unwrap();
+    for _ in 0..5 {
+        held.advance().unwrap();
+    }
+    held.stage(&StageCommand::Hold).unwrap();
+    // The outcome of what was asked before is still learnt from.
+    while held.advance().unwrap() == Progress::Running {}
+    let step = held.learner().memory().content().step;
+    for _ in 0..20 {
+        assert_eq!(held.advance().unwrap(), Progress::Waiting);
+    }
+    assert_eq!(held.learner().memory().content().step, step);
+    assert_eq!(held.report().stage_state, "held");
+    held.stage(&StageCommand::Resume).unwrap();
+    while held.advance().unwrap() == Progress::Running {}
+    let report = held.report();
+    assert!(report.finished);
+    assert_eq!(report.schemas_total, run(2).schemas_total);
+}
+
+#[test]
+fn stages_can_be_left_and_set_and_mistakes_are_answered() {
+    let mut run = InProcess::new(Row::new("row"), setup(2, curriculum())).unwrap();
+    run.advance().unwrap();
+    run.stage(&StageCommand::Next).unwrap();
+    assert_eq!(run.report().stage, "touching");
+    run.stage(&StageCommand::Set("babbling".to_owned())).unwrap();
+    assert_eq!(run.report().stage, "babbling");
+    let digest = run.report().memory_digest;
+    let error = run.stage(&StageCommand::Set("dancing".to_owned())).unwrap_err().to_string();
+    assert!(error.contains("dancing") && error.contains("babbling"), "{error}");
+    assert_eq!(run.report().memory_digest, digest);
+    run.stage(&StageCommand::Set("probe".to_owned())).unwrap();
+    assert!(run.stage(&StageCommand::Next).is_err());
+}
+
+/// Says "touch" while the block is reached for, and counts the schemas that are then associated with the word.
+fn associated_with_the_word(lift: Lift) -> usize {
+    let mut taught = curriculum();
+    taught.stages[1].lift = lift;
+    let mut run = InProcess::new(Row::new("row"), setup(1, taught)).unwrap();
+    while run.report().stage != "touching" {
+        assert_eq!(run.advance().unwrap(), Progress::Running);
+    }
+    while run.report().stage == "touching" {
+        run.say(&["touch".to_owned()]).unwrap();
+        run.advance().unwrap();
+    }
+    let word = ("text".to_owned(), ValueText::Symbol("touch".to_owned()));
+    let is_associated = |id: u32| match run.answer(&Request::Show { id }) {
+        Answer::Schema(schema) => schema.associated.iter().any(|one| {
+            one.observation.kind == "word" && one.observation.properties == std::slice::from_ref(&word)
+        }),
+        other => panic!("{other:?}"),
+    };
+    (0..run.report().schemas_total).filter(|id| is_associated(*id)).count()
+}
+
+#[test]
+fn a_word_said_during_a_touch_is_associated_with_it_if_hearing_is_lifted() {
+    assert!(associated_with_the_word(Lift::All) >= 1);
+    let deaf = ["finger", "object", "touch"].map(str::to_owned).to_vec();
+    assert_eq!(associated_with_the_word(Lift::Types(deaf)), 0);
+}
+
+#[test]
+fn words_that_cannot_be_heard_are_refused() {
+    let mut run = InProcess::new(Row::new("row"), setup(1, free())).unwrap();
+    let say = |run: &mut InProcess<Row>, words: &[&str]| {
+        run.say(&words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>())
+            .map_err(|error| error.to_string())
+    };
+    assert!(say(&mut run, &[]).unwrap_err().contains("at least one"));
+    assert!(say(&mut run, &["two words"]).unwrap_err().contains("two words"));
+    assert!(say(&mut run, &[&"x".repeat(65)]).unwrap_err().contains("64 bytes"));
+    assert!(say(&mut run, &["a"; 65]).unwrap_err().contains("65 words"));
+    say(&mut run, &["a"; 64]).unwrap();
+    assert!(say(&mut run, &["b"]).unwrap_err().contains("65 words"));
+    run.advance().unwrap();
+    say(&mut run, &["b"]).unwrap();
+    let mut over = finished(1);
+    assert!(say(&mut over, &["touch"]).unwrap_err().contains("finished"));
+}
+
+#[test]
+fn a_curriculum_that_the_body_cannot_follow_gets_stuck_and_says_why() {
+    let cases: [(&str, Argument, &str); 2] =
+        [("green-block", Argument::Integer(1), "green-block"), ("red-block", Argument::Integer(99), "99")];
+    for (object, position, complaint) in cases {
+        let mut wrong = curriculum();
+        wrong.stages[1] = Stage { arrange: vec![common::place(object, position)], ..wrong.stages[1].clone() };
+        let report = run_in_process(Row::new("row"), setup(1, wrong), &AtomicBool::new(false)).unwrap();
+        let stuck = report.stuck.unwrap();
+        assert!(stuck.contains(complaint) && !report.finished, "{stuck}");
+    }
+}
+
+#[test]
+fn tools_are_answered_from_what_was_learnt() {
+    let run = finished(1);
+    let list = |query: SchemaQuery| match run.answer(&Request::Schemas(query)) {
+        Answer::Schemas(list) => list,
+        other => panic!("{other:?}"),
+    };
+    let all = list(SchemaQuery::default());
+    assert_eq!(all.matching, 11);
+    assert_eq!(list(SchemaQuery { limit: 3, ..SchemaQuery::default() }).schemas.len(), 3);
+    let touching = list(SchemaQuery { post: Some("touch{}".to_owned()), ..SchemaQuery::default() });
+    assert_eq!(touching.matching, 3);
+    let general = list(SchemaQuery { generalised: true, ..SchemaQuery::default() });
+    assert_eq!(general.matching, 1);
+    let blue = list(SchemaQuery { pre: Some("object{colour=blue}".to_owned()), ..SchemaQuery::default() });
+    assert_eq!(blue.matching, 2);
+    let used = list(SchemaQuery { sort: SchemaSort::Uses, ..SchemaQuery::default() });
+    assert!(used.schemas.is_sorted_by(|a, b| a.executions >= b.executions));
+    for wrong in ["object{size=3}", "cat{}", "object"] {
+        let query = SchemaQuery { pre: Some(wrong.to_owned()), ..SchemaQuery::default() };
+        assert!(matches!(run.answer(&Request::Schemas(query)), Answer::Error(_)), "{wrong}");
+    }
+    let Answer::Schema(schema) = run.answer(&Request::Show { id: general.schemas[0].id }) else { panic!() };
+    assert_eq!((schema.kind.as_str(), schema.examples.len()), ("generalised", 2));
+    assert!(
+        matches!(run.answer(&Request::Show { id: 11 }), Answer::Error(problem) if problem.contains("0 to 10"))
+    );
+    let Answer::Report(report) = run.answer(&Request::Stage(StageOrder::Show)) else { panic!() };
+    assert_eq!(report.stage_state, "finished");
+    let Answer::Status(status) = run.answer(&Request::Status) else { panic!() };
+    assert_eq!(status.bodies.len(), 1);
+    assert_eq!((status.memory_digest, status.durable_step), (report.memory_digest, None));
+    assert!(status.memory_bytes > 1_000_000 && status.step_latency_us_p99 >= status.step_latency_us_p50);
+}
+
+#[test]
+fn an_explanation_adds_up_and_always_lists_what_was_chosen() {
+    let mut run = InProcess::new(Row::new("row"), setup(1, curriculum())).unwrap();
+    assert!(matches!(run.answer(&Request::Explain { step: None, candidates_max: 5 }), Answer::Error(_)));
+    let mut decided = 0;
+    while run.advance().unwrap() == Progress::Running {
+        let Answer::Explanation(all) = run.answer(&Request::Explain { step: None, candidates_max: 1000 })
+        else {
+            panic!("nothing was decided")
+        };
+        let chosen = &all.candidates[usize::try_from(all.chosen).unwrap()];
+        for candidate in &all.candidates {
+            let sum: f64 = candidate.terms.iter().map(|term| term.value).sum();
+            let excitation = sum / f64::from(candidate.distance);
+            assert!((candidate.excitation - excitation).abs() < 1e-9, "{candidate:?}");
+        }
+        let Answer::Explanation(short) =
+            run.answer(&Request::Explain { step: Some(all.step), candidates_max: 1 })
+        else {
+            panic!("step {} was decided, but cannot be explained", all.step)
+        };
+        assert_eq!(short.candidates.len(), 1);
+        assert_eq!(&short.candidates[usize::try_from(short.chosen).unwrap()], chosen);
+        decided += 1;
+    }
+    assert!(decided > 10);
+    assert!(matches!(
+        run.answer(&Request::Explain { step: Some(1_000_000), candidates_max: 5 }),
+        Answer::Error(problem) if problem.contains("not among")
+    ));
+}
