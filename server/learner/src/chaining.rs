@@ -152,6 +152,31 @@ impl Reach {
         Some(Access { node, preceding: depth, probability })
     }
 
+    /// A way to every context reached, the present one first.
+    pub(crate) fn all(&self) -> impl Iterator<Item = Access> {
+        self.nodes.iter().enumerate().map(|(node, known)| Access {
+            node,
+            preceding: known.depth,
+            probability: known.probability,
+        })
+    }
+
+    /// The context that `access` leads to.
+    pub(crate) fn context(&self, access: Access) -> &WorldState {
+        &self.nodes[access.node].context
+    }
+
+    /// The concrete schema that achieves `target` most surely where `access` leads, and how surely.
+    pub(crate) fn carrier(
+        &self,
+        memory: &Memory,
+        body: BodyId,
+        target: &[Observation],
+        access: Access,
+    ) -> Option<(SchemaId, f64)> {
+        carrier(memory, body, target, &self.nodes[access.node].ids)
+    }
+
     /// The schemas that lead to `access`, in order.
     pub(crate) fn chain(&self, access: Access) -> Vec<ChainLink> {
         let mut links = Vec::new();

@@ -47,6 +47,25 @@ fn insert(list: &mut Vec<SchemaId>, id: SchemaId) {
 }
 
 impl Index {
+    /// The indexes of `content`.
+    pub(crate) fn build(content: &Content, rules: &TypeRules) -> Self {
+        let mut index = Self::default();
+        for (at, observation) in content.observations.iter().enumerate() {
+            index.add_observation(observation, ObservationId(u32::try_from(at).unwrap_or(u32::MAX)));
+        }
+        for (at, schema) in content.schemas.iter().enumerate() {
+            let id = SchemaId(u32::try_from(at).unwrap_or(u32::MAX));
+            index.add_schema(id, content, rules);
+            for association in &schema.associations {
+                index.add_association(id, association.observation);
+            }
+            if schema.generalised().is_some_and(|generalised| generalised.retired) {
+                index.retire(id);
+            }
+        }
+        index
+    }
+
     pub(crate) fn id(&self, observation: &Observation) -> Option<ObservationId> {
         self.ids.get(observation).copied()
     }

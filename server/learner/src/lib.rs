@@ -16,6 +16,7 @@ mod draft;
 pub mod effect;
 mod excitation;
 mod generalisation;
+pub mod goals;
 mod habituation;
 mod index;
 pub mod memory;

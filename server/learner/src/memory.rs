@@ -1,5 +1,7 @@
 //! Memory: everything the learner knows. [`Memory::apply`] is the only thing that changes it.
 
+use std::sync::Arc;
+
 use crate::chunks::Chunks;
 use crate::effect::{Effect, Execution, Seen};
 use crate::index::Index;
@@ -17,8 +19,8 @@ use crate::vocabulary::{DeclarationError, PrimitiveId, Vocabulary};
 /// What is known, without the indexes that make it fast to ask. Cheap to clone, for those who inspect it.
 #[derive(Clone, Debug)]
 pub struct Content {
-    /// What can be perceived and done.
-    pub vocabulary: Vocabulary,
+    /// What can be perceived and done; shared, for it seldom changes.
+    pub vocabulary: Arc<Vocabulary>,
     /// The schemas, by number.
     pub schemas: Chunks<Schema>,
     /// The observations that schemas refer to or that were attended to, by number.
@@ -101,7 +103,7 @@ impl Memory {
     #[must_use]
     pub fn new(seed: u64, parameters: Parameters) -> Self {
         let content = Content {
-            vocabulary: Vocabulary::default(),
+            vocabulary: Arc::default(),
             schemas: Chunks::default(),
             observations: Chunks::default(),
             attention: Chunks::default(),
@@ -113,6 +115,15 @@ impl Memory {
             generalised_count: 0,
         };
         Self { content, index: Index::default(), rules: TypeRules::default(), parameters }
+    }
+
+    /// The memory of which `content` was taken, its indexes built anew: to ask it more than content can
+    /// answer, or to go on from it.
+    #[must_use]
+    pub fn restore(content: Content, parameters: Parameters) -> Self {
+        let rules = TypeRules::new(&content.vocabulary, &parameters);
+        let index = Index::build(&content, &rules);
+        Self { content, index, rules, parameters }
     }
 
     /// What is known.
@@ -153,7 +164,7 @@ impl Memory {
         match effect {
             Effect::Declared(declaration) => {
                 self.content.vocabulary.check(declaration)?;
-                self.content.vocabulary.merge(declaration);
+                Arc::make_mut(&mut self.content.vocabulary).merge(declaration);
                 self.rules = TypeRules::new(&self.content.vocabulary, &self.parameters);
                 while self.content.attempts.len() < self.content.vocabulary.primitives().len() {
                     self.content.attempts.push(Count::default());
@@ -162,8 +173,9 @@ impl Memory {
                 Ok(())
             }
             Effect::SymbolsMet(symbols) => {
+                let vocabulary = Arc::make_mut(&mut self.content.vocabulary);
                 for symbol in symbols {
-                    self.content.vocabulary.intern_symbol(symbol);
+                    vocabulary.intern_symbol(symbol);
                 }
                 Ok(())
             }
