@@ -1,0 +1,159 @@
+//! Processes that a test starts.
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::until;
+
+/// What a process left when it ended.
+#[derive(Debug)]
+pub struct Finished {
+    /// How it ended.
+    pub status: ExitStatus,
+    /// Its result.
+    pub stdout: String,
+    /// Its talk.
+    pub stderr: String,
+}
+
+impl Finished {
+    /// The exit code; `None` when a signal ended it.
+    #[must_use]
+    pub fn code(&self) -> Option<i32> {
+        self.status.code()
+    }
+
+    /// Its result as JSON.
+    ///
+    /// # Panics
+    /// When it failed or printed something else.
+    #[must_use]
+    pub fn json(&self) -> serde_json::Value {
+        assert_eq!(self.code(), Some(0), "{self:?}");
+        serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error}: {self:?}"))
+    }
+}
+
+/// A process that runs until it ends or the test does: dropping it kills it.
+#[derive(Debug)]
+pub struct Running {
+    process: Child,
+    stdout: Heard,
+    stderr: Heard,
+}
+
+/// What a process said so far, read as it comes so that it never has to wait for a reader.
+#[derive(Debug)]
+struct Heard {
+    text: Arc<Mutex<String>>,
+    reader: Option<JoinHandle<()>>,
+}
+
+impl Heard {
+    fn listen(stream: Option<impl Read + Send + 'static>) -> Self {
+        let text = Arc::new(Mutex::new(String::new()));
+        let reader = stream.map(|stream| {
+            let text = Arc::clone(&text);
+            thread::spawn(move || {
+                let mut stream = BufReader::new(stream);
+                let mut line = Vec::new();
+                while stream.read_until(b'\n', &mut line).is_ok_and(|n| n > 0) {
+                    let mut text = text.lock().unwrap_or_else(PoisonError::into_inner);
+                    text.push_str(&String::from_utf8_lossy(&line));
+                    line.clear();
+                }
+            })
+        });
+        Self { text, reader }
+    }
+
+    fn so_far(&self) -> String {
+        self.text.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn finish(&mut self) -> String {
+        if let Some(reader) = self.reader.take() {
+            reader.join().unwrap_or_else(|_| panic!("the reader of a process's output failed"));
+        }
+        self.so_far()
+    }
+}
+
+impl Running {
+    /// Starts a process.
+    ///
+    /// # Panics
+    /// When it cannot be started.
+    #[must_use]
+    pub fn start(command: &mut Command) -> Self {
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut process = command.spawn().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+        let (stdout, stderr) = (Heard::listen(process.stdout.take()), Heard::listen(process.stderr.take()));
+        Self { process, stdout, stderr }
+    }
+
+    /// Its number.
+    #[must_use]
+    pub fn pid(&self) -> u32 {
+        self.process.id()
+    }
+
+    /// What it has said so far.
+    #[must_use]
+    pub fn stderr(&self) -> String {
+        self.stderr.so_far()
+    }
+
+    /// Sends it a signal.
+    ///
+    /// # Panics
+    /// When it has ended already.
+    pub fn signal(&self, signal: Signal) {
+        signal_process(self.pid(), signal);
+    }
+
+    /// Waits for its end.
+    ///
+    /// # Panics
+    /// When it does not end before the deadline.
+    #[must_use]
+    pub fn finished(mut self) -> Finished {
+        let pid = self.pid();
+        let status = until(&format!("process {pid} ends; it said {:?}", self.stderr()), || {
+            self.process.try_wait().unwrap_or_else(|error| panic!("process {pid}: {error}"))
+        });
+        Finished { status, stdout: self.stdout.finish(), stderr: self.stderr.finish() }
+    }
+
+    /// Asks it to end with SIGTERM and waits for that.
+    ///
+    /// # Panics
+    /// As [`Running::finished`].
+    #[must_use]
+    pub fn ended(self) -> Finished {
+        self.signal(Signal::TERM);
+        self.finished()
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Both fail only for a process that has ended.
+        drop(self.process.kill());
+        drop(self.process.wait());
+    }
+}
+
+/// Sends a signal to a process that this one did not start itself.
+///
+/// # Panics
+/// When there is no such process.
+pub fn signal_process(pid: u32, signal: Signal) {
+    let target =
+        i32::try_from(pid).ok().and_then(Pid::from_raw).unwrap_or_else(|| panic!("{pid} is no process"));
+    kill_process(target, signal).unwrap_or_else(|error| panic!("signal to process {pid}: {error}"));
+}

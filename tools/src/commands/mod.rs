@@ -1,0 +1,46 @@
+//! The subcommands, one file each.
+
+mod completions;
+mod demo;
+mod doctor;
+mod experiment;
+mod explain;
+mod say;
+mod schemas;
+mod server;
+mod show;
+mod sim;
+mod stage;
+mod status;
+
+use pschema_protocol::domain::LearnerName;
+
+use crate::cli::{Cli, Command, NameArgs};
+use crate::failure::Failure;
+
+/// Does what was typed.
+pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
+    let (name, quiet) = (cli.name, cli.quiet);
+    let learner = |args: &NameArgs| args.name.clone().or_else(|| name.clone()).map_or_else(default_name, Ok);
+    match cli.command {
+        Command::Demo(args) => demo::run(&args, quiet),
+        Command::Server(command) => server::run(*command, name),
+        Command::Sim(command) => sim::run(*command, name),
+        Command::Status(args) => status::run(&learner(&args.name)?, &args),
+        Command::Schemas(args) => schemas::run(&learner(&args.name)?, args),
+        Command::Show(args) => show::run(&learner(&args.name)?, &args),
+        Command::Explain(args) => explain::run(&learner(&args.name)?, &args),
+        Command::Say(args) => say::run(&learner(&args.name)?, args),
+        Command::Stage(args) => stage::run(&learner(&args.name)?, args),
+        Command::Experiment(args) => experiment::run(&args, quiet),
+        Command::Doctor(args) => doctor::run(args),
+        Command::Completions { shell } => completions::run(shell),
+    }
+}
+
+fn default_name() -> Result<LearnerName, Failure> {
+    Ok(LearnerName::new(DEFAULT_NAME)?)
+}
+
+/// The learner of those who need only one.
+const DEFAULT_NAME: &str = "default";

@@ -1,0 +1,22 @@
+//! `pschema say WORD...`.
+
+use pschema_protocol::domain::LearnerName;
+use pschema_protocol::inspect::{Answer, Request};
+
+use crate::cli::SayArgs;
+use crate::failure::Failure;
+use crate::learner::{Learner, ask_for};
+use crate::output;
+use crate::render::words::plain;
+
+pub(crate) fn run(name: &LearnerName, args: SayArgs) -> Result<(), Failure> {
+    let mut learner = Learner::connect(name)?;
+    let said = args.words.join(" ");
+    let request = Request::Say { words: args.words };
+    let report = ask_for!(learner, &request, Answer::Report)?;
+    if args.json {
+        output::print_json(&report)
+    } else {
+        output::print(&format!("Said {:?} after step {}; {name} hears it next.\n", plain(&said), report.step))
+    }
+}

@@ -1,0 +1,24 @@
+//! `pschema schemas`.
+
+use pschema_protocol::domain::LearnerName;
+use pschema_protocol::inspect::{Answer, Request, SchemaQuery};
+
+use crate::cli::SchemasArgs;
+use crate::failure::Failure;
+use crate::learner::{Learner, ask_for};
+use crate::output;
+use crate::render::schema;
+
+pub(crate) fn run(name: &LearnerName, args: SchemasArgs) -> Result<(), Failure> {
+    let mut learner = Learner::connect(name)?;
+    let query = SchemaQuery {
+        action: args.action,
+        pre: args.pre,
+        post: args.post,
+        generalised: args.generalised,
+        sort: args.sort.into(),
+        limit: args.limit,
+    };
+    let answer = ask_for!(learner, &Request::Schemas(query), Answer::Schemas)?;
+    if args.json { output::print_json(&answer) } else { output::print(&schema::list(&answer)) }
+}

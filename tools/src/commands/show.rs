@@ -1,0 +1,20 @@
+//! `pschema show ID`.
+
+use pschema_protocol::domain::LearnerName;
+use pschema_protocol::inspect::{Answer, Request};
+
+use crate::cli::ShowArgs;
+use crate::failure::Failure;
+use crate::learner::{Learner, ask_for};
+use crate::output;
+use crate::render::{json, schema};
+
+pub(crate) fn run(name: &LearnerName, args: &ShowArgs) -> Result<(), Failure> {
+    let mut learner = Learner::connect(name)?;
+    let answer = ask_for!(learner, &Request::Show { id: args.id }, Answer::Schema)?;
+    if args.json {
+        output::print_json(&json::Schema::from(&*answer))
+    } else {
+        output::print(&schema::detail(&answer))
+    }
+}

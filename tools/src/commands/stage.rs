@@ -1,0 +1,23 @@
+//! `pschema stage [show|next|hold|resume|set NAME]`.
+
+use pschema_protocol::domain::LearnerName;
+use pschema_protocol::inspect::{Answer, Request, StageOrder};
+
+use crate::cli::{StageArgs, StageCommand};
+use crate::failure::Failure;
+use crate::learner::{Learner, ask_for};
+use crate::output;
+use crate::render::status;
+
+pub(crate) fn run(name: &LearnerName, args: StageArgs) -> Result<(), Failure> {
+    let order = match args.order.unwrap_or(StageCommand::Show) {
+        StageCommand::Show => StageOrder::Show,
+        StageCommand::Next => StageOrder::Next,
+        StageCommand::Hold => StageOrder::Hold,
+        StageCommand::Resume => StageOrder::Resume,
+        StageCommand::Set { stage } => StageOrder::Set(stage),
+    };
+    let mut learner = Learner::connect(name)?;
+    let report = ask_for!(learner, &Request::Stage(order), Answer::Report)?;
+    if args.json { output::print_json(&report) } else { output::print(&status::report(&report)) }
+}

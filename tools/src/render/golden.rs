@@ -1,0 +1,258 @@
+//! What people and programs read, compared with files in `tests/golden`. To accept a change, run the tests with
+//! `UPDATE_GOLDEN=1` and read the difference before you commit it.
+
+use std::path::Path;
+
+use pschema_protocol::inspect::*;
+use serde::Serialize;
+
+use super::{explanation, figures, json, schema, status};
+use crate::cli::ExperimentName;
+use crate::run::tests::{report, stage};
+use crate::run::{Experiment, Figures};
+
+fn check(name: &str, text: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        std::fs::write(&path, text).unwrap();
+    }
+    let golden = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    assert!(text == golden, "{name} differs.\n--- as in the file:\n{golden}\n--- as rendered:\n{text}");
+    if name.ends_with(".txt") {
+        let widest = text.lines().map(|line| line.chars().count()).max().unwrap_or(0);
+        assert!(widest <= 80, "{name} is {widest} columns wide");
+        assert!(!text.contains('\x1b'), "{name} is readable without colour");
+    }
+}
+
+fn check_json(name: &str, value: &impl Serialize) {
+    check(name, &(serde_json::to_string_pretty(value).unwrap() + "\n"));
+}
+
+fn observation(kind: &str, properties: &[(&str, ValueText)]) -> ObservationText {
+    let properties = properties.iter().map(|(name, v)| ((*name).to_owned(), v.clone())).collect();
+    ObservationText { kind: kind.to_owned(), properties }
+}
+
+fn symbol(name: &str) -> ValueText {
+    ValueText::Symbol(name.to_owned())
+}
+
+fn variable(name: &str) -> ValueText {
+    ValueText::Variable(name.to_owned())
+}
+
+fn blue_in(field: ValueText) -> ObservationText {
+    observation("object", &[("colour", symbol("blue")), ("field", field)])
+}
+
+fn finger_in(field: ValueText) -> ObservationText {
+    observation("finger", &[("field", field)])
+}
+
+fn condition(observation: ObservationText, occurrences: u32, trials: u32) -> Condition {
+    let probability = f64::from(occurrences) / f64::from(trials);
+    Condition { observation, absent: false, occurrences, trials, probability, low: 0.702, high: 0.988 }
+}
+
+fn a_status() -> Status {
+    Status {
+        name: "robot-1".to_owned(),
+        pid: 4711,
+        uptime_s: 12.34,
+        step: 345,
+        durable_step: None,
+        curriculum: "exp1-s1".to_owned(),
+        stage: "probe".to_owned(),
+        stage_state: "acting".to_owned(),
+        schemas_total: 228,
+        schemas_concrete: 227,
+        schemas_generalised: 1,
+        bodies: vec![BodyStatus {
+            id: 1,
+            name: "sim".to_owned(),
+            kind: "simulated arm".to_owned(),
+            pid: 4712,
+            state: "attached".to_owned(),
+            frames: 700,
+            frames_refused: 1,
+            last_refusal: Some("observation 3 (object): property field = 912 is outside 0..=460".to_owned()),
+        }],
+        steps_per_s: 61.25,
+        step_latency_us_p50: 55.4,
+        step_latency_us_p99: 180.2,
+        memory_bytes: 23 * 1024 * 1024,
+        memory_digest: "9b1f".repeat(16),
+        excitation_top: 1.75,
+        world: vec!["object{colour=blue, field=17}".to_owned(), "finger{field=4}".to_owned()],
+    }
+}
+
+fn a_list() -> SchemaList {
+    let summary = |id: u32, kind: &str, pre: &[&str], action: &str, post: &[&str]| SchemaSummary {
+        id,
+        kind: kind.to_owned(),
+        pre: pre.iter().map(|text| (*text).to_owned()).collect(),
+        action: action.to_owned(),
+        post: post.iter().map(|text| (*text).to_owned()).collect(),
+        executions: 15,
+        successes: 14,
+        probability: 14.0 / 15.0,
+        low: 0.702,
+        high: 0.988,
+    };
+    let blue = "object{colour=blue, field=17}";
+    SchemaList {
+        matching: 228,
+        schemas: vec![
+            summary(4, "concrete", &[], "move(j1=0.43, j2=0.84)", &["finger{field=4}"]),
+            summary(224, "counter-example", &[blue], "move(j1=0.5, j2=0.9)", &["finger{field=17}", blue]),
+            summary(
+                226,
+                "generalised",
+                &["object{colour=$a, field=$b}"],
+                "achieve finger{field=$b}",
+                &["finger{field=$b}", "object{colour=$a, field=$b}", "touch{}"],
+            ),
+        ],
+    }
+}
+
+fn a_schema() -> SchemaDetail {
+    let b = || variable("b");
+    let pre = observation("object", &[("colour", variable("a")), ("field", b())]);
+    let mut lost = condition(blue_in(b()), 1, 15);
+    lost.absent = true;
+    SchemaDetail {
+        id: 226,
+        kind: "generalised".to_owned(),
+        action: "finger{field=$b}".to_owned(),
+        target: vec![finger_in(b())],
+        pre: vec![pre.clone()],
+        post: vec![
+            condition(finger_in(b()), 15, 15),
+            condition(pre, 15, 15),
+            condition(observation("touch", &[]), 14, 15),
+            lost,
+        ],
+        associated: vec![condition(observation("word", &[("text", symbol("touch"))]), 3, 15)],
+        executions: 15,
+        successes: 14,
+        probability: 14.0 / 15.0,
+        low: 0.702,
+        high: 0.988,
+        parent: Some(17),
+        contradicts: None,
+        examples: vec![224, 225],
+        counter_examples: vec![227],
+        created_step: 231,
+    }
+}
+
+fn an_explanation() -> Explanation {
+    let term = |remembered: Option<ObservationText>, role: &str, shared: u32, attention: u32, value: f64| {
+        let seen = remembered.is_some().then(|| blue_in(ValueText::Integer(17)));
+        let role = role.to_owned();
+        ExcitationTerm {
+            observation: remembered,
+            seen,
+            role,
+            shared,
+            attention,
+            probability: 1.0,
+            weight: 1.0,
+            value,
+        }
+    };
+    let reaching = Candidate {
+        schema: Some(17),
+        text: "∅ / move(j1=0.43, j2=0.84) / finger{field=17}".to_owned(),
+        binding: Vec::new(),
+        distance: 1,
+        excitation: 0.5,
+        terms: vec![term(Some(finger_in(ValueText::Integer(17))), "post-condition", 1, 1, 0.5)],
+    };
+    let touching = Candidate {
+        schema: Some(226),
+        text: "object{colour=$a, field=$b} / achieve finger{field=$b} / touch{}".to_owned(),
+        binding: vec![("a".to_owned(), symbol("blue")), ("b".to_owned(), ValueText::Integer(17))],
+        distance: 2,
+        excitation: 1.25,
+        terms: vec![
+            term(Some(blue_in(ValueText::Integer(17))), "pre-condition", 2, 0, 2.0),
+            term(Some(finger_in(ValueText::Integer(17))), "post-condition", 1, 1, 0.5),
+        ],
+    };
+    Explanation {
+        step: 231,
+        body: "sim".to_owned(),
+        world: vec![blue_in(ValueText::Integer(17))],
+        chosen: 0,
+        action: "move(j1=0.43, j2=0.84)".to_owned(),
+        reason: "excitation".to_owned(),
+        ties: 1,
+        candidates_total: 224,
+        candidates: vec![touching, reaching],
+    }
+}
+
+fn a_report() -> Report {
+    let mut babbling = stage("motor babbling", true, &[], &[]);
+    (babbling.actions, babbling.schemas_new, babbling.saturated) = (229, 224, true);
+    let mut beyond = stage("out of reach", true, &[false], &[1]);
+    beyond.counter_examples_new = 1;
+    let probe = stage("probe", false, &[true, true, false], &[1, 1, 1]);
+    report(vec![babbling, stage("first touches", true, &[true, true], &[0, 1]), beyond, probe])
+}
+
+fn a_run(seed: u64) -> Figures {
+    let mut report = a_report();
+    report.seed = seed;
+    Figures::new(&Experiment::new(ExperimentName::Exp1S1, "wide"), &report, 4.25)
+}
+
+#[test]
+fn status_as_table_and_json() {
+    check("status.txt", &status::status(&a_status()));
+    check_json("status.json", &a_status());
+    let mut alone = a_status();
+    alone.bodies.clear();
+    assert!(status::status(&alone).contains("pschema sim"), "says how to get a body");
+}
+
+#[test]
+fn schemas_as_table_and_json() {
+    check("schemas.txt", &schema::list(&a_list()));
+    check_json("schemas.json", &a_list());
+    assert_eq!(schema::list(&SchemaList { matching: 0, schemas: Vec::new() }), "No schema fits.\n");
+}
+
+#[test]
+fn one_schema_as_text_and_json() {
+    check("show.txt", &schema::detail(&a_schema()));
+    check_json("show.json", &json::Schema::from(&a_schema()));
+}
+
+#[test]
+fn an_explanation_as_text_and_json() {
+    check("explain.txt", &explanation::explanation(&an_explanation()));
+    check_json("explain.json", &json::Reasons::from(&an_explanation()));
+    let mut other = an_explanation();
+    other.chosen = 9;
+    assert!(
+        explanation::explanation(&other).contains("did not say why"),
+        "an index out of range is survived"
+    );
+}
+
+#[test]
+fn a_curriculum_as_table() {
+    check("stage.txt", &status::report(&a_report()));
+}
+
+#[test]
+fn a_run_as_table_and_json() {
+    check("experiment.txt", &figures::one(&a_run(7)));
+    check_json("experiment.json", &a_run(7));
+    check("experiments.txt", &figures::several(&[a_run(1), a_run(2)]));
+}

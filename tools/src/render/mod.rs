@@ -1,0 +1,12 @@
+//! From what a daemon answers to what a person or a program reads. Pure: values in, text out.
+
+pub(crate) mod explanation;
+pub(crate) mod figures;
+#[cfg(test)]
+mod golden;
+pub(crate) mod json;
+pub(crate) mod schema;
+pub(crate) mod status;
+pub(crate) mod story;
+pub(crate) mod table;
+pub(crate) mod words;

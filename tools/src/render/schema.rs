@@ -1,0 +1,116 @@
+//! `schemas` and `show` for people.
+
+use pschema_protocol::inspect::{Condition, SchemaDetail, SchemaList, SchemaSummary};
+
+use super::table::{Columns, WIDTH};
+use super::words::{condition, count, notation, plain, probability, schema_sentence, side};
+
+/// A list of schemas.
+pub(crate) fn list(list: &SchemaList) -> String {
+    if list.schemas.is_empty() {
+        return "No schema fits.\n".to_owned();
+    }
+    let mut table = Columns::new(&["id", "kind", "schema", "succeeds"]).figures(&[0]);
+    for s in &list.schemas {
+        let succeeds = probability(s.probability, s.successes, s.executions, s.low, s.high);
+        table.row([s.id.to_string(), plain(&s.kind), one_line(s), succeeds]);
+    }
+    let shown = list.schemas.len();
+    let more = if u64::from(list.matching) > shown as u64 {
+        format!("\n{shown} of {}; --limit {} shows all.\n", count(list.matching, "schema"), list.matching)
+    } else {
+        format!("\n{}.\n", count(list.matching, "schema"))
+    };
+    table.text(&[0, 1, 3]) + &more
+}
+
+fn one_line(s: &SchemaSummary) -> String {
+    let written = |list: &[String]| side(list.iter().map(|o| plain(o)));
+    format!("{} / {} / {}", written(&s.pre), plain(&s.action), written(&s.post))
+}
+
+/// One schema whole.
+pub(crate) fn detail(s: &SchemaDetail) -> String {
+    let mut text = format!("Schema {}, {}, made in step {}\n\n", s.id, plain(&s.kind), s.created_step);
+    text.push_str(&wrapped(&capital(&schema_sentence(s)), "  "));
+    text.push('\n');
+    let mut facts = Columns::new(&[]);
+    let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
+    fact("pre-conditions", side(s.pre.iter().map(notation)));
+    if s.target.is_empty() {
+        fact("action", plain(&s.action));
+    } else {
+        fact("target action", side(s.target.iter().map(notation)));
+    }
+    fact("executed", times(s.executions));
+    fact("succeeds", probability(s.probability, s.successes, s.executions, s.low, s.high));
+    for (name, ids) in [("examples", &s.examples), ("counter-examples", &s.counter_examples)] {
+        if !ids.is_empty() {
+            fact(name, numbers(ids));
+        }
+    }
+    if let Some(general) = s.contradicts {
+        fact("contradicts", general.to_string());
+    }
+    if let Some(parent) = s.parent {
+        fact("came from", parent.to_string());
+    }
+    text.push_str(&facts.text(&[0]));
+    text.push_str(&conditions("post-condition", &s.post));
+    text.push_str(&conditions("associated", &s.associated));
+    text
+}
+
+fn times(n: u32) -> String {
+    match n {
+        0 => "never".to_owned(),
+        1 => "once".to_owned(),
+        n => format!("{n} times"),
+    }
+}
+
+/// More numbers than anyone reads are cut short.
+const NUMBERS_MAX: usize = 24;
+
+fn numbers(ids: &[u32]) -> String {
+    let mut shown: Vec<_> = ids.iter().take(NUMBERS_MAX).map(u32::to_string).collect();
+    if ids.len() > NUMBERS_MAX {
+        shown.push(format!("and {} more", ids.len() - NUMBERS_MAX));
+    }
+    shown.join(" ")
+}
+
+fn conditions(heading: &str, list: &[Condition]) -> String {
+    if list.is_empty() {
+        return String::new();
+    }
+    let mut table = Columns::new(&[heading, "holds"]);
+    for c in list {
+        table.row([condition(c), probability(c.probability, c.occurrences, c.trials, c.low, c.high)]);
+    }
+    format!("\n{}", table.text(&[1]))
+}
+
+/// A sentence over as many lines as it needs.
+pub(crate) fn wrapped(sentence: &str, indent: &str) -> String {
+    let mut text = String::new();
+    let mut line = indent.to_owned();
+    for word in sentence.split_whitespace() {
+        let free = line.len() == indent.len();
+        if !free && line.chars().count() + 1 + word.chars().count() > usize::from(WIDTH) {
+            text.push_str(&line);
+            text.push('\n');
+            indent.clone_into(&mut line);
+        } else if !free {
+            line.push(' ');
+        }
+        line.push_str(word);
+    }
+    text + &line + "\n"
+}
+
+/// The sentence with a capital letter and a full stop.
+pub(crate) fn capital(sentence: &str) -> String {
+    let mut letters = sentence.chars();
+    letters.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
+}

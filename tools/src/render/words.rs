@@ -1,0 +1,331 @@
+//! Small things in words: observations, schemas, probabilities, durations.
+
+use pschema_protocol::inspect::{Condition, ObservationText, SchemaDetail, ValueText};
+
+/// Text of others (names of bodies, words heard) without what would steer a terminal.
+pub(crate) fn plain(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}
+
+/// An observation as it is written on the command line: `object{colour=blue, field=$x}`.
+pub(crate) fn notation(observation: &ObservationText) -> String {
+    let properties = observation.properties.iter().map(|(name, v)| format!("{}={}", plain(name), value(v)));
+    format!("{}{{{}}}", plain(&observation.kind), properties.collect::<Vec<_>>().join(", "))
+}
+
+/// Things side by side as in a schema's notation; `∅` for none.
+pub(crate) fn side(things: impl IntoIterator<Item = String>) -> String {
+    let things: Vec<_> = things.into_iter().collect();
+    if things.is_empty() { "∅".to_owned() } else { things.join(" & ") }
+}
+
+/// A post-condition as it is written: `no longer …` where it says what is not observed any more.
+pub(crate) fn condition(condition: &Condition) -> String {
+    let observation = notation(&condition.observation);
+    if condition.absent { format!("no longer {observation}") } else { observation }
+}
+
+/// A schema as it is written, on one line: pre-conditions / action / post-conditions.
+pub(crate) fn schema_notation(schema: &SchemaDetail) -> String {
+    let action = match schema.target.as_slice() {
+        [] => plain(&schema.action),
+        target => format!("achieve {}", side(target.iter().map(notation))),
+    };
+    format!(
+        "{} / {action} / {}",
+        side(schema.pre.iter().map(notation)),
+        side(schema.post.iter().map(condition))
+    )
+}
+
+/// A value as it is written.
+pub(crate) fn value(value: &ValueText) -> String {
+    match value {
+        ValueText::Integer(n) => n.to_string(),
+        ValueText::Symbol(s) => plain(s),
+        ValueText::Boolean(b) => b.to_string(),
+        ValueText::Real(r) => r.to_string(),
+        ValueText::Variable(v) => format!("${}", plain(v)),
+    }
+}
+
+/// What is bound to what: `$a=blue, $b=17`; empty for nothing.
+pub(crate) fn binding(binding: &[(String, ValueText)]) -> String {
+    let pairs = binding.iter().map(|(name, v)| format!("${}={}", plain(name), value(v)));
+    pairs.collect::<Vec<_>>().join(", ")
+}
+
+/// A probability with what it rests on: `0.93 (14/15, 0.70-0.99)`.
+pub(crate) fn probability(probability: f64, occurrences: u32, trials: u32, low: f64, high: f64) -> String {
+    if trials == 0 {
+        return "not tried yet".to_owned();
+    }
+    format!("{probability:.2} ({occurrences}/{trials}, {low:.2}-{high:.2})")
+}
+
+/// A duration for people: `850 ms`, `12.3 s`, `2 h 05 min`.
+pub(crate) fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => format!("{:.0} ms", s * 1e3),
+        s if s < 120.0 => format!("{s:.1} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.0} h {:02.0} min", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor()),
+    }
+}
+
+/// Bytes for people: `512 B`, `48.0 MiB`.
+pub(crate) fn bytes(bytes: u64) -> String {
+    #[expect(clippy::cast_precision_loss, reason = "shown with one decimal")]
+    let (bytes, mut unit) = (bytes as f64, "B");
+    let mut shown = bytes;
+    for next in ["KiB", "MiB", "GiB", "TiB"] {
+        if shown < 1024.0 {
+            break;
+        }
+        shown /= 1024.0;
+        unit = next;
+    }
+    if unit == "B" { format!("{shown:.0} B") } else { format!("{shown:.1} {unit}") }
+}
+
+/// `1 place`, `2 places`.
+pub(crate) fn count(n: impl Into<u64>, thing: &str) -> String {
+    let n = n.into();
+    format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
+}
+
+/// A schema as a sentence: "an object of any colour $a in any field $b: bring the finger to field $b, and
+/// it touches (always so far, in 12 of 12)".
+pub(crate) fn schema_sentence(schema: &SchemaDetail) -> String {
+    let mut known = Vec::new();
+    let mut sentence = match schema.pre.as_slice() {
+        [] => "whatever is perceived".to_owned(),
+        pre => pre.iter().map(|o| with_article(o, &mut known)).collect::<Vec<_>>().join(" and "),
+    };
+    sentence.push_str(": ");
+    if schema.target.is_empty() {
+        sentence.push_str(&plain(&schema.action));
+    } else {
+        let target = schema.target.iter().map(|o| order(o, &mut known)).collect::<Vec<_>>();
+        sentence.push_str(&target.join(" and "));
+    }
+    sentence.push_str(", and ");
+    sentence.push_str(&outcome(schema, &mut known));
+    sentence
+}
+
+/// What probably comes of a schema beyond what was there before and what its target asks for anyway.
+fn outcome(schema: &SchemaDetail, known: &mut Vec<String>) -> String {
+    let known_before =
+        |c: &Condition| schema.pre.contains(&c.observation) || schema.target.contains(&c.observation);
+    let said = |c: &&Condition| c.probability > 0.5 && (c.absent || !known_before(c));
+    let news: Vec<_> = schema.post.iter().filter(said).collect();
+    if news.is_empty() {
+        return "nothing else changes".to_owned();
+    }
+    let clauses: Vec<_> = news.iter().map(|c| clause(c, known)).collect();
+    clauses.join(" and ")
+}
+
+/// What a generalised schema predicts and its counter-example lacks: ", but it does not touch".
+pub(crate) fn missing(general: &SchemaDetail, exception: &SchemaDetail) -> String {
+    let held = |kind: &str| exception.post.iter().any(|c| !c.absent && c.observation.kind == kind);
+    let lacking =
+        general.post.iter().filter(|c| !c.absent && c.probability > 0.5 && !held(&c.observation.kind));
+    let told = lacking.map(|c| match (c.observation.kind.as_str(), c.observation.properties.as_slice()) {
+        ("touch", []) => "it does not touch".to_owned(),
+        _ => format!("there is no {}", plain(&c.observation.kind)),
+    });
+    let told: Vec<_> = told.collect();
+    if told.is_empty() { String::new() } else { format!(", but {}", told.join(" and ")) }
+}
+
+fn clause(condition: &Condition, known: &mut Vec<String>) -> String {
+    let observation = &condition.observation;
+    match (observation.kind.as_str(), observation.properties.as_slice(), condition.absent) {
+        // The one event that the paper's first experiment is about deserves a verb.
+        ("touch", [], false) => "it touches".to_owned(),
+        ("touch", [], true) => "it no longer touches".to_owned(),
+        (_, _, false) => format!("there is {}", with_article(observation, known)),
+        (_, _, true) => format!("there is no longer {}", with_article(observation, known)),
+    }
+}
+
+/// A target as an order: to bring what is somewhere to that place, else to make it so. What is fixed about the thing
+/// (the finger's colour) goes without saying.
+fn order(observation: &ObservationText, known: &mut Vec<String>) -> String {
+    let is_place = |name: &str| name == "field";
+    let fixed =
+        |(name, value): &(String, ValueText)| is_place(name) || !matches!(value, ValueText::Variable(_));
+    let place = observation.properties.iter().find(|(name, _)| is_place(name));
+    match place {
+        Some((name, place)) if observation.properties.iter().all(fixed) => {
+            format!("bring the {} to {}", plain(&observation.kind), qualified(name, place, known))
+        }
+        _ => format!("bring about {}", with_article(observation, known)),
+    }
+}
+
+/// An observation as a noun: `a blue object in field 4`. A variable is "any" when it is first met.
+fn with_article(observation: &ObservationText, known: &mut Vec<String>) -> String {
+    let colour = observation.properties.iter().find_map(|(name, value)| match value {
+        ValueText::Symbol(colour) if name == "colour" => Some(plain(colour)),
+        _ => None,
+    });
+    let noun = colour.iter().cloned().chain([plain(&observation.kind)]).collect::<Vec<_>>().join(" ");
+    let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    let mut text = format!("{article} {noun}");
+    let rest = observation.properties.iter().filter(|(name, _)| colour.is_none() || name != "colour");
+    // What it is before where it is.
+    let (places, rest): (Vec<_>, Vec<_>) = rest.partition(|(name, _)| name == "field");
+    for (name, property) in rest.into_iter().chain(places) {
+        let preposition = match name.as_str() {
+            "field" => "in",
+            "colour" => "of",
+            _ => "with",
+        };
+        text.push_str(&format!(" {preposition} {}", qualified(&plain(name), property, known)));
+    }
+    text
+}
+
+fn qualified(name: &str, property: &ValueText, known: &mut Vec<String>) -> String {
+    match property {
+        ValueText::Variable(variable) if !known.contains(variable) => {
+            known.push(variable.clone());
+            format!("any {name} ${}", plain(variable))
+        }
+        other => format!("{name} {}", value(other)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn observation(kind: &str, properties: &[(&str, ValueText)]) -> ObservationText {
+        let properties = properties.iter().map(|(name, v)| ((*name).to_owned(), v.clone())).collect();
+        ObservationText { kind: kind.to_owned(), properties }
+    }
+
+    fn variable(name: &str) -> ValueText {
+        ValueText::Variable(name.to_owned())
+    }
+
+    fn sure(observation: ObservationText) -> Condition {
+        Condition {
+            observation,
+            absent: false,
+            occurrences: 2,
+            trials: 2,
+            probability: 1.0,
+            low: 0.34,
+            high: 1.0,
+        }
+    }
+
+    fn touching() -> SchemaDetail {
+        let object = observation("object", &[("colour", variable("a")), ("field", variable("b"))]);
+        let finger = observation("finger", &[("field", variable("b"))]);
+        SchemaDetail {
+            id: 226,
+            kind: "generalised".to_owned(),
+            action: String::new(),
+            target: vec![finger.clone()],
+            pre: vec![object.clone()],
+            post: vec![sure(finger), sure(object), sure(observation("touch", &[]))],
+            associated: Vec::new(),
+            executions: 2,
+            successes: 2,
+            probability: 1.0,
+            low: 0.34,
+            high: 1.0,
+            parent: None,
+            contradicts: None,
+            examples: vec![224, 225],
+            counter_examples: Vec::new(),
+            created_step: 230,
+        }
+    }
+
+    #[test]
+    fn the_papers_generalised_schema_reads_as_a_sentence_and_as_notation() {
+        let schema = touching();
+        assert_eq!(
+            schema_sentence(&schema),
+            "an object of any colour $a in any field $b: bring the finger to field $b, and it touches"
+        );
+        assert_eq!(
+            schema_notation(&schema),
+            "object{colour=$a, field=$b} / achieve finger{field=$b} / \
+             finger{field=$b} & object{colour=$a, field=$b} & touch{}"
+        );
+    }
+
+    #[test]
+    fn what_is_fixed_about_a_thing_is_said_in_passing_or_not_at_all() {
+        let mut schema = touching();
+        let green = ("colour".to_owned(), ValueText::Symbol("green".to_owned()));
+        schema.target[0].properties.insert(0, green.clone());
+        assert!(
+            schema_sentence(&schema).contains(": bring the finger to field $b, and"),
+            "{}",
+            schema_sentence(&schema)
+        );
+        let seen = observation("finger", &[("field", ValueText::Integer(4)), ("colour", green.1)]);
+        schema.post = vec![sure(seen)];
+        assert!(
+            schema_sentence(&schema).ends_with("there is a green finger in field 4"),
+            "{}",
+            schema_sentence(&schema)
+        );
+        schema.target = vec![observation("object", &[("colour", variable("c")), ("field", variable("b"))])];
+        assert!(schema_sentence(&schema).contains("bring about an object of any colour $c in field $b"));
+    }
+
+    #[test]
+    fn an_exception_says_what_it_lacks() {
+        let general = touching();
+        let mut exception = touching();
+        exception.post.pop();
+        assert_eq!(missing(&general, &exception), ", but it does not touch");
+        assert_eq!(missing(&general, &general), "");
+    }
+
+    #[test]
+    fn a_babbled_schema_and_a_loss_read_as_sentences() {
+        let mut schema = touching();
+        schema.pre.clear();
+        schema.target.clear();
+        "move(j1=0.43, j2=0.84)".clone_into(&mut schema.action);
+        schema.post = vec![sure(observation("finger", &[("field", ValueText::Integer(4))]))];
+        assert_eq!(
+            schema_sentence(&schema),
+            "whatever is perceived: move(j1=0.43, j2=0.84), and there is a finger in field 4"
+        );
+        schema.post[0].absent = true;
+        assert!(schema_sentence(&schema).ends_with("there is no longer a finger in field 4"));
+        assert!(schema_notation(&schema).ends_with("/ no longer finger{field=4}"));
+        schema.post.clear();
+        assert!(schema_sentence(&schema).ends_with("nothing else changes"));
+    }
+
+    #[test]
+    fn a_name_that_would_steer_the_terminal_is_shown_and_not_obeyed() {
+        let evil = observation("\x1b[2Jobject", &[("co\nlour", ValueText::Symbol("\x07".to_owned()))]);
+        assert!(!notation(&evil).chars().any(char::is_control), "{}", notation(&evil));
+    }
+
+    #[test]
+    fn figures_for_people() {
+        assert_eq!(probability(14.0 / 15.0, 14, 15, 0.702, 0.988), "0.93 (14/15, 0.70-0.99)");
+        assert_eq!(probability(0.0, 0, 0, 0.0, 1.0), "not tried yet");
+        assert_eq!(duration(0.85), "850 ms");
+        assert_eq!(duration(12.34), "12.3 s");
+        assert_eq!(duration(7500.0), "2 h 05 min");
+        assert_eq!(bytes(512), "512 B");
+        assert_eq!(bytes(48 * 1024 * 1024), "48.0 MiB");
+        assert_eq!(count(1u32, "place"), "1 place");
+        assert_eq!(count(2u32, "place"), "2 places");
+    }
+}

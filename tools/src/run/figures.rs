@@ -1,0 +1,212 @@
+//! The figures of a run, as `experiment --json` prints them.
+
+use pschema_protocol::inspect::{Report, StageSummary};
+use serde::Serialize;
+
+use super::experiment::Experiment;
+use super::published::Published;
+
+/// Everything an experiment is judged by.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Figures {
+    /// Its name.
+    pub(crate) experiment: String,
+    /// The world it was run in.
+    pub(crate) world: String,
+    /// The seed of learner and body.
+    pub(crate) seed: u64,
+    /// Schemas after learning.
+    pub(crate) schemas_total: u32,
+    /// Those with constants only.
+    pub(crate) schemas_concrete: u32,
+    /// Those with variables.
+    pub(crate) schemas_generalised: u32,
+    /// Learning placements until there was a generalised schema; none if there never was.
+    pub(crate) placements: Option<u32>,
+    /// The same: the number of that placement.
+    pub(crate) generalised_after_placement: Option<u32>,
+    /// Counter-examples made.
+    pub(crate) counter_examples: u32,
+    /// Actions carried out, the probe's included.
+    pub(crate) actions_total: u64,
+    /// Each stage.
+    pub(crate) stages: Vec<Stage>,
+    /// What was measured afterwards, learning frozen.
+    pub(crate) probe: Probe,
+    /// How long the run took, from starting the processes to the last report.
+    pub(crate) wall_s: f64,
+    /// Median time of a step in the daemon.
+    pub(crate) step_latency_us_p50: f64,
+    /// 99th percentile of it.
+    pub(crate) step_latency_us_p99: f64,
+    /// Digest of everything learnt.
+    pub(crate) memory_digest: String,
+    /// The paper's figures for this run.
+    pub(crate) published: Option<Published>,
+}
+
+/// One stage's figures.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Stage {
+    /// Its name.
+    pub(crate) name: String,
+    /// Whether anything was learnt, or only measured.
+    pub(crate) learning: bool,
+    /// Actions carried out.
+    pub(crate) actions: u64,
+    /// Schemas made.
+    pub(crate) schemas_new: u32,
+    /// Generalised ones among them.
+    pub(crate) generalised_new: u32,
+    /// Counter-examples among them.
+    pub(crate) counter_examples_new: u32,
+    /// Placements.
+    pub(crate) trials: u32,
+    /// Placements after which the awaited was observed.
+    pub(crate) trials_met: u32,
+    /// Of these, after one action.
+    pub(crate) trials_met_first: u32,
+    /// Whether it ended by saturation.
+    pub(crate) saturated: bool,
+}
+
+/// Touching at positions never used in training.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct Probe {
+    /// Positions tried.
+    pub(crate) placements_tried: u32,
+    /// Touched with the first action.
+    pub(crate) touched_first_try: u32,
+    /// Touched at all.
+    pub(crate) touched: u32,
+}
+
+impl Figures {
+    /// The figures in a run's last report.
+    pub(crate) fn new(experiment: &Experiment, report: &Report, wall_s: f64) -> Self {
+        let placements = first_generalisation(&report.stages);
+        Self {
+            experiment: experiment.name.to_owned(),
+            world: experiment.world.clone(),
+            seed: report.seed,
+            schemas_total: report.schemas_total,
+            schemas_concrete: report.schemas_concrete,
+            schemas_generalised: report.schemas_generalised,
+            placements,
+            generalised_after_placement: placements,
+            counter_examples: report.stages.iter().map(|stage| stage.counter_examples_new).sum(),
+            actions_total: report.actions_total,
+            stages: report.stages.iter().map(Stage::from).collect(),
+            probe: probe(&report.stages),
+            wall_s,
+            step_latency_us_p50: report.step_latency_us_p50,
+            step_latency_us_p99: report.step_latency_us_p99,
+            memory_digest: report.memory_digest.clone().unwrap_or_default(),
+            published: experiment.published,
+        }
+    }
+}
+
+/// The number of the learning placement, from 1, at whose end there was a generalised schema.
+fn first_generalisation(stages: &[StageSummary]) -> Option<u32> {
+    let learning = stages.iter().filter(|stage| stage.learning);
+    let after = learning.flat_map(|stage| stage.generalised_after_trial.iter());
+    let at = after.copied().position(|generalised| generalised > 0)?;
+    u32::try_from(at + 1).ok()
+}
+
+/// All stages in which nothing was learnt are measurements.
+fn probe(stages: &[StageSummary]) -> Probe {
+    let measured = stages.iter().filter(|stage| !stage.learning);
+    measured.fold(Probe::default(), |probe, stage| Probe {
+        placements_tried: probe.placements_tried + stage.trials,
+        touched_first_try: probe.touched_first_try + stage.trials_met_first,
+        touched: probe.touched + stage.trials_met,
+    })
+}
+
+impl From<&StageSummary> for Stage {
+    fn from(stage: &StageSummary) -> Self {
+        Self {
+            name: stage.name.clone(),
+            learning: stage.learning,
+            actions: stage.actions,
+            schemas_new: stage.schemas_new,
+            generalised_new: stage.generalised_new,
+            counter_examples_new: stage.counter_examples_new,
+            trials: stage.trials,
+            trials_met: stage.trials_met,
+            trials_met_first: stage.trials_met_first,
+            saturated: stage.saturated,
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::cli::ExperimentName;
+
+    pub(crate) fn stage(name: &str, learning: bool, met: &[bool], generalised: &[u32]) -> StageSummary {
+        let trials = u32::try_from(met.len()).unwrap();
+        let trials_met = u32::try_from(met.iter().filter(|met| **met).count()).unwrap();
+        StageSummary {
+            name: name.to_owned(),
+            learning,
+            actions: u64::from(trials),
+            schemas_new: 0,
+            generalised_new: 0,
+            counter_examples_new: 0,
+            trials,
+            trials_met,
+            trials_met_first: trials_met,
+            generalised_after_trial: generalised.to_vec(),
+            drawn: Vec::new(),
+            saturated: false,
+            ended: true,
+        }
+    }
+
+    pub(crate) fn report(stages: Vec<StageSummary>) -> Report {
+        Report {
+            curriculum: "exp1-s1".to_owned(),
+            seed: 7,
+            stage: "probe".to_owned(),
+            stage_state: "finished".to_owned(),
+            finished: true,
+            stuck: None,
+            step: 330,
+            schemas_total: 228,
+            schemas_concrete: 227,
+            schemas_generalised: 1,
+            actions_total: stages.iter().map(|stage| stage.actions).sum(),
+            step_latency_us_p50: 55.0,
+            step_latency_us_p99: 180.0,
+            memory_digest: Some("00ff".to_owned()),
+            stages,
+        }
+    }
+
+    #[test]
+    fn generalisation_is_counted_in_learning_placements_over_all_stages() {
+        let stages = vec![
+            stage("babbling", true, &[], &[]),
+            stage("first", true, &[true], &[0]),
+            stage("second", true, &[true, true], &[1, 1]),
+            stage("probe", false, &[true, false], &[1, 1]),
+        ];
+        let experiment = Experiment::new(ExperimentName::Exp1S1, "wide");
+        let figures = Figures::new(&experiment, &report(stages), 4.0);
+        assert_eq!(figures.placements, Some(2));
+        assert_eq!(figures.probe, Probe { placements_tried: 2, touched_first_try: 1, touched: 1 });
+        assert_eq!(figures.published.unwrap().schemas_total, 227);
+    }
+
+    #[test]
+    fn a_probe_alone_never_counts_as_learning_and_no_generalisation_is_none() {
+        let stages = vec![stage("first", true, &[true], &[0]), stage("probe", false, &[true], &[1])];
+        let experiment = Experiment::new(ExperimentName::Exp1S1, "my-world.toml");
+        let figures = Figures::new(&experiment, &report(stages), 4.0);
+        assert_eq!((figures.placements, figures.published), (None, None));
+    }
+}

@@ -1,0 +1,149 @@
+//! A daemon and a body as two processes of their own, talking over shared memory, in a runtime directory
+//! that nobody else uses. Dropping the pair ends both and removes the directory.
+
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
+use pschema_protocol::inspect::{Answer, Report, Request};
+use tempfile::TempDir;
+
+use crate::failure::Failure;
+use crate::learner::{Learner, ask_for};
+use crate::render::words::plain;
+
+use super::child::{Child, private_name};
+use super::experiment::Experiment;
+use super::signals::Stop;
+
+/// How long a daemon may take to answer its first question. It takes a few milliseconds; a machine under
+/// load takes its time.
+const READY_WITHIN: Duration = Duration::from_secs(20);
+/// How often to look how far the run is. Each look costs the daemon a copy of what it changes next.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// How long nothing may happen in a run before it counts as failed.
+const STALLED_AFTER: Duration = Duration::from_secs(60);
+
+/// A running pair. Fields are dropped in this order: the tool leaves, then the body, then the daemon; what
+/// is left of the directory goes last.
+pub(crate) struct Pair {
+    learner: Learner,
+    body: Child,
+    daemon: Child,
+    _directory: TempDir,
+    started: Instant,
+}
+
+impl Pair {
+    /// Starts the processes of `experiment` and waits until the daemon answers.
+    pub(crate) fn start(experiment: &Experiment, seed: u64, stop: &Stop) -> Result<Self, Failure> {
+        let started = Instant::now();
+        let directory = runtime_directory()?;
+        let name = private_name(std::process::id());
+        let place = Place::new(RuntimeDir::at(directory.path())?, LearnerName::new(&name)?);
+        let arguments = |command: &str, own: Vec<String>| {
+            let command = [command, "--name", &name].map(str::to_owned);
+            command.into_iter().chain(own).collect::<Vec<_>>()
+        };
+        let daemon = arguments("server", experiment.daemon(seed));
+        let mut daemon = Child::start("daemon", directory.path(), daemon)?;
+        let body = arguments("sim", experiment.body(seed));
+        let mut body = Child::start("body", directory.path(), body)?;
+        let learner = connect(&place, &mut daemon, &mut body, stop)?;
+        Ok(Self { learner, body, daemon, _directory: directory, started })
+    }
+
+    /// Follows the run to the end of its curriculum; `seen` gets each report. Returns the last one.
+    pub(crate) fn watch(&mut self, stop: &Stop, mut seen: impl FnMut(&Report)) -> Result<Report, Failure> {
+        let mut moved = (0, Instant::now());
+        loop {
+            stop.check()?;
+            // A child that ended explains better what is wrong than an answer that fails to come.
+            self.daemon.check()?;
+            self.body.check()?;
+            let report = match ask_for!(self.learner, &Request::Report, Answer::Report) {
+                Ok(report) => report,
+                Err(failure) => return Err(self.cause(stop).unwrap_or(failure)),
+            };
+            seen(&report);
+            if report.finished {
+                return Ok(*report);
+            }
+            if report.stuck.is_some() {
+                return Err(stuck(&report));
+            }
+            if report.step != moved.0 {
+                moved = (report.step, Instant::now());
+            } else if moved.1.elapsed() > STALLED_AFTER {
+                return Err(stalled(&report));
+            }
+            thread::sleep(LOOK_EVERY);
+        }
+    }
+
+    /// What an answer that did not come is down to, if that is known.
+    fn cause(&mut self, stop: &Stop) -> Option<Failure> {
+        stop.check().and_then(|()| self.daemon.check()).and_then(|()| self.body.check()).err()
+    }
+
+    /// The learner, for questions.
+    pub(crate) fn learner(&mut self) -> &mut Learner {
+        &mut self.learner
+    }
+
+    /// Since the processes were started.
+    pub(crate) fn elapsed(&self) -> Duration {
+        self.started.elapsed()
+    }
+}
+
+/// A curriculum that ended before its end.
+pub(super) fn stuck(report: &Report) -> Failure {
+    let why = plain(report.stuck.as_deref().unwrap_or(&report.stage_state));
+    Failure::Failed(format!(
+        "the curriculum cannot go on after step {}, stage {}: {why}",
+        report.step,
+        plain(&report.stage)
+    ))
+}
+
+fn stalled(report: &Report) -> Failure {
+    let (step, state, seconds) = (report.step, &report.stage_state, STALLED_AFTER.as_secs());
+    Failure::Failed(format!(
+        "nothing happened for {seconds} s after step {step} ({state}): run it again with -v and look at what the body says last"
+    ))
+}
+
+/// A directory short enough for sockets, whatever TMPDIR is.
+fn runtime_directory() -> Result<TempDir, Failure> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix("pschema-").permissions(Permissions::from_mode(0o700));
+    let directory = builder.tempdir_in(Path::new("/tmp"));
+    directory.map_err(|error| Failure::Failed(format!("cannot create a directory in /tmp: {error}")))
+}
+
+fn connect(place: &Place, daemon: &mut Child, body: &mut Child, stop: &Stop) -> Result<Learner, Failure> {
+    let start = Instant::now();
+    loop {
+        stop.check()?;
+        daemon.check()?;
+        body.check()?;
+        let failure = match Learner::connect_at(place) {
+            Ok(learner) => return Ok(learner),
+            Err(failure) => failure,
+        };
+        if !matches!(failure, Failure::NoDaemon(_)) {
+            return Err(failure);
+        }
+        if start.elapsed() > READY_WITHIN {
+            return Err(Failure::Failed(format!(
+                "the daemon was not ready after {} s",
+                READY_WITHIN.as_secs()
+            )));
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+}

@@ -1,0 +1,65 @@
+//! How a run is going: a bar on a terminal, nothing but finished stages elsewhere.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use pschema_protocol::inspect::Report;
+
+use crate::output;
+use crate::render::story::{Doing, doing};
+use crate::talk;
+
+use super::experiment::Size;
+
+/// A bar on stderr, when that is a terminal.
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    size: Size,
+    /// What stands before everything, such as the seed.
+    label: String,
+}
+
+impl Progress {
+    /// A bar, or none when `quiet` or stderr is no terminal.
+    pub(crate) fn new(label: String, size: Size, quiet: bool) -> Self {
+        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let bar = ProgressBar::with_draw_target(None, target);
+        bar.set_style(style(false));
+        Self { bar, size, label }
+    }
+
+    /// Shows how far the run is.
+    pub(crate) fn show(&self, report: &Report) {
+        let Some(Doing { what, done, of }) = doing(report, self.size.postures, &self.size.trials) else {
+            return;
+        };
+        if self.bar.length() != of {
+            self.bar.set_style(style(of.is_some()));
+            match of {
+                Some(of) => self.bar.set_length(of),
+                None => self.bar.unset_length(),
+            }
+        }
+        self.bar.set_message(format!("{}{what}", self.label));
+        self.bar.set_position(done);
+    }
+
+    /// Says a line that stays.
+    pub(crate) fn say(&self, line: &str) {
+        self.bar.suspend(|| talk::say(line));
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+fn style(bounded: bool) -> ProgressStyle {
+    let template = match (bounded, output::wanted()) {
+        (true, true) => "{bar:30.green} {pos}/{len}  {msg}",
+        (true, false) => "{bar:30} {pos}/{len}  {msg}",
+        (false, _) => "{spinner} {pos}  {msg}",
+    };
+    // A template of ours that does not parse would show as the default one.
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
