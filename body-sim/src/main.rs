@@ -19,7 +19,9 @@ struct Cli {
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    // A log that nobody reads any more (the other end of the pipe died) must not end a body.
+    log.log_internal_errors(false).init();
     match run(&cli.args) {
         Ok(summary) => {
             if let Some(summary) = summary {

@@ -53,7 +53,9 @@ impl Body for GridWorld {
             name: "grid-world".into(),
             kind: "grid-world".into(),
             observation_types: vec![
-                sense("place", true, false, place.clone()),
+                // Not the body's own, though it is where the body stands: what a step does depends on it, and
+                // what is the body's own is never a pre-condition.
+                sense("place", false, false, place.clone()),
                 sense("food", false, false, place),
                 sense("wall", false, false, vec![direction.clone()]),
                 sense("taste", false, true, vec![]),

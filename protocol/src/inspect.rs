@@ -332,7 +332,8 @@ pub struct ExcitationTerm {
     pub observation: Option<ObservationText>,
     /// Perceived observation that resembles it; none for a drive.
     pub seen: Option<ObservationText>,
-    /// `pre-condition`, `post-condition`, `association`, `babbling`, `habituation`.
+    /// `pre-condition`, `post-condition`, `association`, `babbling`, `habituation`; `rest` for those
+    /// that are too many to be told one by one, added up.
     pub role: String,
     /// Properties that the two share.
     pub shared: u32,
@@ -375,8 +376,9 @@ pub struct Report {
     pub step_latency_us_p50: f64,
     /// 99th percentile of it.
     pub step_latency_us_p99: f64,
-    /// Digest of everything learnt.
-    pub memory_digest: String,
+    /// Digest of everything learnt, once the curriculum has come to its end: it costs time in proportion to
+    /// memory, and those who watch a run ask often. [`Status`] always has it.
+    pub memory_digest: Option<String>,
     /// The stages entered so far.
     pub stages: Vec<StageSummary>,
 }

@@ -28,7 +28,7 @@ pub struct ServerArgs {
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
 
-    /// A built-in curriculum (free, exp1-s1, exp1-s1-narrow), or a file with one.
+    /// A built-in curriculum (free, exp1-s1, exp1-s1-narrow, exp1-s2), or a file with one.
     #[arg(long, value_name = "NAME|FILE", default_value = "free")]
     pub curriculum: String,
 }
@@ -39,11 +39,9 @@ impl ServerArgs {
     /// # Errors
     /// [`config::ConfigError`] with the place of the mistake.
     pub fn setup(&self) -> Result<Setup, config::ConfigError> {
-        Ok(Setup {
-            seed: self.seed,
-            parameters: config::parameters(self.config.as_deref())?,
-            curriculum: config::curriculum(&self.curriculum)?,
-        })
+        let parameters = config::parameters(self.config.as_deref())?;
+        let (curriculum, parameters) = config::lesson(&self.curriculum, parameters)?;
+        Ok(Setup { seed: self.seed, parameters, curriculum })
     }
 }
 
@@ -78,6 +76,8 @@ pub fn program() -> ExitCode {
 fn log_to_stderr(json: bool) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
     let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    // A log that nobody reads any more (the other end of the pipe died) must not end a daemon.
+    let log = log.log_internal_errors(false);
     let log = log.with_ansi(
         std::io::IsTerminal::is_terminal(&std::io::stderr()) && std::env::var_os("NO_COLOR").is_none(),
     );

@@ -36,8 +36,8 @@ enum Event<'a> {
     PeerGone { session: u64, farewell: bool },
     /// A tool asks or orders.
     Tool { bytes: Vec<u8>, reply: RequestReply },
-    /// A message of a peer without a session was refused.
-    Refused { refusal: Refusal },
+    /// A message was refused before it came here; its sender's session, should it have one.
+    Refused { session: Option<u64>, refusal: Refusal },
     /// The inspector has an answer.
     Inspected(Inspected),
     /// The daemon is to end.
@@ -50,7 +50,7 @@ impl<'a> From<Incoming<'a>> for Event<'a> {
             Incoming::Hello { hello, reply } => Event::Hello { hello, reply },
             Incoming::Frame { frame, reply } => Event::Frame { frame, reply },
             Incoming::Request { bytes, reply } => Event::Tool { bytes, reply },
-            Incoming::Refused { refusal } => Event::Refused { refusal },
+            Incoming::Refused { session, refusal } => Event::Refused { session, refusal },
             Incoming::BodyGone { session, farewell } => Event::PeerGone { session, farewell },
         }
     }
@@ -138,10 +138,7 @@ impl Daemon {
                 self.gone(session, if farewell { "left" } else { "lost" })
             }
             Event::Tool { bytes, reply } => self.tool(&bytes, reply),
-            Event::Refused { refusal } => {
-                self.strays += 1;
-                log_refused(self.strays, None, &refusal.to_string());
-            }
+            Event::Refused { session, refusal } => self.refused(session, &refusal),
             Event::Inspected(Inspected { number, bytes }) => {
                 if let Some(reply) = self.asking.remove(&number) {
                     reply.answer(bytes);
@@ -232,6 +229,23 @@ impl Daemon {
         if served.step.is_some() {
             self.mind.count_step(began);
         }
+    }
+
+    /// Counts a message that the transport refused: in the session of the process it came from, if it has one,
+    /// so that `status` shows whose fault it is.
+    fn refused(&mut self, session: Option<u64>, refusal: &Refusal) {
+        let body = session.and_then(|number| self.bodies.get_mut(&number));
+        let (session, count) = match body {
+            Some(body) => {
+                body.session.count_refused(refusal);
+                (session, body.session.counters().frames_refused)
+            }
+            None => {
+                self.strays += 1;
+                (None, self.strays)
+            }
+        };
+        log_refused(count, session, &refusal.to_string());
     }
 
     fn gone(&mut self, session: u64, state: &str) {

@@ -4,6 +4,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use pschema_learner::digest::digest;
 use pschema_learner::progress::{StageCommand, StageCommandError};
 use pschema_learner::step::{Learner, LearnerError};
 use pschema_protocol::body::{Body, BodyLoop, Directive};
@@ -158,10 +159,11 @@ impl<B: Body> InProcess<B> {
         inspect::answer(&self.view(), request)
     }
 
-    /// What the curriculum has done so far.
+    /// What the curriculum has done so far, always with the digest of memory.
     #[must_use]
     pub fn report(&self) -> Report {
-        inspect::report(&self.view())
+        let view = self.view();
+        Report { memory_digest: Some(digest(&view.content)), ..inspect::report(&view) }
     }
 }
 

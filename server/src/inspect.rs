@@ -107,7 +107,7 @@ pub fn report(view: &View) -> Report {
         actions_total: progress.reports.iter().map(|report| report.actions).sum(),
         step_latency_us_p50: view.latencies.all_us(0.5),
         step_latency_us_p99: view.latencies.all_us(0.99),
-        memory_digest: digest(&view.content),
+        memory_digest: (progress.finished || view.stuck.is_some()).then(|| digest(&view.content)),
         stages: progress.reports.iter().map(summary).collect(),
     }
 }

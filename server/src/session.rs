@@ -1,14 +1,14 @@
 //! One attached body: its frames are checked, translated, given to the learner, and replied to. Pure of
 //! transport, clock and file: the daemon and the in-process runner both live on it.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use pschema_learner::curriculum::{Afterwards, SceneCommand};
 use pschema_learner::effect::Effect;
 use pschema_learner::notation;
 use pschema_learner::observation::Observation;
 use pschema_learner::step::{ActionOutcome, Frame, Learner, Output, Step};
-use pschema_learner::vocabulary::{BodyId, DeclarationError, limits::SYMBOLS_MAX};
+use pschema_learner::vocabulary::{BodyId, DeclarationError, Vocabulary, limits::SYMBOLS_MAX};
 use pschema_protocol::body::Outcome;
 use pschema_protocol::decode;
 use pschema_protocol::description::{Action, Description, ValueKind};
@@ -99,8 +99,9 @@ impl Session {
     ) -> Result<(Self, Vec<Effect>), AttachError> {
         let description = &hello.description;
         let declared = declaration(description)?;
-        let known = learner.memory().content().vocabulary.symbols().len();
-        let more = symbols(description);
+        let vocabulary = &learner.memory().content().vocabulary;
+        let known = vocabulary.symbols().len();
+        let more = new_symbols(description, vocabulary);
         if known.saturating_add(more) > SYMBOLS_MAX {
             return Err(AttachError::Symbols { known, more });
         }
@@ -167,11 +168,16 @@ impl Session {
         served
     }
 
-    fn refused(&mut self, refusal: &Refusal) -> Served {
-        let reason = refusal.to_string();
+    /// Counts a frame of this body that was refused, here or before it came here.
+    pub fn count_refused(&mut self, refusal: &Refusal) {
         self.counters.frames_refused += 1;
-        self.counters.last_refusal = Some(reason.clone());
-        Served { reply: Reply::Refused { code: refusal.code(), reason }, step: None, problem: None }
+        self.counters.last_refusal = Some(refusal.to_string());
+    }
+
+    fn refused(&mut self, refusal: &Refusal) -> Served {
+        self.count_refused(refusal);
+        let reply = Reply::Refused { code: refusal.code(), reason: refusal.to_string() };
+        Served { reply, step: None, problem: None }
     }
 
     fn taken(&mut self, learner: &mut Learner, frame: &CheckedFrame, words: &mut Vec<String>) -> Served {
@@ -259,12 +265,15 @@ fn every_symbol(description: &Description) -> impl Iterator<Item = &String> {
         .flatten()
 }
 
-fn symbols(description: &Description) -> usize {
+/// Symbols of the description that the learner does not know yet. Only these are counted, so that a body it knows
+/// can come back to a full memory.
+fn new_symbols(description: &Description, vocabulary: &Vocabulary) -> usize {
     // The symbols of primitives are among those of the actions' parameters.
     let parameters = description.actions.iter().flat_map(|declared| &declared.parameters);
     let in_actions = parameters.filter_map(|parameter| match &parameter.kind {
-        ValueKind::Symbol { symbols } => Some(symbols.len()),
+        ValueKind::Symbol { symbols } => Some(symbols),
         _ => None,
     });
-    every_symbol(description).count() + in_actions.sum::<usize>()
+    let all: BTreeSet<_> = every_symbol(description).chain(in_actions.flatten()).collect();
+    all.into_iter().filter(|symbol| vocabulary.symbol_named(symbol).is_none()).count()
 }

@@ -185,7 +185,7 @@ fn tools_are_answered_from_what_was_learnt() {
     assert_eq!(report.stage_state, "finished");
     let Answer::Status(status) = run.answer(&Request::Status) else { panic!() };
     assert_eq!(status.bodies.len(), 1);
-    assert_eq!((status.memory_digest, status.durable_step), (report.memory_digest, None));
+    assert_eq!((status.memory_digest, status.durable_step), (report.memory_digest.unwrap_or_default(), None));
     assert!(status.memory_bytes > 1_000_000 && status.step_latency_us_p99 >= status.step_latency_us_p50);
 }
 

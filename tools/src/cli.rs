@@ -285,6 +285,9 @@ pub(crate) enum ExperimentName {
     /// Experiment 1, scenario 1: learning in stages, with generalisation, to touch a block anywhere
     #[value(name = "exp1-s1")]
     Exp1S1,
+    /// Experiment 1, scenario 2: learning in stages, without generalisation
+    #[value(name = "exp1-s2")]
+    Exp1S2,
 }
 
 #[derive(Clone, Copy, Debug, Args)]

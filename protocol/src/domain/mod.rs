@@ -56,7 +56,7 @@ pub enum DomainError {
         pid: String,
     },
     /// No daemon serves this learner.
-    #[error("no daemon serves learner {name} in {runtime}: start one with `pschema daemon --name {name}`")]
+    #[error("no daemon serves learner {name} in {runtime}: start one with `pschema server --name {name}`")]
     NotServed {
         /// The learner.
         name: String,

@@ -178,3 +178,59 @@ impl BodyLink {
         self.place.served().is_ok_and(|record| record.prefix == self.record.prefix)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::domain::{LearnerName, OwnedDomain, RuntimeDir};
+    use crate::transport::server::{Incoming, ServerTransport};
+
+    /// One process that introduced itself again and again, under a new name each time, took all places there are.
+    #[test]
+    fn introducing_oneself_again_ends_the_session_before() {
+        let directory = tempfile::Builder::new().prefix("ps").tempdir_in("/tmp").unwrap();
+        let runtime = RuntimeDir::at(&directory.path().join("run")).unwrap();
+        let place = Place::new(runtime, LearnerName::new("again").unwrap());
+        let stop = Arc::new(AtomicBool::new(false));
+        let (ready, is_ready) = std::sync::mpsc::channel();
+        let daemon = {
+            let (place, stop) = (place.clone(), stop.clone());
+            std::thread::spawn(move || {
+                let mut transport = ServerTransport::create(OwnedDomain::create(place).unwrap()).unwrap();
+                ready.send(()).unwrap();
+                let (mut sessions, mut gone) = (0, Vec::new());
+                while !stop.load(Ordering::Relaxed) {
+                    transport.wait(Duration::from_millis(20));
+                    transport.poll(&mut |incoming| match incoming {
+                        Incoming::Hello { reply, .. } => {
+                            sessions += 1;
+                            reply.accept(sessions, "again").unwrap();
+                        }
+                        Incoming::BodyGone { session, farewell } => gone.push((session, farewell)),
+                        _ => {}
+                    });
+                }
+                gone
+            })
+        };
+        is_ready.recv().unwrap();
+        let description = Description {
+            name: "body".to_owned(),
+            kind: "test".to_owned(),
+            observation_types: Vec::new(),
+            actions: Vec::new(),
+            repertoire: Vec::new(),
+            scene_commands: Vec::new(),
+        };
+        let link = BodyLink::attach(&place, &description, &AtomicBool::new(false)).unwrap();
+        let hello = encode::hello(&description, std::process::id(), link.base.wake).unwrap();
+        for session in 2..5 {
+            let welcome = link.introduce(&hello, &AtomicBool::new(false)).unwrap();
+            assert_eq!(welcome.session, session);
+        }
+        stop.store(true, Ordering::Relaxed);
+        assert_eq!(daemon.join().unwrap(), [(1, false), (2, false), (3, false)]);
+    }
+}

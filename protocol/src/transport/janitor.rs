@@ -1,48 +1,86 @@
-//! Cleaning up after processes that died, on a thread of its own: it costs up to milliseconds, which no
+//! Cleaning up after processes that died, on threads of their own: it costs up to milliseconds, which no
 //! frame shall wait for.
+//!
+//! Two threads, for iceoryx2 0.10 cannot clean up after a process killed while it made a file:
+//! - files of a node (`nodes/<node>/*`) are made with mode 0600, filled, and made read-only. It overlooks one
+//!   that is not finished, fails to remove the directory, and never comes to the nodes listed after it;
+//! - it waits without end for a segment in shared memory that was made and not yet given a size.
+//!
+//! So the *sweeper* removes unfinished files that stay: a process that lives finishes them within
+//! microseconds. The *cleaner* lets iceoryx2 clean up while there are none; should one come in between and it
+//! wait without end, the sweeper's removal of that file ends the wait.
 
+use std::fs::{self, Metadata};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use super::{TransportError, services};
-use crate::domain::{DomainRecord, Place};
+use crate::domain::{DomainRecord, Place, shared_memory_files};
 
 /// How often the dead are looked for.
 const TICK: Duration = Duration::from_millis(100);
+/// How old an unfinished file is when its maker is taken for dead.
+const UNFINISHED_PATIENCE: Duration = Duration::from_secs(1);
 
-/// The janitor's thread; it ends when this is dropped.
+/// Both threads; they end when this is dropped.
 #[derive(Debug)]
 pub(super) struct Janitor {
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    // In this order: the cleaner may need the sweeper to come to its end.
+    _cleaner: Worker,
+    _sweeper: Worker,
 }
 
 impl Janitor {
     pub(super) fn start(place: &Place, record: &DomainRecord) -> Result<Self, TransportError> {
+        let unfinished = Arc::new(AtomicBool::new(false));
+        let told = unfinished.clone();
+        let (nodes, prefix) = (place.epoch_root(record).join("nodes"), record.prefix.clone());
+        let sweeper = Worker::start("sweeper", move |stop| {
+            while !stop.load(Ordering::Acquire) {
+                told.store(sweep(&nodes, &prefix), Ordering::Release);
+                thread::park_timeout(TICK);
+            }
+        })?;
+        let (place, record) = (place.clone(), record.clone());
+        let cleaner = Worker::start("cleaner", move |stop| clean(&place, &record, &unfinished, stop))?;
+        Ok(Self { _cleaner: cleaner, _sweeper: sweeper })
+    }
+}
+
+/// A thread that is told to stop, and waited for, when this is dropped.
+#[derive(Debug)]
+struct Worker {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Worker {
+    fn start(name: &str, run: impl FnOnce(&AtomicBool) + Send + 'static) -> Result<Self, TransportError> {
         let stop = Arc::new(AtomicBool::new(false));
-        let (place, record, told) = (place.clone(), record.clone(), stop.clone());
-        let thread =
-            thread::Builder::new().name("janitor".to_owned()).spawn(move || run(&place, &record, &told));
-        let thread = thread.map_err(super::setup("start the janitor's thread"))?;
+        let told = stop.clone();
+        let thread = thread::Builder::new().name(name.to_owned()).spawn(move || run(&told));
+        let thread = thread.map_err(super::setup("start a janitor's thread"))?;
         Ok(Self { stop, thread: Some(thread) })
     }
 }
 
-impl Drop for Janitor {
+impl Drop for Worker {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Release);
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();
             if thread.join().is_err() {
-                tracing::error!("the janitor's thread panicked; the dead were not cleaned up since");
+                tracing::error!("a janitor's thread panicked; the dead were not cleaned up since");
             }
         }
     }
 }
 
-fn run(place: &Place, record: &DomainRecord, stop: &AtomicBool) {
+fn clean(place: &Place, record: &DomainRecord, unfinished: &AtomicBool, stop: &AtomicBool) {
     let node = match services::node::<services::Ipc>(place, record, "janitor") {
         Ok(node) => node,
         Err(error) => {
@@ -51,10 +89,81 @@ fn run(place: &Place, record: &DomainRecord, stop: &AtomicBool) {
         }
     };
     while !stop.load(Ordering::Acquire) {
-        let found = node.try_cleanup_dead_nodes();
-        if found.cleanups > 0 {
-            tracing::debug!(dead = found.cleanups, "cleaned up after dead processes");
+        if !unfinished.load(Ordering::Acquire) {
+            let found = node.try_cleanup_dead_nodes();
+            if found.cleanups + found.failed_cleanups > 0 {
+                tracing::debug!(cleaned = found.cleanups, failed = found.failed_cleanups, "dead processes");
+            }
         }
         thread::park_timeout(TICK);
+    }
+}
+
+/// Removes unfinished files of dead processes. Returns whether there is, or was, any unfinished file.
+fn sweep(nodes: &Path, prefix: &str) -> bool {
+    let in_nodes = entries(nodes);
+    let is_context = |path: &&PathBuf| path.extension().is_some_and(|end| end == "node_monitor_context");
+    let directories = in_nodes.iter().filter(|path| path.is_dir());
+    let mut of_nodes: Vec<_> = directories.flat_map(|path| entries(path)).collect();
+    of_nodes.extend(in_nodes.iter().filter(is_context).cloned());
+    let segments = shared_memory_files(prefix).unwrap_or_default();
+    let of_nodes = of_nodes.iter().map(|path| sweep_file(path, |found| found.mode() & 0o200 != 0));
+    let segments =
+        segments.iter().map(|path| sweep_file(path, |found| found.mode() & 0o400 == 0 || found.size() == 0));
+    of_nodes.chain(segments).fold(false, |any, one| any | one)
+}
+
+fn sweep_file(path: &Path, is_unfinished: impl Fn(&Metadata) -> bool) -> bool {
+    // One that is gone needs no sweeping.
+    let Ok(found) = fs::symlink_metadata(path) else { return false };
+    if !found.is_file() || !is_unfinished(&found) {
+        return false;
+    }
+    let age = found.modified().ok().and_then(|made| made.elapsed().ok());
+    if age.is_some_and(|age| age > UNFINISHED_PATIENCE) && fs::remove_file(path).is_ok() {
+        tracing::debug!(path = %path.display(), "removed what a dead process had not finished");
+    }
+    true
+}
+
+fn entries(directory: &Path) -> Vec<PathBuf> {
+    // Not there, or no longer: nothing in it.
+    fs::read_dir(directory).map(|all| all.flatten().map(|entry| entry.path()).collect()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs::{File, Permissions};
+    use std::os::unix::fs::PermissionsExt;
+    use std::time::SystemTime;
+
+    #[test]
+    fn only_what_stays_unfinished_is_removed() {
+        let directory = tempfile::tempdir().unwrap();
+        let nodes = directory.path().join("nodes");
+        fs::create_dir_all(nodes.join("17")).unwrap();
+        let make = |name: &str, mode: u32, old: bool| {
+            let path = nodes.join(name);
+            let file = File::create(&path).unwrap();
+            if old {
+                file.set_modified(SystemTime::now() - 2 * UNFINISHED_PATIENCE).unwrap();
+            }
+            fs::set_permissions(&path, Permissions::from_mode(mode)).unwrap();
+            path
+        };
+        let kept = [
+            make("17/done.port_tag", 0o400, true),
+            make("17.node_monitor", 0o600, true),
+            make("17.node_monitor_context", 0o400, true),
+        ];
+        assert!(!sweep(&nodes, "none"));
+        let fresh = make("17/fresh.port_tag", 0o600, false);
+        assert!(sweep(&nodes, "none") && fresh.exists());
+        fs::remove_file(fresh).unwrap();
+        let dead = [make("17/dead.service_tag", 0o600, true), make("18.node_monitor_context", 0o600, true)];
+        assert!(sweep(&nodes, "none"));
+        assert!(!dead.iter().any(|path| path.exists()) && kept.iter().all(|path| path.exists()));
+        assert!(!sweep(&nodes, "none"));
     }
 }

@@ -3,6 +3,7 @@
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
+use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::prelude::*;
 
 use super::janitor::Janitor;
@@ -51,6 +52,9 @@ pub enum Incoming<'a> {
     },
     /// A message was refused here, and its sender told why; for the daemon to count.
     Refused {
+        /// The session of the process that sent it, whatever session the message claims; none for a tool, and
+        /// for a process without one.
+        session: Option<u64>,
         /// Why.
         refusal: Refusal,
     },
@@ -214,10 +218,11 @@ impl ServerTransport {
             self.frame.records.extend(records);
             let FrameHeader { session, sequence, wake, .. } = header;
             let reply = FrameReply { active, session, sequence, wake, waker: self.waker.clone() };
-            match self.admit(&reply, &header) {
+            let own = self.session_of(&reply.active.header().node_id());
+            match admit(own, &header) {
                 Err(refusal) => {
                     log_undelivered(reply.refuse(&refusal));
-                    on(Incoming::Refused { refusal });
+                    on(Incoming::Refused { session: own, refusal });
                 }
                 Ok(()) if header.purpose == purpose::DETACH => {
                     self.bodies.borrow_mut().retain(|body| body.session != session);
@@ -229,16 +234,9 @@ impl ServerTransport {
         }
     }
 
-    /// Whether a frame is of this protocol, and of the process that its session was opened for.
-    fn admit(&self, reply: &FrameReply, header: &FrameHeader) -> Result<(), Refusal> {
-        decode::preamble(header.magic, header.version)?;
-        let node = reply.active.header().node_id();
-        let bodies = self.bodies.borrow();
-        let own = bodies.iter().find(|body| body.node == node).map_or(0, |body| body.session);
-        if own == 0 || own != header.session {
-            return Err(Refusal::Session { found: header.session, expected: own });
-        }
-        Ok(())
+    /// The session that was opened for the process of `node`.
+    fn session_of(&self, node: &UniqueNodeId) -> Option<u64> {
+        self.bodies.borrow().iter().find(|body| body.node == *node).map(|body| body.session)
     }
 
     /// Rouses a body that a `wait` reply laid to rest, so that it sends a fresh frame now. Of one that is not
@@ -250,6 +248,8 @@ impl ServerTransport {
         }
     }
 
+    /// Hands out introductions. A process has one session: introducing itself again ends the one it had, which
+    /// it could not use beside the new one, but which would take a body's place.
     fn poll_hellos(&self, on: &mut dyn FnMut(Incoming<'_>)) {
         for _ in 0..BODIES_MAX {
             let active = match self.attach.receive() {
@@ -261,6 +261,10 @@ impl ServerTransport {
                     continue;
                 }
             };
+            if let Some(session) = self.session_of(&active.header().node_id()) {
+                self.bodies.borrow_mut().retain(|body| body.session != session);
+                on(Incoming::BodyGone { session, farewell: false });
+            }
             let head = Box::new(active.payload().head);
             let claimed = usize::try_from(head.primitive_count).unwrap_or(usize::MAX);
             let primitives = active.payload().primitives.iter().take(claimed.min(PRIMITIVES_MAX));
@@ -299,7 +303,7 @@ impl ServerTransport {
                 Ok(bytes) => on(Incoming::Request { bytes: bytes.to_vec(), reply }),
                 Err(refusal) => {
                     reply.refuse(&refusal);
-                    on(Incoming::Refused { refusal });
+                    on(Incoming::Refused { session: None, refusal });
                 }
             }
         }
@@ -327,6 +331,15 @@ impl ServerTransport {
             on(Incoming::BodyGone { session, farewell: false });
         }
     }
+}
+
+/// Whether a frame is of this protocol, and of `own`, the session of the process that sent it.
+fn admit(own: Option<u64>, header: &FrameHeader) -> Result<(), Refusal> {
+    decode::preamble(header.magic, header.version)?;
+    if own != Some(header.session) {
+        return Err(Refusal::Session { found: header.session, expected: own.unwrap_or(0) });
+    }
+    Ok(())
 }
 
 /// The bytes of a request, which is one page.

@@ -253,7 +253,7 @@ fn handle(
                 }
             }
         }
-        Incoming::Refused { refusal } => seen.refused.push(refusal),
+        Incoming::Refused { refusal, .. } => seen.refused.push(refusal),
         Incoming::Request { bytes, reply } => reply.answer(answer(&bytes)),
         Incoming::BodyGone { session, farewell } => {
             sessions.remove(&session);

@@ -4,7 +4,8 @@
 use crate::bound::Bound;
 use crate::effect::Effect;
 use crate::memory::Memory;
-use crate::observation::{Observation, Substitution};
+use crate::observation::{Observation, Substitution, TypeId};
+use crate::probability::Count;
 use crate::schema::{ASSOCIATIONS_MAX, Association, SchemaId};
 use crate::world_state::WorldState;
 
@@ -14,8 +15,11 @@ use crate::world_state::WorldState;
 /// which II-C rules out.
 pub(crate) fn is_associated(memory: &Memory, association: &Association) -> bool {
     let kind = memory.content().observation(association.observation).kind();
-    memory.rules().transient(kind)
-        || association.count.interval().0 >= memory.parameters().association_low_min
+    is_strong(memory, kind, association.count)
+}
+
+fn is_strong(memory: &Memory, kind: TypeId, count: Count) -> bool {
+    memory.rules().transient(kind) || count.interval().0 >= memory.parameters().association_low_min
 }
 
 /// Effects that associate with `schema` what was there for the first time in `before` or `after`.
@@ -49,7 +53,7 @@ pub(crate) fn associate(
         if let Some(at) = replaces {
             standing.remove(at);
         }
-        let strong = memory.rules().transient(observation.kind());
+        let strong = is_strong(memory, observation.kind(), Count::ONCE);
         standing.push((strong, 1, observation.clone()));
         effects.push(Effect::Associated { schema, observation: observation.clone(), replaces });
     }

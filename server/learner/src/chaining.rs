@@ -41,14 +41,15 @@ pub(crate) struct Reach {
     key: Key,
 }
 
-/// What a search depends on: whose actions, from which context, over which edges, and which observations
-/// had numbers (contexts are compared by them).
+/// What a search depends on: whose actions, from which context, over which edges, how probable they are, and
+/// which observations had numbers (contexts are compared by them).
 #[derive(Clone, Debug, PartialEq)]
 struct Key {
     body: BodyId,
     context: WorldState,
     edges_version: u64,
     observations: usize,
+    evidence: u64,
 }
 
 impl Key {
@@ -58,6 +59,8 @@ impl Key {
             context: world.context(memory.rules()),
             edges_version: memory.index().edges_version(),
             observations: memory.content().observations.len(),
+            // Probabilities matter as soon as there is anything to go along.
+            evidence: if memory.index().has_edges() { memory.evidence() } else { 0 },
         }
     }
 }

@@ -6,7 +6,9 @@ use rustc_hash::FxHashSet;
 use crate::babbling;
 use crate::bound::Bound;
 use crate::chaining::{self, Access, BINDINGS_MAX, Reach, achieve, can_do};
-use crate::decision::{CANDIDATES_KEPT_MAX, Candidate, Decision, Reason, Role, Subject, Term};
+use crate::decision::{
+    CANDIDATES_KEPT_MAX, Candidate, Decision, Reason, Role, Subject, TERMS_KEPT_MAX, Term,
+};
 use crate::effect::{ChainLink, Execution};
 use crate::excitation;
 use crate::memory::Memory;
@@ -101,11 +103,17 @@ impl Choice {
         });
         order.truncate(CANDIDATES_KEPT_MAX);
         let kept = order.iter().position(|at| *at == chosen).unwrap_or(0);
+        let mut room = TERMS_KEPT_MAX;
+        let candidates = order.iter().map(|at| {
+            let candidate = show(situation, &self.candidates[*at], room);
+            room = room.saturating_sub(candidate.terms.len());
+            candidate
+        });
         Decision {
             step: situation.memory.content().step,
             body: situation.body,
             world: situation.world.clone(),
-            candidates: order.iter().map(|at| show(situation, &self.candidates[*at])).collect(),
+            candidates: candidates.collect(),
             candidates_total: self.candidates.len(),
             chosen: kept,
             ties,
@@ -295,10 +303,12 @@ pub(crate) fn continue_chain(
     Some((execution, decision))
 }
 
-fn show(situation: &Situation<'_>, scored: &Scored) -> Candidate {
+/// The candidate with its terms, at most `room` of them one by one.
+fn show(situation: &Situation<'_>, scored: &Scored, room: usize) -> Candidate {
     let mut terms = match scored.subject {
         Subject::Schema(schema) => {
-            excitation::terms(situation.memory, schema, &scored.binding, situation.world, scored.reliability)
+            let Situation { memory, world, .. } = situation;
+            excitation::terms(memory, schema, &scored.binding, world, scored.reliability, room)
         }
         Subject::Primitive(_) => Vec::new(),
     };

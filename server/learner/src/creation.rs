@@ -73,7 +73,7 @@ pub(crate) fn create(
     let memory = draft.memory();
     let context = execution.before.context(memory.rules());
     let Some(executed) = execution.schema else {
-        return create_first(draft, execution, &context, after);
+        return create_first(draft, execution, &context, after, lifted);
     };
     let generalised =
         memory.content().schema(executed).is_some_and(|s| matches!(s.form, Form::Generalised(_)));
@@ -112,8 +112,15 @@ fn create_first(
     execution: &Execution,
     context: &WorldState,
     after: &WorldState,
+    lifted: &dyn Fn(TypeId) -> bool,
 ) -> Creation {
     let memory = draft.memory();
+    let pre: Vec<_> = context.observations().iter().collect();
+    if let Some(existing) = memory.index().exact(&pre, execution.action) {
+        // Another body tried the same in the meantime.
+        update(draft, existing, execution, after, lifted);
+        return Creation { updated: Some(existing), ..Creation::default() };
+    }
     let lasting = execution.before.lasting(memory.rules());
     let new = after.observations().iter().filter(|o| !lasting.contains(o) || context.contains(o));
     let post = outcome(memory, context, after, new);
@@ -161,8 +168,11 @@ fn update(
     let memory = draft.memory();
     let Some(bound) = Bound::new(memory.content(), existing, &Substitution::new()) else { return };
     let new = surprise(memory, Some(&bound), &execution.before, after, lifted);
-    let scored = score(memory, existing, &Substitution::new(), &execution.before, after, lifted);
-    draft.emit_all(scored);
+    // One execution is one trial: the carrier of a generalised schema has been scored already.
+    if execution.carrier != Some(existing) {
+        let scored = score(memory, existing, &Substitution::new(), &execution.before, after, lifted);
+        draft.emit_all(scored);
+    }
     add_outcomes(draft, existing, &new);
 }
 

@@ -8,6 +8,10 @@ use crate::world_state::WorldState;
 /// Candidates that a decision keeps with their terms, the most excited first.
 pub const CANDIDATES_KEPT_MAX: usize = 256;
 
+/// Terms that a decision keeps one by one, those of the most excited candidate first. Their number grows with the
+/// square of what is perceived, so a crowded world would else fill memory with explanations.
+pub const TERMS_KEPT_MAX: usize = 8_192;
+
 /// Why something was done: the candidates, term by term.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decision {
@@ -73,7 +77,7 @@ pub struct Candidate {
 pub struct Term {
     /// What the remembered observation is to the schema.
     pub role: Role,
-    /// The remembered observation and the perceived one that resembles it; none for a drive.
+    /// The remembered observation and the perceived one that resembles it; none for a drive or the rest.
     pub pair: Option<(Observation, Observation)>,
     /// Properties that they share.
     pub shared: u32,
@@ -100,4 +104,6 @@ pub enum Role {
     Babbling,
     /// The drive to repeat what is not yet known well enough (II-G).
     Habituation,
+    /// The terms beyond [`TERMS_KEPT_MAX`], added up.
+    Rest,
 }

@@ -24,11 +24,14 @@ pub(crate) struct Lifted {
 pub(crate) fn generalise(memory: &Memory, seed: SchemaId) -> Vec<Effect> {
     let Some(concrete) = memory.content().schema(seed).and_then(|s| s.concrete()) else { return Vec::new() };
     let mut effects = Vec::new();
-    let mut known = false;
     let lifted = target_action::target(memory, concrete).map(|target| lift(memory, concrete, &target));
+    // What was retired is not made anew: its history speaks against it.
+    let known = memory.index().generalised().iter().chain(memory.index().retired()).any(|id| {
+        let known = memory.content().schema(*id).and_then(|s| s.generalised());
+        known.is_some_and(|known| lifted.as_ref().is_some_and(|lifted| lifted.equals(known)))
+    });
     for id in memory.index().generalised() {
         let Some(generalised) = memory.content().schema(*id).and_then(|s| s.generalised()) else { continue };
-        known |= lifted.as_ref().is_some_and(|lifted| lifted.equals(generalised));
         if represents(memory, &Lifted::from(generalised), concrete) {
             effects.push(Effect::Supported { generalised: *id, example: seed });
         }

@@ -51,12 +51,7 @@ fn fits(pattern: &Pattern, observation: &Observation) -> bool {
 
 /// What `action` would do in `world`; none if nothing that is known holds here.
 #[must_use]
-pub fn predict(
-    memory: &Memory,
-    body: BodyId,
-    world: &WorldState,
-    action: PrimitiveId,
-) -> Option<Prediction> {
+pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: PrimitiveId) -> Option<Prediction> {
     let content = memory.content();
     let mut known: Vec<(SchemaId, Substitution, Bound)> = memory
         .index()
@@ -71,7 +66,8 @@ pub fn predict(
             let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
             let carried = target.and_then(|target| chaining::achieve(memory, &reach, body, &target));
             let carrier = carried.filter(|found| found.access.preceding == 0).map(|found| found.carrier);
-            let does = carrier.and_then(|id| content.schema(id)?.concrete()).is_some_and(|c| c.action == action);
+            let does =
+                carrier.and_then(|id| content.schema(id)?.concrete()).is_some_and(|c| c.action == action);
             if let Some(bound) = does.then(|| Bound::new(content, *id, &binding)).flatten() {
                 known.push((*id, binding, bound));
             }
@@ -147,7 +143,8 @@ fn generalised_finals(memory: &Memory, body: BodyId, reach: &Reach, goal: &Goal)
             for binding in bindings(&generalised.pre, context.observations(), BINDINGS_MAX) {
                 let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
                 let carried = target.and_then(|t| reach.carrier(memory, body, &t, access));
-                let (Some(bound), Some((carrier, sure))) = (Bound::new(content, *id, &binding), carried) else {
+                let (Some(bound), Some((carrier, sure))) = (Bound::new(content, *id, &binding), carried)
+                else {
                     continue;
                 };
                 let pre: Vec<_> = bound.pre.iter().collect();

@@ -29,6 +29,8 @@ pub(crate) struct Index {
     context_changing: Vec<SchemaId>,
     /// Generalised schemas in use.
     generalised: Vec<SchemaId>,
+    /// Generalised schemas taken out of use.
+    retired: Vec<SchemaId>,
     /// Counts changes of the edges of chains, so that a search can be kept while nothing changed.
     edges_version: u64,
 }
@@ -137,6 +139,7 @@ impl Index {
     pub(crate) fn retire(&mut self, id: SchemaId) {
         if let Ok(at) = self.generalised.binary_search(&id) {
             self.generalised.remove(at);
+            insert(&mut self.retired, id);
             self.edges_version += 1;
         }
     }
@@ -187,6 +190,15 @@ impl Index {
 
     pub(crate) fn generalised(&self) -> &[SchemaId] {
         &self.generalised
+    }
+
+    pub(crate) fn retired(&self) -> &[SchemaId] {
+        &self.retired
+    }
+
+    /// Whether any schema may change a context.
+    pub(crate) fn has_edges(&self) -> bool {
+        !self.context_changing.is_empty() || !self.generalised.is_empty()
     }
 
     pub(crate) fn edges_version(&self) -> u64 {

@@ -96,6 +96,9 @@ pub struct Memory {
     index: Index,
     rules: TypeRules,
     parameters: Parameters,
+    /// Counts changes of any probability or reliability, so that what was worked out from them can be kept
+    /// while none changed. Never part of a digest.
+    evidence: u64,
 }
 
 impl Memory {
@@ -114,7 +117,7 @@ impl Memory {
             step: 0,
             generalised_count: 0,
         };
-        Self { content, index: Index::default(), rules: TypeRules::default(), parameters }
+        Self { content, index: Index::default(), rules: TypeRules::default(), parameters, evidence: 0 }
     }
 
     /// The memory of which `content` was taken, its indexes built anew: to ask it more than content can
@@ -123,7 +126,7 @@ impl Memory {
     pub fn restore(content: Content, parameters: Parameters) -> Self {
         let rules = TypeRules::new(&content.vocabulary, &parameters);
         let index = Index::build(&content, &rules);
-        Self { content, index, rules, parameters }
+        Self { content, index, rules, parameters, evidence: 0 }
     }
 
     /// What is known.
@@ -148,6 +151,11 @@ impl Memory {
     #[must_use]
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// How often a probability or reliability has changed.
+    pub(crate) fn evidence(&self) -> u64 {
+        self.evidence
     }
 
     /// N(x).
@@ -180,11 +188,13 @@ impl Memory {
                 Ok(())
             }
             Effect::Attempted { primitive, carried_out } => {
+                self.evidence += 1;
                 let count = self.content.attempts.get_mut(primitive.0 as usize);
                 count.ok_or(EffectError::Primitive(primitive.0))?.observe(*carried_out);
                 Ok(())
             }
             Effect::Executed { schema, success, post, associations } => {
+                self.evidence += 1;
                 self.score(*schema, *success, post, associations)
             }
             Effect::OutcomeAdded { schema, observation, absent } => {

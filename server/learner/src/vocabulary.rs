@@ -1,6 +1,8 @@
 //! What the learner can perceive and do: declared by bodies as they attach, merged by name, never taken
 //! back. Everything else in memory refers to it by number.
 
+use std::collections::BTreeSet;
+
 use rustc_hash::FxHashMap;
 
 use crate::observation::{PropertyId, SymbolId, TypeId, Value};
@@ -221,18 +223,72 @@ impl Vocabulary {
                 return wrong("a value of another kind");
             }
         }
-        let properties = declaration.observation_types.iter().map(|t| t.properties.len()).sum::<usize>();
         let counts = [
-            ("observation types", self.types.len() + declaration.observation_types.len(), limits::TYPES_MAX),
-            ("properties", self.properties.len() + properties, limits::PROPERTIES_MAX),
-            ("actions", self.actions.len() + declaration.actions.len(), limits::ACTIONS_MAX),
-            ("primitives", self.primitives.len() + declaration.repertoire.len(), limits::PRIMITIVES_MAX),
-            ("bodies", self.bodies.len() + 1, limits::BODIES_MAX),
+            ("observation types", self.types.len() + self.new_types(declaration).count(), limits::TYPES_MAX),
+            ("properties", self.properties.len() + self.new_properties(declaration), limits::PROPERTIES_MAX),
+            ("actions", self.actions.len() + self.new_actions(declaration), limits::ACTIONS_MAX),
+            ("primitives", self.primitives.len() + self.new_primitives(declaration), limits::PRIMITIVES_MAX),
+            ("bodies", self.bodies.len() + usize::from(self.is_new_body(declaration)), limits::BODIES_MAX),
         ];
         match counts.into_iter().find(|(_, count, limit)| count > limit) {
             Some((what, count, limit)) => Err(DeclarationError::TooMany { what, count, limit }),
             None => Ok(()),
         }
+    }
+
+    // What is new in a declaration. Only that counts towards the limits, so that a body that is known can come back
+    // however full memory is.
+
+    fn new_types<'a>(&self, declaration: &'a Declaration) -> impl Iterator<Item = &'a DeclaredType> {
+        let types = declaration.observation_types.iter();
+        types.filter(|declared| self.type_named(&declared.name).is_none())
+    }
+
+    fn new_properties(&self, declaration: &Declaration) -> usize {
+        let names = self.new_types(declaration).flat_map(|declared| &declared.properties).map(|p| &p.name);
+        let new: BTreeSet<_> = names.filter(|name| self.property_named(name).is_none()).collect();
+        new.len()
+    }
+
+    fn new_actions(&self, declaration: &Declaration) -> usize {
+        declaration.actions.iter().filter(|declared| self.action_named(&declared.name).is_none()).count()
+    }
+
+    fn is_new_body(&self, declaration: &Declaration) -> bool {
+        self.body_named(&declaration.body).is_none()
+    }
+
+    /// At most as many, and exactly where it matters: finding out which are known takes time.
+    fn new_primitives(&self, declaration: &Declaration) -> usize {
+        let claimed = declaration.repertoire.len();
+        if self.primitives.len() + claimed <= limits::PRIMITIVES_MAX {
+            return claimed;
+        }
+        let known = self.primitive_ids();
+        let is_known = |action: usize, parameters: &[Parameter]| {
+            let name = declaration.actions.get(action).map_or("", |declared| declared.name.as_str());
+            let met = |parameter: &Parameter| match parameter {
+                Parameter::Symbol(symbol) => self.symbol_ids.contains_key(symbol),
+                _ => true,
+            };
+            self.action_named(name).is_some_and(|action| {
+                parameters.iter().all(met)
+                    && known
+                        .contains_key(&self.identity(&Primitive { action, parameters: parameters.to_vec() }))
+            })
+        };
+        declaration.repertoire.iter().filter(|(action, parameters)| !is_known(*action, parameters)).count()
+    }
+
+    fn action_named(&self, name: &str) -> Option<usize> {
+        self.actions.iter().position(|known| known.name == name)
+    }
+
+    fn primitive_ids(&self) -> FxHashMap<Vec<u64>, PrimitiveId> {
+        let numbered = self.primitives.iter().enumerate();
+        numbered
+            .map(|(at, p)| (self.identity(p), PrimitiveId(u32::try_from(at).unwrap_or(u32::MAX))))
+            .collect()
     }
 
     /// Takes over what is new in a checked declaration.
@@ -246,7 +302,7 @@ impl Vocabulary {
         let actions: Vec<usize> = declaration
             .actions
             .iter()
-            .map(|declared| match self.actions.iter().position(|known| known.name == declared.name) {
+            .map(|declared| match self.action_named(&declared.name) {
                 Some(at) => at,
                 None => {
                     self.actions.push(declared.clone());
@@ -254,12 +310,7 @@ impl Vocabulary {
                 }
             })
             .collect();
-        let mut known: FxHashMap<Vec<u64>, PrimitiveId> = self
-            .primitives
-            .iter()
-            .enumerate()
-            .map(|(at, p)| (self.identity(p), PrimitiveId(u32::try_from(at).unwrap_or(u32::MAX))))
-            .collect();
+        let mut known = self.primitive_ids();
         let mut repertoire = Vec::with_capacity(declaration.repertoire.len());
         for (action, parameters) in &declaration.repertoire {
             for parameter in parameters {
@@ -426,5 +477,56 @@ fn fits(kind: &ValueKind, parameter: &Parameter) -> bool {
         | (ValueKind::Boolean, Parameter::Boolean(_)) => true,
         (ValueKind::Real { .. }, Parameter::Real(value)) => value.is_finite(),
         _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(name: &str) -> Declaration {
+        let number =
+            DeclaredProperty { name: "number".into(), unit: String::new(), kind: ValueKind::Integer };
+        Declaration {
+            body: name.to_owned(),
+            observation_types: vec![DeclaredType {
+                name: format!("seen by {name}"),
+                own: false,
+                transient: false,
+                heard: false,
+                properties: vec![number.clone()],
+            }],
+            actions: vec![DeclaredAction { name: "go".to_owned(), parameters: vec![number] }],
+            repertoire: vec![(0, vec![Parameter::Integer(0)])],
+        }
+    }
+
+    /// Limits counted everything declared, known or not: bodies that came once and never again could shut those
+    /// out for good that memory is about.
+    #[test]
+    fn a_known_body_comes_back_however_full_memory_is() {
+        let mut full = Vocabulary::default();
+        let numbers = 0..i64::try_from(limits::PRIMITIVES_MAX).unwrap();
+        let repertoire = numbers.map(|number| (0, vec![Parameter::Integer(number)])).collect();
+        full.merge(&Declaration { repertoire, ..named("greedy") });
+        for number in 1..limits::TYPES_MAX.max(limits::BODIES_MAX) {
+            full.types.push(ObservationType { properties: Vec::new(), ..full.types[0].clone() });
+            full.types[number].declared.name = format!("type {number}");
+            full.bodies.push(KnownBody { name: format!("body {number}"), repertoire: Vec::new() });
+        }
+        assert_eq!(full.check(&named("greedy")), Ok(()));
+        let too_many = |declaration: &Declaration| match full.check(declaration) {
+            Err(DeclarationError::TooMany { what, .. }) => what,
+            other => panic!("{other:?}"),
+        };
+        let known = Declaration { body: "body 7".to_owned(), ..named("greedy") };
+        assert_eq!(full.check(&known), Ok(()));
+        assert_eq!(
+            too_many(&Declaration { body: "body 7".to_owned(), ..named("another") }),
+            "observation types"
+        );
+        assert_eq!(too_many(&Declaration { body: "another".to_owned(), ..named("greedy") }), "bodies");
+        let more = vec![(0, vec![Parameter::Integer(1)]), (0, vec![Parameter::Integer(-1)])];
+        assert_eq!(too_many(&Declaration { repertoire: more, ..named("greedy") }), "primitives");
     }
 }

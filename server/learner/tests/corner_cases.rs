@@ -5,7 +5,7 @@ mod common;
 
 use common::{FINGER, OBJECT, Table, finger, free, object, stage, touch};
 use pschema_learner::curriculum::{Afterwards, Curriculum, Habituation, Saturation, Stage};
-use pschema_learner::decision::{Reason, Role, Subject};
+use pschema_learner::decision::{Reason, Role, Subject, TERMS_KEPT_MAX};
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, Value};
 use pschema_learner::parameters::Parameters;
@@ -283,27 +283,33 @@ fn a_chain_goes_on_while_it_can_and_is_planned_anew_when_it_cannot() {
             &[object(1, 2), finger(i64::from(primitive.0))],
         ));
     }
-    let mut chains = 0;
+    let (mut continued, mut planned_anew) = (0, 0);
     for trial in 0..300 {
         let step = table.learner.step(&frame(&table, None, &[object(1, 0), finger(0), word.clone()]));
         let decision = step.decision.unwrap();
         let chosen = &decision.candidates[decision.chosen];
         if chosen.distance < 2 {
-            let seen = [object(1, 0), finger(i64::from(decision.action.0))];
+            let at = i64::from(decision.action.0);
+            let seen = [object(1, i64::from(at == 0)), finger(at)];
             table.learner.step(&frame(&table, Some(ActionOutcome::Done), &seen));
             continue;
         }
-        chains += 1;
-        // Push to 1 worked on even trials; on odd ones the block stays where it is.
-        let after = if trial % 2 == 0 { 1 } else { 0 };
+        // Every fourth time the block stays where it is.
+        let after = i64::from(trial % 4 != 0);
         let seen = [object(1, after), finger(0)];
         let next = table.learner.step(&frame(&table, Some(ActionOutcome::Done), &seen)).decision.unwrap();
-        match after {
-            1 => assert_eq!(next.reason, Reason::Chain),
-            _ => assert_ne!(next.reason, Reason::Chain, "the next schema's pre-condition does not hold"),
+        if after == 1 {
+            continued += 1;
+            assert_eq!(next.reason, Reason::Chain);
+        } else {
+            planned_anew += 1;
+            assert_ne!(next.reason, Reason::Chain, "the next schema's pre-condition does not hold");
         }
     }
-    assert!(chains > 0, "the word made the distant touch the most exciting");
+    assert!(
+        continued > 0 && planned_anew > 0,
+        "the word made the distant touch exciting: {continued}, {planned_anew}"
+    );
 }
 
 #[test]
@@ -384,4 +390,21 @@ fn values_of_different_properties_are_never_one_variable() {
     );
     let at = Observation::new(FINGER, [(PropertyId(1), Value::Integer(4))]);
     assert_eq!(odd.shared(&at), 1);
+}
+
+/// Where a thousand things resemble each other, a decision kept a million terms, and 64 such decisions 2 GB.
+#[test]
+fn a_crowded_world_is_explained_in_bounded_room() {
+    let mut table = new(1);
+    let crowd: Vec<_> = (0..200).map(|field| object(1, field)).collect();
+    experience(&mut table, &crowd, &crowd);
+    let step = table.learner.step(&frame(&table, Some(ActionOutcome::Done), &crowd));
+    let decision = step.decision.unwrap();
+    let chosen = &decision.candidates[decision.chosen];
+    assert!(matches!(chosen.subject, Subject::Schema(_)), "{:?}", chosen.subject);
+    assert_eq!(chosen.terms.len(), TERMS_KEPT_MAX + 1, "200 x 200 resemblances");
+    assert_eq!(chosen.terms.iter().position(|term| term.role == Role::Rest), Some(TERMS_KEPT_MAX));
+    let sum: f64 = chosen.terms.iter().map(|term| term.value).sum();
+    let told = sum / f64::from(chosen.distance);
+    assert!((told - chosen.excitation).abs() < 1e-9 * chosen.excitation, "{told} {}", chosen.excitation);
 }

@@ -32,6 +32,7 @@ fn live(
     }
 }
 
+#[allow(clippy::unwrap_used)]
 fn goal(table: &Table, patterns: &[&str]) -> Vec<Pattern> {
     let vocabulary = &table.learner.memory().content().vocabulary;
     patterns.iter().map(|text| parse_pattern(vocabulary, text).unwrap()).collect()

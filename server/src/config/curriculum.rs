@@ -8,17 +8,20 @@ use pschema_learner::curriculum::{
     Afterwards, Argument, Curriculum, Habituation, Lift, POOL_NUMBERS_MAX, Pool, Saturation, SceneCommand,
     Stage,
 };
+use pschema_learner::parameters::Parameters;
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use toml::Spanned;
 
+use super::learner::{Written as WrittenLearner, take_over};
 use super::{ConfigError, Mistake, Source, read, until};
 
 /// The curricula that come with the daemon: names and texts.
-pub const BUILT_IN: [(&str, &str); 3] = [
+pub const BUILT_IN: [(&str, &str); 4] = [
     ("free", include_str!("../../curricula/free.toml")),
     ("exp1-s1", include_str!("../../curricula/exp1-s1.toml")),
     ("exp1-s1-narrow", include_str!("../../curricula/exp1-s1-narrow.toml")),
+    ("exp1-s2", include_str!("../../curricula/exp1-s2.toml")),
 ];
 
 const STAGES_MAX: usize = 256;
@@ -35,6 +38,9 @@ struct WrittenCurriculum {
     #[serde(default)]
     stage: Vec<Spanned<WrittenStage>>,
     afterwards: WrittenAfterwards,
+    /// Parameters that the curriculum is about, such as generalisation switched off.
+    #[serde(default)]
+    learner: WrittenLearner,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -107,8 +113,16 @@ enum WrittenArgument {
 /// # Errors
 /// When there is neither, or what is wrong in it and where.
 pub fn curriculum(name: &str) -> Result<Curriculum, ConfigError> {
+    lesson(name, Parameters::default()).map(|(curriculum, _)| curriculum)
+}
+
+/// The curriculum, and `parameters` with those changed that it sets itself in its table `[learner]`.
+///
+/// # Errors
+/// As [`curriculum`].
+pub fn lesson(name: &str, parameters: Parameters) -> Result<(Curriculum, Parameters), ConfigError> {
     if let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
-        return parse(Source { name: &format!("built-in curriculum {name}"), text });
+        return parse(Source { name: &format!("built-in curriculum {name}"), text }, parameters);
     }
     let path = Path::new(name);
     if !path.is_file() {
@@ -116,15 +130,16 @@ pub fn curriculum(name: &str) -> Result<Curriculum, ConfigError> {
         return Err(ConfigError::NoCurriculum { name: name.to_owned(), built_in });
     }
     let text = read(path)?;
-    parse(Source { name, text: &text })
+    parse(Source { name, text: &text }, parameters)
 }
 
-fn parse(source: Source<'_>) -> Result<Curriculum, ConfigError> {
+fn parse(source: Source<'_>, mut parameters: Parameters) -> Result<(Curriculum, Parameters), ConfigError> {
     let written: WrittenCurriculum = source.parse()?;
     let curriculum = checked(&written).map_err(|mistake| source.wrong(mistake))?;
     // What the learner asks beyond the checks above has no place in the text that could be named.
     curriculum.check().map_err(|error| source.wrong(Mistake::new(0..0, error.to_string())))?;
-    Ok(curriculum)
+    take_over(source, written.learner, &mut parameters)?;
+    Ok((curriculum, parameters))
 }
 
 fn checked(written: &WrittenCurriculum) -> Result<Curriculum, Mistake> {
@@ -391,7 +406,8 @@ mod tests {
     use super::*;
 
     fn parsed(text: &str) -> Result<Curriculum, String> {
-        parse(Source { name: "c.toml", text }).map_err(|error| error.to_string())
+        let parsed = parse(Source { name: "c.toml", text }, Parameters::default());
+        parsed.map(|(curriculum, _)| curriculum).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -475,5 +491,17 @@ mod tests {
             let error = parsed(&text).unwrap_err();
             assert!(error.starts_with(place) && error.contains(complaint), "{text}\ngave {error}");
         }
+    }
+
+    #[test]
+    fn a_curriculum_may_set_parameters_that_it_is_about() {
+        let given = Parameters { association_weight: 0.5, ..Parameters::default() };
+        let (_, parameters) = lesson("exp1-s2", given.clone()).unwrap();
+        assert_eq!(parameters, Parameters { generalisation: false, ..given.clone() });
+        assert_eq!(lesson("exp1-s1", given.clone()).unwrap().1, given);
+        let wrong = "name = \"x\"\nafterwards = \"hold\"\n[[stage]]\nname = \"a\"\nlift = \"all\"\n\
+                     [learner]\nassociation_weight = 7.0\n";
+        let error = parsed(wrong).unwrap_err();
+        assert!(error.starts_with("c.toml:7:22:") && error.contains("outside 0..=1"), "{error}");
     }
 }

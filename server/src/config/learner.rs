@@ -15,7 +15,7 @@ const TYPE_OVERRIDES_MAX: usize = 1024;
 /// As written; what is not written is the default.
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-struct Written {
+pub(super) struct Written {
     association_weight: Option<Spanned<f64>>,
     excite_by_post_conditions: Option<bool>,
     babbling_excitation: Option<Spanned<f64>>,
@@ -48,8 +48,17 @@ pub fn parameters(path: Option<&Path>) -> Result<Parameters, ConfigError> {
 }
 
 fn parse(source: Source<'_>) -> Result<Parameters, ConfigError> {
-    let written: Written = source.parse()?;
     let mut parameters = Parameters::default();
+    take_over(source, source.parse()?, &mut parameters)?;
+    Ok(parameters)
+}
+
+/// Takes over into `parameters` what is `written` in `source`.
+pub(super) fn take_over(
+    source: Source<'_>,
+    written: Written,
+    parameters: &mut Parameters,
+) -> Result<(), ConfigError> {
     let spans = [
         ("association_weight", take(&written.association_weight, &mut parameters.association_weight)),
         ("babbling_excitation", take(&written.babbling_excitation, &mut parameters.babbling_excitation)),
@@ -79,12 +88,11 @@ fn parse(source: Source<'_>) -> Result<Parameters, ConfigError> {
         precondition: rules.precondition,
         postcondition: rules.postcondition,
     });
-    parameters.type_overrides = types.collect();
+    parameters.type_overrides.extend(types);
     parameters.check().map_err(|error| {
         let at = spans.into_iter().find(|(name, _)| *name == error.name).and_then(|(_, at)| at);
         source.wrong(Mistake::new(at.unwrap_or(0..0), error.to_string()))
-    })?;
-    Ok(parameters)
+    })
 }
 
 /// Takes over a number that is written, and says where it is written.

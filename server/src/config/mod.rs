@@ -9,7 +9,7 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-pub use curriculum::{BUILT_IN, curriculum};
+pub use curriculum::{BUILT_IN, curriculum, lesson};
 pub use learner::parameters;
 
 /// Longest file read, in bytes: far more than any curriculum needs.

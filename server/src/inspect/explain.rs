@@ -109,6 +109,7 @@ fn term(content: &Content, from: &LearntTerm) -> ExcitationTerm {
         Role::Association => "association",
         Role::Babbling => "babbling",
         Role::Habituation => "habituation",
+        Role::Rest => "rest",
     };
     let pair = from.pair.as_ref();
     ExcitationTerm {

@@ -42,7 +42,9 @@ fn rival(e: &Explanation, chosen: &Candidate) -> String {
 }
 
 fn strongest(candidate: &Candidate) -> Option<&ExcitationTerm> {
-    candidate.terms.iter().max_by(|a, b| a.value.total_cmp(&b.value))
+    // The rest is many terms in one: none of them is the strongest for that.
+    let terms = candidate.terms.iter().filter(|term| term.role != "rest");
+    terms.max_by(|a, b| a.value.total_cmp(&b.value))
 }
 
 /// A term as a clause.

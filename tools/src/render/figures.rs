@@ -15,11 +15,16 @@ pub(crate) fn one(f: &Figures) -> String {
     row("schemas", f.schemas_total.to_string(), published(|p| p.schemas_total));
     row("  generalised", f.schemas_generalised.to_string(), None);
     row("  counter-examples", f.counter_examples.to_string(), None);
-    let placements = f.placements.map_or_else(|| "never".to_owned(), |n| n.to_string());
-    row("placements until it generalised", placements, published(|p| p.placements));
-    let share = |n: u32| format!("{n} of {}", f.probe.placements_tried);
-    row("touched at places never seen", share(f.probe.touched), None);
-    row("  with the first action", share(f.probe.touched_first_try), None);
+    let placements = match f.generalised_after_placement {
+        Some(_) => "placements until it generalised",
+        None => "placements, never generalised",
+    };
+    row(placements, f.placements.to_string(), published(|p| p.placements));
+    if f.probe.placements_tried > 0 {
+        let share = |n: u32| format!("{n} of {}", f.probe.placements_tried);
+        row("touched afterwards, learning frozen", share(f.probe.touched), None);
+        row("  with the first action", share(f.probe.touched_first_try), None);
+    }
     row("actions", f.actions_total.to_string(), None);
     row("a step takes, median", format!("{:.0} us", f.step_latency_us_p50), None);
     row("  99th percentile", format!("{:.0} us", f.step_latency_us_p99), None);
@@ -33,7 +38,7 @@ pub(crate) fn several(runs: &[Figures]) -> String {
     let mut table = Columns::new(&headings).figures(&[0, 1, 2, 3, 4, 5, 6, 7, 8]);
     let measures: [fn(&Figures) -> Option<f64>; 8] = [
         |f| Some(f.schemas_total.into()),
-        |f| f.placements.map(f64::from),
+        |f| Some(f.placements.into()),
         |f| Some(f.probe.placements_tried.into()),
         |f| Some(f.probe.touched_first_try.into()),
         |f| Some(f.probe.touched.into()),

@@ -7,7 +7,7 @@ use pschema_sim::SimArgs;
 use crate::cli::ExperimentName;
 use crate::failure::Failure;
 
-use super::published::{Published, SCENARIO_1_PHYSICAL, SCENARIO_1_SIMULATED};
+use super::published::{Published, SCENARIO_1_PHYSICAL, SCENARIO_1_SIMULATED, SCENARIO_2};
 
 /// A repeatable run: which curriculum, in which world, and what the paper reports of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,13 +27,15 @@ pub(crate) struct Experiment {
 impl Experiment {
     /// `name` in `world`: `wide`, `narrow` or a world file.
     pub(crate) fn new(name: ExperimentName, world: &str) -> Self {
-        let ExperimentName::Exp1S1 = name;
-        let (name, curriculum, published) = match world {
-            "wide" => ("exp1-s1", "exp1-s1", Some(SCENARIO_1_SIMULATED)),
-            "narrow" => ("exp1-s1-narrow", "exp1-s1-narrow", Some(SCENARIO_1_PHYSICAL)),
-            _ => ("exp1-s1", "exp1-s1", None),
+        // The paper's figures are for its own set-ups: scenario 2 was run in simulation only.
+        let (name, published) = match (name, world) {
+            (ExperimentName::Exp1S1, "wide") => ("exp1-s1", Some(SCENARIO_1_SIMULATED)),
+            (ExperimentName::Exp1S1, "narrow") => ("exp1-s1-narrow", Some(SCENARIO_1_PHYSICAL)),
+            (ExperimentName::Exp1S1, _) => ("exp1-s1", None),
+            (ExperimentName::Exp1S2, "wide") => ("exp1-s2", Some(SCENARIO_2)),
+            (ExperimentName::Exp1S2, _) => ("exp1-s2", None),
         };
-        Self { name, curriculum, world: world.to_owned(), object: "blue block", published }
+        Self { name, curriculum: name, world: world.to_owned(), object: "blue block", published }
     }
 
     /// How the daemon is started: the same for a process of its own and for a run in one process.

@@ -21,9 +21,9 @@ pub(crate) struct Figures {
     pub(crate) schemas_concrete: u32,
     /// Those with variables.
     pub(crate) schemas_generalised: u32,
-    /// Learning placements until there was a generalised schema; none if there never was.
-    pub(crate) placements: Option<u32>,
-    /// The same: the number of that placement.
+    /// Learning placements until there was a generalised schema; all of them if there never was one.
+    pub(crate) placements: u32,
+    /// The number of the placement after which there was a generalised schema; none if there never was.
     pub(crate) generalised_after_placement: Option<u32>,
     /// Counter-examples made.
     pub(crate) counter_examples: u32,
@@ -84,7 +84,9 @@ pub(crate) struct Probe {
 impl Figures {
     /// The figures in a run's last report.
     pub(crate) fn new(experiment: &Experiment, report: &Report, wall_s: f64) -> Self {
-        let placements = first_generalisation(&report.stages);
+        let generalised = first_generalisation(&report.stages);
+        let learning = report.stages.iter().filter(|stage| stage.learning);
+        let placements = generalised.unwrap_or_else(|| learning.map(|stage| stage.trials).sum());
         Self {
             experiment: experiment.name.to_owned(),
             world: experiment.world.clone(),
@@ -93,7 +95,7 @@ impl Figures {
             schemas_concrete: report.schemas_concrete,
             schemas_generalised: report.schemas_generalised,
             placements,
-            generalised_after_placement: placements,
+            generalised_after_placement: generalised,
             counter_examples: report.stages.iter().map(|stage| stage.counter_examples_new).sum(),
             actions_total: report.actions_total,
             stages: report.stages.iter().map(Stage::from).collect(),

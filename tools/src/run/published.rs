@@ -13,5 +13,7 @@ pub(crate) struct Published {
 
 /// Scenario 1, simulated robot.
 pub(crate) const SCENARIO_1_SIMULATED: Published = Published { schemas_total: 227, placements: 2 };
+/// Scenario 2, without generalisation.
+pub(crate) const SCENARIO_2: Published = Published { schemas_total: 347, placements: 100 };
 /// Scenario 1, physical robot: half as many visual fields.
 pub(crate) const SCENARIO_1_PHYSICAL: Published = Published { schemas_total: 115, placements: 2 };

@@ -6,7 +6,7 @@ use pschema_learner::schema::SchemaId;
 use pschema_learner::vocabulary::PrimitiveId;
 
 use super::learner::Reference;
-use super::memory::Schema;
+use super::schema::{Schema, put_in};
 
 /// Bindings of one generalised schema that are considered.
 pub(crate) const BINDINGS_MAX: usize = 64;
@@ -90,7 +90,7 @@ impl Reference {
         let mut context = from.context.clone();
         let mut changes = 1.0;
         for post in &schema.post {
-            let what = super::memory::put_in(&post.what, &edge.link.binding);
+            let what = put_in(&post.what, &edge.link.binding);
             let predicted = schema.predicts(post.count, self.memory.parameters.prediction_ratio_min);
             if !predicted || !self.rules(what.kind()).pre || from.context.contains(&what) != post.absent {
                 continue;
@@ -131,8 +131,7 @@ impl Reference {
         binding: &Substitution,
         reached: &'a [Reached],
     ) -> Option<Way<'a>> {
-        let target: Vec<Observation> =
-            generalised.target.iter().map(|p| super::memory::put_in(p, binding)).collect();
+        let target: Vec<Observation> = generalised.target.iter().map(|p| put_in(p, binding)).collect();
         let mut best: Option<(Way<'a>, usize)> = None;
         for schema in &self.memory.schemas {
             let Some(action) = schema.action.filter(|action| repertoire.contains(action)) else { continue };

@@ -9,7 +9,7 @@ use pschema_learner::world_state::WorldState;
 
 use super::chains::{BINDINGS_MAX, Reached};
 use super::learner::Reference;
-use super::memory::Schema;
+use super::schema::Schema;
 
 /// Something that could be done: what it is, how much it excites, and the executions that lead to it.
 #[derive(Clone, Debug)]
@@ -151,7 +151,8 @@ impl Reference {
             conditions.extend(self.memory.schema(carrier).pre(&Substitution::new()));
         }
         let subject = Subject::Schema(next.schema);
-        world.satisfies(&conditions).then(|| Candidate { subject, excitation: 0.0, way: chain.to_vec() })
+        let allowed = !self.memory.schema(next.schema).retired && world.satisfies(&conditions);
+        allowed.then(|| Candidate { subject, excitation: 0.0, way: chain.to_vec() })
     }
 
     /// Step 10: the execution of a candidate's first schema.

@@ -9,8 +9,8 @@ use pschema_learner::schema::{Form, PostCondition};
 use pschema_learner::step::{Frame, Learner, Output};
 
 use super::learner::Reference;
-use super::memory::Post;
 use super::plans::Setup;
+use super::schema::Post;
 
 pub(crate) struct Pair {
     indexed: Learner,

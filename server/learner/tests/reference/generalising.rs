@@ -7,7 +7,7 @@ use pschema_learner::observation::{
 use pschema_learner::schema::SchemaId;
 
 use super::learner::Reference;
-use super::memory::{Schema, put_in};
+use super::schema::{Schema, put_in};
 
 /// What generalisation compares: conditions, and what is predicted.
 #[derive(Clone)]
@@ -69,7 +69,7 @@ impl Reference {
                 && s.pre(&none).iter().all(|condition| own.contains(condition))
         });
         let simplest = simpler.min_by_key(|s| (s.pre.len(), s.id));
-        simplest.map(|s| self.predicted(s, false)).unwrap_or_default()
+        sorted(simplest.map(|s| self.predicted(s, false)).unwrap_or_default())
     }
 
     fn predicted(&self, schema: &Schema, absent: bool) -> Vec<Observation> {

@@ -2,10 +2,9 @@
 //! every step. Slow, and plain enough to be checked by reading.
 
 use pschema_learner::curriculum::Curriculum;
-use pschema_learner::effect::Effect;
+use pschema_learner::effect::{ChainLink, Effect, Execution};
 use pschema_learner::observation::{Observation, TypeId};
 use pschema_learner::parameters::Parameters;
-use pschema_learner::progress::StageEffect;
 use pschema_learner::step::{ActionOutcome, Frame, Output};
 use pschema_learner::vocabulary::Declaration;
 use pschema_learner::world_state::WorldState;
@@ -36,12 +35,6 @@ impl Reference {
 
     pub(crate) fn declare(&mut self, declaration: Declaration) {
         self.memory.apply(&Effect::Declared(Box::new(declaration)));
-    }
-
-    pub(crate) fn symbol(&mut self, name: &str) {
-        if !self.memory.symbols.iter().any(|known| known == name) {
-            self.memory.apply(&Effect::SymbolsMet(vec![name.to_owned()]));
-        }
     }
 
     pub(crate) fn emit(&mut self, effect: Effect) {
@@ -92,11 +85,7 @@ impl Reference {
             }
         }
         if let Some(made) = acted.filter(|_| student) {
-            self.emit(Effect::Stage(StageEffect::Acted {
-                concrete_new: made.concrete,
-                generalised_new: made.generalised,
-                counter_examples_new: made.counter_examples,
-            }));
+            self.acted(made, frame);
         }
         let (output, pending) = self.decide(frame, student, acted, chain);
         let random = self.memory.random.state();
@@ -109,17 +98,17 @@ impl Reference {
         frame: &Frame,
         student: bool,
         mut acted: Option<Made>,
-        mut chain: Vec<pschema_learner::effect::ChainLink>,
-    ) -> (Output, Option<Box<pschema_learner::effect::Execution>>) {
+        mut chain: Vec<ChainLink>,
+    ) -> (Output, Option<Box<Execution>>) {
         let repertoire = self.memory.bodies[usize::from(frame.body.0)].1.clone();
+        let stage = (self.memory.standing.stage, self.memory.standing.finished);
         loop {
-            let stage = self.memory.standing.stage;
-            match self.demand(frame, student, acted.is_some()) {
+            match self.demand(student) {
                 Demand::Hold => return (Output::Hold, None),
                 Demand::Arrange(commands) => return (Output::Arrange(commands), None),
                 Demand::Act => {}
             }
-            if self.memory.standing.stage != stage {
+            if (self.memory.standing.stage, self.memory.standing.finished) != stage {
                 chain.clear();
             }
             let world = self.world(frame);

@@ -7,6 +7,7 @@ use pschema_learner::schema::{ASSOCIATIONS_MAX, SchemaId};
 use pschema_learner::world_state::WorldState;
 
 use super::learner::Reference;
+use super::schema::put_in;
 
 /// What was not expected.
 #[derive(Default)]
@@ -102,7 +103,10 @@ impl Reference {
         if let Some(generalised) = generalised {
             let schema = self.memory.schema(generalised);
             let share_min = self.memory.parameters.generalisation_share_min;
-            if !schema.retired && schema.executions.interval().1 < share_min {
+            let examples = u32::try_from(schema.examples.len()).unwrap();
+            let Count { occurrences, trials } = schema.executions;
+            let rate = Count { occurrences: occurrences + examples, trials: trials + examples };
+            if !schema.retired && rate.interval().1 < share_min {
                 self.emit(Effect::Retired { generalised });
             }
         }
@@ -114,7 +118,7 @@ impl Reference {
         let mut success = true;
         let mut post = Vec::new();
         for condition in &schema.post {
-            let what = super::memory::put_in(&condition.what, binding);
+            let what = put_in(&condition.what, binding);
             let seen = if !self.lifted(what.kind()) {
                 Seen::Constrained
             } else if after.contains(&what) != condition.absent {
@@ -180,12 +184,9 @@ impl Reference {
             conditions.extend(schema.outcomes(binding, true).into_iter().map(|(o, _)| o));
         }
         for (id, _) in touched {
-            let known: Vec<_> = self.memory.schema(*id).associations.iter().map(|(o, _)| o.clone()).collect();
             for observation in both(before, after) {
-                if self.rules(observation.kind()).own
-                    || conditions.contains(&observation)
-                    || known.contains(&observation)
-                {
+                let known = self.memory.schema(*id).associations.iter().any(|(o, _)| *o == observation);
+                if self.rules(observation.kind()).own || conditions.contains(&observation) || known {
                     continue;
                 }
                 let replaces = self.room(*id);

@@ -3,92 +3,15 @@
 
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::effect::{Effect, Execution, Seen};
-use pschema_learner::observation::{Observation, Pattern, Substitution};
+use pschema_learner::observation::{Observation, Pattern};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::probability::Count;
-use pschema_learner::progress::StageEffect;
 use pschema_learner::random::Random;
 use pschema_learner::schema::SchemaId;
-use pschema_learner::vocabulary::{BodyId, Declaration, DeclaredType, Parameter, PrimitiveId};
+use pschema_learner::vocabulary::{Declaration, DeclaredType, Parameter, PrimitiveId};
 
-/// A post-condition; in a concrete schema the pattern has no variables.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Post {
-    pub(crate) what: Pattern,
-    pub(crate) absent: bool,
-    pub(crate) count: Count,
-}
-
-/// A schema of either form: concrete if it has a primitive, generalised if it has a target.
-#[derive(Clone, Debug)]
-pub(crate) struct Schema {
-    pub(crate) id: SchemaId,
-    pub(crate) pre: Vec<Pattern>,
-    pub(crate) action: Option<PrimitiveId>,
-    pub(crate) target: Vec<Pattern>,
-    pub(crate) post: Vec<Post>,
-    pub(crate) executions: Count,
-    pub(crate) associations: Vec<(Observation, Count)>,
-    pub(crate) examples: Vec<SchemaId>,
-    pub(crate) counter_examples: Vec<SchemaId>,
-    pub(crate) retired: bool,
-    pub(crate) created_step: u64,
-}
-
-/// All variables replaced; every variable of a schema occurs in its pre-conditions, so all are bound.
-pub(crate) fn put_in(pattern: &Pattern, binding: &Substitution) -> Observation {
-    pattern.apply(binding).expect("a binding binds every variable of its schema")
-}
-
-impl Schema {
-    pub(crate) fn pre(&self, binding: &Substitution) -> Vec<Observation> {
-        self.pre.iter().map(|pattern| put_in(pattern, binding)).collect()
-    }
-
-    /// The post-conditions that are observed, or with `absent` those no longer observed.
-    pub(crate) fn outcomes(&self, binding: &Substitution, absent: bool) -> Vec<(Observation, Count)> {
-        let chosen = self.post.iter().filter(|post| post.absent == absent);
-        chosen.map(|post| (put_in(&post.what, binding), post.count)).collect()
-    }
-
-    /// Whether a post-condition is predicted: in a concrete schema, one that held in at least this share of
-    /// trials; in a generalised schema, every one.
-    pub(crate) fn predicts(&self, count: Count, ratio_min: f64) -> bool {
-        self.action.is_none() || count.ratio() >= ratio_min
-    }
-
-    /// As [`Schema::outcomes`], but only those predicted.
-    pub(crate) fn predicted(
-        &self,
-        binding: &Substitution,
-        absent: bool,
-        ratio_min: f64,
-    ) -> Vec<(Observation, Count)> {
-        let mut outcomes = self.outcomes(binding, absent);
-        outcomes.retain(|(_, count)| self.predicts(*count, ratio_min));
-        outcomes
-    }
-}
-
-/// Where the curriculum stands.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Standing {
-    pub(crate) student: Option<BodyId>,
-    pub(crate) pools: Vec<Vec<i64>>,
-    pub(crate) begun: bool,
-    pub(crate) entered: bool,
-    pub(crate) finished: bool,
-    pub(crate) held: bool,
-    pub(crate) stuck: bool,
-    pub(crate) stage: usize,
-    pub(crate) trials: u32,
-    pub(crate) trial_open: bool,
-    pub(crate) trial_actions: u32,
-    pub(crate) quiet_actions: u32,
-    pub(crate) habituating: bool,
-    /// The step in which the stage was entered.
-    pub(crate) first_step: u64,
-}
+use super::schema::{Post, Schema};
+use super::standing::Standing;
 
 /// Everything known.
 #[derive(Clone, Debug)]
@@ -177,6 +100,7 @@ impl Memory {
             Effect::Generalised { pre, target, post, parent: _, examples } => {
                 let n = u32::try_from(examples.len()).unwrap();
                 let id = self.add(pre.clone(), post.clone(), Count { occurrences: n, trials: n });
+                self.schemas[id.index()].executions = Count::default();
                 self.schemas[id.index()].target.clone_from(target);
                 self.schemas[id.index()].examples.clone_from(examples);
             }
@@ -255,59 +179,6 @@ impl Memory {
                 self.bodies.push((declaration.body.clone(), repertoire));
                 self.pending.push(None);
             }
-        }
-    }
-
-    fn staged(&mut self, effect: &StageEffect) {
-        let standing = &mut self.standing;
-        match effect {
-            StageEffect::Begun { student, pools, random } => {
-                standing.begun = true;
-                standing.student = Some(*student);
-                standing.pools.clone_from(pools);
-                self.random = Random::from_seed(*random);
-            }
-            StageEffect::Entered { stage, .. } => {
-                *standing = Standing {
-                    student: standing.student,
-                    pools: std::mem::take(&mut standing.pools),
-                    begun: standing.begun,
-                    entered: true,
-                    held: standing.held,
-                    stage: *stage,
-                    first_step: self.step,
-                    ..Standing::default()
-                };
-                self.pending.fill(None);
-            }
-            StageEffect::TrialBegun { drawn } => {
-                for (pool, number) in drawn {
-                    assert_eq!(standing.pools[*pool].pop(), Some(*number));
-                }
-                standing.trials += 1;
-                standing.trial_open = true;
-                standing.trial_actions = 0;
-                standing.quiet_actions = 0;
-            }
-            StageEffect::Acted { .. } => standing.trial_actions += 1,
-            StageEffect::Quiet(true) => standing.quiet_actions += 1,
-            StageEffect::Quiet(false) => standing.quiet_actions = 0,
-            StageEffect::TrialEnded { .. } => {
-                standing.trial_open = false;
-                standing.quiet_actions = 0;
-                standing.habituating = false;
-            }
-            StageEffect::Saturated => standing.habituating = true,
-            StageEffect::Ended => {}
-            StageEffect::Finished => {
-                standing.finished = true;
-                standing.trial_open = false;
-                standing.trial_actions = 0;
-                standing.quiet_actions = 0;
-                standing.habituating = false;
-            }
-            StageEffect::Held(held) => standing.held = *held,
-            StageEffect::Stuck(_) => standing.stuck = true,
         }
     }
 }

@@ -10,6 +10,8 @@ use pschema_learner::vocabulary::BodyId;
 use pschema_learner::world_state::WorldState;
 
 use super::learner::Reference;
+use super::learning::Made;
+use super::schema::Schema;
 
 /// What the curriculum asks for.
 pub(crate) enum Demand {
@@ -81,31 +83,39 @@ impl Reference {
         }
     }
 
-    /// What is to be done now, after ending what is over.
-    pub(crate) fn demand(&mut self, frame: &Frame, student: bool, acted: bool) -> Demand {
+    /// What an action of the student means for the trial under way.
+    pub(crate) fn acted(&mut self, made: Made, frame: &Frame) {
+        self.staged(StageEffect::Acted {
+            concrete_new: made.concrete,
+            generalised_new: made.generalised,
+            counter_examples_new: made.counter_examples,
+        });
+        let most = self.stage().trial_actions_max;
+        let met = self.until_met(frame);
+        let used_up = most > 0 && self.memory.standing.trial_actions >= most;
+        if self.memory.standing.trial_open && (met || used_up) {
+            self.end_trial(met);
+        }
+    }
+
+    /// What is to be done now, after ending the stage if it is over.
+    pub(crate) fn demand(&mut self, student: bool) -> Demand {
         loop {
             let standing = self.memory.standing.clone();
             let over = standing.finished && self.memory.curriculum.afterwards == Afterwards::Hold;
             if standing.held || standing.stuck || over {
                 return Demand::Hold;
             }
-            if !student || standing.finished {
+            if !student || standing.finished || standing.trial_open {
                 return Demand::Act;
             }
-            let (trials, most) = (self.stage().trials, self.stage().trial_actions_max);
-            if standing.trial_open {
-                let met = self.until_met(frame);
-                if !acted || (!met && (most == 0 || standing.trial_actions < most)) {
-                    return Demand::Act;
-                }
-                self.end_trial(met);
-            } else if standing.trials < trials {
+            if standing.trials < self.stage().trials {
                 return self.begin_trial();
-            } else if trials == 0 || self.stage().saturation.is_some() {
-                return Demand::Act;
-            } else {
-                self.advance();
             }
+            if self.stage().trials == 0 || self.stage().saturation.is_some() {
+                return Demand::Act;
+            }
+            self.advance();
         }
     }
 
@@ -161,7 +171,7 @@ impl Reference {
             s.created_step >= self.memory.standing.first_step
                 && s.action.is_some_and(|action| repertoire.contains(&action))
         });
-        let enough = |s: &&super::memory::Schema| {
+        let enough = |s: &&Schema| {
             let (low, high) = s.executions.interval();
             s.executions.trials >= rule.executions_min || high - low <= rule.interval_max
         };
@@ -222,5 +232,4 @@ impl Reference {
         }
         Ok(std::mem::take(&mut self.effects))
     }
-
 }

@@ -32,10 +32,13 @@ pub(crate) struct Thing {
 /// A part of what a primitive does.
 #[derive(Clone, Debug)]
 pub(crate) enum Rule {
-    /// This thing's property becomes the value.
+    /// This thing's property becomes the value, and it is there.
     Set { thing: usize, property: usize, value: i64 },
     /// Every thing that is not the body's own, with the property at `from`, gets `to`.
     Push { property: usize, from: i64, to: i64 },
+    /// Every thing that is not the body's own and is at this place is taken away, until something puts it
+    /// somewhere else.
+    Take { place: i64 },
     /// The thing comes or goes.
     Toggle { thing: usize },
     /// An event is perceived once, if two things agree in their first property.
@@ -100,15 +103,16 @@ impl Plan {
 
     pub(crate) fn declarations(&self) -> Vec<Declaration> {
         let count = self.primitives.len();
-        let Some(from) = self.second_body_from else { return vec![self.declared("first", 0..count)] };
-        let from = from.clamp(1, count - 1);
-        vec![self.declared("first", 0..from), self.declared("second", from..count)]
+        let second = self.second_body_from.map(|from| self.declared("second", from.min(count - 1)..count));
+        std::iter::once(self.declared("first", 0..count)).chain(second).collect()
     }
 
     fn observation(&self, kind: usize, values: &[i64; 3]) -> Observation {
         // Properties are numbered as first declared, which is not the order of their names here when the
         // first type has fewer of them than a later one; but it is a prefix of the same list.
-        let values = values[..self.kinds[kind].properties].iter().enumerate();
+        // A type that nobody declared may come with any properties.
+        let known = self.kinds.get(kind).map_or(2, |kind| kind.properties);
+        let values = values[..known].iter().enumerate();
         let id = TypeId(u16::try_from(kind).unwrap());
         Observation::new(id, values.map(|(p, v)| (PropertyId(u16::try_from(p).unwrap()), Value::Integer(*v))))
     }
@@ -141,12 +145,9 @@ impl World {
     /// What a body perceives next, and how what it was asked went.
     pub(crate) fn perceive(&mut self, body: usize) -> (Option<ActionOutcome>, Vec<Observation>) {
         let chances = self.plan.chances.clone();
-        let failed = match self.asked[body].take() {
-            None => None,
-            Some(arranging) => {
-                Some(self.happens(if arranging { chances.unarranged } else { chances.refused }))
-            }
-        };
+        let asked = self.asked[body].take();
+        let failed =
+            asked.map(|arranging| self.happens(if arranging { chances.unarranged } else { chances.refused }));
         let outcome = match failed {
             None => None,
             Some(false) => Some(ActionOutcome::Done),
@@ -158,6 +159,7 @@ impl World {
             let value = self.value();
             let (thing, property) = (self.random.below(self.things.len()), self.random.below(3));
             self.things[thing].values[property] = value;
+            self.things[thing].there = true;
         }
         let mut perceived = Vec::new();
         for thing in self.things.clone() {
@@ -166,10 +168,12 @@ impl World {
             }
         }
         for event in std::mem::take(&mut self.events) {
-            perceived.push(self.plan.observation(event, &[0; 3]));
+            if !self.happens(chances.hidden) {
+                perceived.push(self.plan.observation(event, &[0; 3]));
+            }
         }
         while self.happens(chances.noise) {
-            let kind = self.random.below(self.plan.kinds.len());
+            let kind = self.random.below(self.plan.kinds.len() + 1);
             let values = [self.value(), self.value(), self.value()];
             perceived.push(self.plan.observation(kind, &values));
         }
@@ -194,7 +198,10 @@ impl World {
     fn act(&mut self, primitive: PrimitiveId) {
         for rule in self.plan.primitives[primitive.0 as usize].clone() {
             match rule {
-                Rule::Set { thing, property, value } => self.things[thing].values[property] = value,
+                Rule::Set { thing, property, value } => {
+                    self.things[thing].values[property] = value;
+                    self.things[thing].there = true;
+                }
                 Rule::Push { property, from, to } => {
                     for thing in &mut self.things {
                         if thing.values[property] == from && !self.plan.kinds[thing.kind].own {
@@ -202,9 +209,15 @@ impl World {
                         }
                     }
                 }
+                Rule::Take { place } => {
+                    for thing in &mut self.things {
+                        thing.there &= thing.values[0] != place || self.plan.kinds[thing.kind].own;
+                    }
+                }
                 Rule::Toggle { thing } => self.things[thing].there ^= true,
                 Rule::Meet { one, other, event } => {
-                    if self.things[one].values[0] == self.things[other].values[0] {
+                    let (one, other) = (&self.things[one], &self.things[other]);
+                    if one.there && other.there && one.values[0] == other.values[0] {
                         self.events.push(event);
                     }
                 }
