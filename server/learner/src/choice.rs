@@ -10,7 +10,7 @@ use crate::decision::{
     CANDIDATES_KEPT_MAX, Candidate, Decision, Reason, Role, Subject, TERMS_KEPT_MAX, Term,
 };
 use crate::effect::{ChainLink, Execution};
-use crate::excitation;
+use crate::excitation::{self, Perceived};
 use crate::memory::Memory;
 use crate::observation::{Substitution, bindings};
 use crate::random::Random;
@@ -46,6 +46,7 @@ pub(crate) struct Situation<'a> {
     pub(crate) memory: &'a Memory,
     pub(crate) body: BodyId,
     pub(crate) world: &'a WorldState,
+    pub(crate) perceived: &'a Perceived,
     pub(crate) reach: &'a Reach,
     /// Schemas that the stage still asks to be tried (II-G), ordered.
     pub(crate) unhabituated: &'a [SchemaId],
@@ -152,7 +153,7 @@ fn score_concrete(situation: &Situation<'_>, id: SchemaId) -> Option<Scored> {
     let access = situation.reach.access(&concrete.pre)?;
     let distance = access.preceding + 1;
     let reliability = reliability(memory, concrete.action);
-    let mut sum = excitation::sum(memory, id, &Substitution::new(), situation.world, reliability);
+    let mut sum = excitation::sum(memory, id, &Substitution::new(), situation.perceived, reliability);
     let drive = situation.unhabituated.binary_search(&id).is_ok().then(|| {
         let value = memory.parameters().babbling_excitation * reliability;
         sum += value;
@@ -206,7 +207,7 @@ fn score_generalised(
     }
     let distance = achievement.access.preceding + 1;
     let reliability = reliability(memory, action);
-    let sum = excitation::sum(memory, id, &binding, situation.world, reliability);
+    let sum = excitation::sum(memory, id, &binding, situation.perceived, reliability);
     (sum > 0.0).then(|| Scored {
         subject: Subject::Schema(id),
         binding,
@@ -287,7 +288,7 @@ pub(crate) fn continue_chain(
         && next.carrier.is_none_or(|carrier| holds(carrier, &Substitution::new()));
     let execution = allowed.then(|| begin(memory, situation.world, chain.to_vec())).flatten()?;
     let reliability = reliability(memory, execution.action);
-    let sum = excitation::sum(memory, next.schema, &next.binding, situation.world, reliability);
+    let sum = excitation::sum(memory, next.schema, &next.binding, situation.perceived, reliability);
     let scored = Scored {
         subject: Subject::Schema(next.schema),
         binding: next.binding.clone(),

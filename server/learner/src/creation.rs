@@ -5,7 +5,7 @@ use crate::draft::Draft;
 use crate::effect::{Effect, Execution, Seen};
 use crate::memory::Memory;
 use crate::observation::{Observation, Substitution, TypeId};
-use crate::schema::{Form, POST_CONDITIONS_MAX, SchemaId};
+use crate::schema::{Form, POST_CONDITIONS_MAX, SCHEMAS_MAX, SchemaId};
 use crate::world_state::WorldState;
 
 /// What happened that the executed schema does not know.
@@ -94,6 +94,9 @@ pub(crate) fn create(
         update(draft, existing, execution, after, lifted);
         return Creation { updated: Some(existing), ..Creation::default() };
     }
+    if is_full(memory) {
+        return Creation::default();
+    }
     let post = outcome(memory, &context, after, after.observations().iter());
     let created = next_id(draft);
     draft.emit(Effect::Created {
@@ -121,6 +124,9 @@ fn create_first(
         update(draft, existing, execution, after, lifted);
         return Creation { updated: Some(existing), ..Creation::default() };
     }
+    if is_full(memory) {
+        return Creation::default();
+    }
     let lasting = execution.before.lasting(memory.rules());
     let new = after.observations().iter().filter(|o| !lasting.contains(o) || context.contains(o));
     let post = outcome(memory, context, after, new);
@@ -133,6 +139,10 @@ fn create_first(
         contradicts: None,
     });
     Creation { created: Some(created), ..Creation::default() }
+}
+
+fn is_full(memory: &Memory) -> bool {
+    memory.content().schemas.len() >= SCHEMAS_MAX
 }
 
 fn next_id(draft: &Draft<'_>) -> SchemaId {

@@ -1,14 +1,17 @@
 //! Schema excitation (paper, II-C, equation 1): how interesting a schema is in this world state.
 
+use rustc_hash::FxHashMap;
+
 use crate::association::is_associated;
 use crate::bound::Bound;
 use crate::decision::{Role, Term};
 use crate::memory::Memory;
-use crate::observation::{Observation, Substitution};
+use crate::observation::{Observation, PropertyId, Substitution, Value};
 use crate::schema::{Form, ObservationId, SchemaId};
 use crate::world_state::WorldState;
 
 /// A remembered observation, as equation (1) weighs it.
+#[derive(Clone, Copy)]
 struct Remembered<'a> {
     role: Role,
     observation: &'a Observation,
@@ -17,30 +20,43 @@ struct Remembered<'a> {
     weight: f64,
 }
 
-/// Calls `visit` with each term of equation (1)'s sum, in a fixed order: remembered observations as the
-/// schema lists them (pre-conditions, then other post-conditions, then associated ones), and for each the
-/// perceived ones in canonical order.
-fn visit_terms(
+impl Remembered<'_> {
+    /// What it adds to the sum when it shares so many values with what is perceived.
+    fn value(&self, shared: f64) -> f64 {
+        shared * self.probability * self.weight / (1.0 + f64::from(self.attention))
+    }
+}
+
+/// How often each (property, value) pair is perceived: what an observation shares with all that is perceived is
+/// the sum over its pairs, so that a crowded world costs no more for each remembered observation.
+#[derive(Debug)]
+pub(crate) struct Perceived(FxHashMap<(PropertyId, Value), u32>);
+
+impl Perceived {
+    pub(crate) fn new(world: &WorldState) -> Self {
+        let mut pairs = FxHashMap::default();
+        for pair in world.observations().iter().flat_map(|observation| observation.properties()) {
+            *pairs.entry(*pair).or_insert(0) += 1;
+        }
+        Self(pairs)
+    }
+
+    fn shared(&self, observation: &Observation) -> u32 {
+        observation.properties().iter().filter_map(|pair| self.0.get(pair)).sum()
+    }
+}
+
+/// Calls `each` with the remembered observations as the schema lists them: pre-conditions, then other
+/// post-conditions, then associated ones.
+fn visit(
     memory: &Memory,
     schema: SchemaId,
     binding: &Substitution,
-    world: &WorldState,
     reliability: f64,
-    mut visit: impl FnMut(&Observation, &Observation, Term),
+    mut each: impl FnMut(Remembered<'_>),
 ) {
     let content = memory.content();
     let Some(known) = content.schema(schema) else { return };
-    let mut each = |remembered: Remembered<'_>| {
-        let Remembered { role, observation, attention, probability, weight } = remembered;
-        for seen in world.observations() {
-            let shared = observation.shared(seen);
-            if shared > 0 {
-                let value = f64::from(shared) * probability * weight / (1.0 + f64::from(attention));
-                let term = Term { role, pair: None, shared, attention, probability, weight, value };
-                visit(observation, seen, term);
-            }
-        }
-    };
     let with_post = memory.parameters().excite_by_post_conditions;
     let attention = |id: ObservationId| content.attention.get(id.index()).copied().unwrap_or(0);
     match &known.form {
@@ -87,11 +103,16 @@ pub(crate) fn sum(
     memory: &Memory,
     schema: SchemaId,
     binding: &Substitution,
-    world: &WorldState,
+    perceived: &Perceived,
     reliability: f64,
 ) -> f64 {
     let mut sum = 0.0;
-    visit_terms(memory, schema, binding, world, reliability, |_, _, term| sum += term.value);
+    visit(memory, schema, binding, reliability, |remembered| {
+        let shared = perceived.shared(remembered.observation);
+        if shared > 0 {
+            sum += remembered.value(f64::from(shared));
+        }
+    });
     sum
 }
 
@@ -106,11 +127,20 @@ pub(crate) fn terms(
 ) -> Vec<Term> {
     let mut terms = Vec::new();
     let mut rest: Option<f64> = None;
-    visit_terms(memory, schema, binding, world, reliability, |remembered, seen, term| {
-        if terms.len() < room {
-            terms.push(Term { pair: Some((remembered.clone(), seen.clone())), ..term });
-        } else {
-            *rest.get_or_insert(0.0) += term.value;
+    visit(memory, schema, binding, reliability, |remembered| {
+        for seen in world.observations() {
+            let shared = remembered.observation.shared(seen);
+            if shared == 0 {
+                continue;
+            }
+            let value = remembered.value(f64::from(shared));
+            if terms.len() < room {
+                let Remembered { role, observation, attention, probability, weight } = remembered;
+                let pair = Some((observation.clone(), seen.clone()));
+                terms.push(Term { role, pair, shared, attention, probability, weight, value });
+            } else {
+                *rest.get_or_insert(0.0) += value;
+            }
         }
     });
     terms.extend(rest.map(|value| Term {

@@ -103,6 +103,8 @@ pub struct Schema {
     pub created_step: u64,
 }
 
+/// Schemas that one memory holds; at the limit nothing more is created, and what is known goes on being scored.
+pub const SCHEMAS_MAX: usize = 50_000_000;
 /// Associated observations that one schema keeps; beyond it the rarest makes room.
 pub const ASSOCIATIONS_MAX: usize = 32;
 /// Post-conditions that one schema keeps, alternative outcomes included; later ones are not taken.

@@ -15,6 +15,7 @@ use crate::curriculum::{Curriculum, CurriculumError, SceneCommand};
 use crate::decision::Decision;
 use crate::draft::Draft;
 use crate::effect::{Effect, Execution};
+use crate::excitation::Perceived;
 use crate::generalisation;
 use crate::habituation::unhabituated;
 use crate::memory::Memory;
@@ -294,6 +295,7 @@ fn choose(
         let current = reach.take().filter(|known| known.is_current(memory, frame.body, &world));
         let reach = &*reach.insert(current.unwrap_or_else(|| Reach::search(memory, frame.body, &world)));
         let executable = executable(memory, frame.body, &known_ids(memory, &world));
+        let perceived = &Perceived::new(&world);
         let wanting = |memory: &Memory| {
             let progress = &memory.content().progress;
             let first_step = progress.report().map_or(0, |report| report.first_step);
@@ -302,8 +304,15 @@ fn choose(
         };
         let wanted = if memory.content().progress.habituating { wanting(memory) } else { Vec::new() };
         let body = frame.body;
-        let situation =
-            Situation { memory, body, world: &world, reach, unhabituated: &wanted, executable: &executable };
+        let situation = Situation {
+            memory,
+            body,
+            world: &world,
+            perceived,
+            reach,
+            unhabituated: &wanted,
+            executable: &executable,
+        };
         let scored = Choice::new(&situation);
         if let Some(novelty) = acted.take() {
             // Only the first turn follows an action; a stage entered here starts its own count.
@@ -316,8 +325,15 @@ fn choose(
             }
         }
         let memory = draft.memory();
-        let situation =
-            Situation { memory, body, world: &world, reach, unhabituated: &wanted, executable: &executable };
+        let situation = Situation {
+            memory,
+            body,
+            world: &world,
+            perceived,
+            reach,
+            unhabituated: &wanted,
+            executable: &executable,
+        };
         if entered(draft) == at_first
             && let Some((execution, decision)) = choice::continue_chain(&situation, chain)
         {

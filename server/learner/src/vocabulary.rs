@@ -107,6 +107,19 @@ pub enum DeclarationError {
         /// What memory knows.
         known: String,
     },
+    /// A property was learnt with values of another kind, so that equal values would not mean the same.
+    #[error(
+        "property {name} of {kind} takes other values than the property of that name that is already known \
+         ({known}); give it the same kind and resolution, or another name"
+    )]
+    PropertyDiffers {
+        /// The property's name.
+        name: String,
+        /// The observation type that declares it.
+        kind: String,
+        /// What memory knows.
+        known: String,
+    },
     /// An action was learnt under another meaning.
     #[error(
         "action {name} is already known with other parameters; declare it the same, or give it another name"
@@ -207,6 +220,7 @@ impl Vocabulary {
                 });
             }
         }
+        self.check_properties(declaration)?;
         for declared in &declaration.actions {
             if self.actions.iter().any(|known| known.name == declared.name && known != declared) {
                 return Err(DeclarationError::ActionDiffers { name: declared.name.clone() });
@@ -234,6 +248,26 @@ impl Vocabulary {
             Some((what, count, limit)) => Err(DeclarationError::TooMany { what, count, limit }),
             None => Ok(()),
         }
+    }
+
+    /// Properties of one name are comparable, so they must take the same kind of values, in memory and within
+    /// the declaration.
+    fn check_properties(&self, declaration: &Declaration) -> Result<(), DeclarationError> {
+        let mut met: FxHashMap<&str, &ValueKind> = FxHashMap::default();
+        for declared in &declaration.observation_types {
+            for property in &declared.properties {
+                let known = self.property_named(&property.name).and_then(|id| self.property_kind(id));
+                let known = known.unwrap_or_else(|| met.entry(&property.name).or_insert(&property.kind));
+                if *known != property.kind {
+                    return Err(DeclarationError::PropertyDiffers {
+                        name: property.name.clone(),
+                        kind: declared.name.clone(),
+                        known: format!("{known:?}"),
+                    });
+                }
+            }
+        }
+        Ok(())
     }
 
     // What is new in a declaration. Only that counts towards the limits, so that a body that is known can come back

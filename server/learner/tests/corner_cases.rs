@@ -408,3 +408,18 @@ fn a_crowded_world_is_explained_in_bounded_room() {
     let told = sum / f64::from(chosen.distance);
     assert!((told - chosen.excitation).abs() < 1e-9 * chosen.excitation, "{told} {}", chosen.excitation);
 }
+
+#[test]
+fn a_property_that_changes_its_kind_is_refused() {
+    let mut table = new(1);
+    let mut other = common::declaration(1);
+    other.body = "another".into();
+    other.observation_types.retain(|kind| kind.name == "object");
+    other.observation_types[0].name = "shape".into();
+    other.observation_types[0].properties[1].kind =
+        pschema_learner::vocabulary::ValueKind::Real { resolution: 0.5 };
+    let before = pschema_learner::digest::digest(table.learner.memory().content());
+    let error = table.learner.declare(other).unwrap_err().to_string();
+    assert!(error.contains("property field of shape"), "{error}");
+    assert_eq!(pschema_learner::digest::digest(table.learner.memory().content()), before);
+}

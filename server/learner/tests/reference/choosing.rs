@@ -124,10 +124,8 @@ impl Reference {
         let mut sum = 0.0;
         for (observation, probability, weight) in remembered {
             let n = if parameters.attention { self.memory.n(&observation) } else { 0 };
-            for perceived in world.observations() {
-                let shared = f64::from(perceived.shared(&observation));
-                sum += ((shared * probability) * weight) / (1.0 + f64::from(n));
-            }
+            let shared: u32 = world.observations().iter().map(|seen| seen.shared(&observation)).sum();
+            sum += ((f64::from(shared) * probability) * weight) / (1.0 + f64::from(n));
         }
         sum
     }
