@@ -1,4 +1,4 @@
-//! A body, as its author sees it: describe yourself, sense, act. [`run`] is the whole life of a body
+//! A body, as its author sees it: describe yourself, sense, act. [`run()`] is the whole life of a body
 //! process around it; [`BodyLoop`] is the same without a process or shared memory.
 
 mod driver;

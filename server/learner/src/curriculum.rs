@@ -1,4 +1,4 @@
-//! A curriculum: the stages a learner is led through, as plain data. [`crate::stages`] follows it.
+//! A curriculum: the stages a learner is led through, as plain data. `stages.rs` follows it.
 
 /// A list of stages to go through, and where the experimenter's choices come from.
 #[derive(Clone, Debug, PartialEq)]

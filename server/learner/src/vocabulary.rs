@@ -205,7 +205,7 @@ pub struct Vocabulary {
 }
 
 impl Vocabulary {
-    /// Says whether `declaration` can be merged; [`Vocabulary::merge`] of it then succeeds.
+    /// Says whether `declaration` can be merged; what is wrong with it is wrong before anything is changed.
     ///
     /// # Errors
     /// The first thing in it that contradicts what is known, or exceeds a limit.

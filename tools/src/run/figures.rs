@@ -199,7 +199,7 @@ pub(crate) mod tests {
         ];
         let experiment = Experiment::new(ExperimentName::Exp1S1, "wide");
         let figures = Figures::new(&experiment, &report(stages), 4.0);
-        assert_eq!(figures.placements, Some(2));
+        assert_eq!(figures.placements, 2);
         assert_eq!(figures.probe, Probe { placements_tried: 2, touched_first_try: 1, touched: 1 });
         assert_eq!(figures.published.unwrap().schemas_total, 227);
     }
@@ -209,6 +209,9 @@ pub(crate) mod tests {
         let stages = vec![stage("first", true, &[true], &[0]), stage("probe", false, &[true], &[1])];
         let experiment = Experiment::new(ExperimentName::Exp1S1, "my-world.toml");
         let figures = Figures::new(&experiment, &report(stages), 4.0);
-        assert_eq!((figures.placements, figures.published), (None, None));
+        assert_eq!(
+            (figures.placements, figures.generalised_after_placement, figures.published),
+            (1, None, None)
+        );
     }
 }
