@@ -1,5 +1,6 @@
 //! The simulated body as a process.
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -25,16 +26,19 @@ fn main() -> ExitCode {
     match run(&cli.args) {
         Ok(summary) => {
             if let Some(summary) = summary {
-                eprintln!(
-                    "{} frames, {} orders; ended: {:?}",
-                    summary.frames, summary.orders, summary.ending
-                );
+                let (frames, orders, ending) = (summary.frames, summary.orders, summary.ending);
+                say(&format!("{frames} frames, {orders} orders; ended: {ending:?}"));
             }
             ExitCode::SUCCESS
         }
         Err(error) => {
-            eprintln!("pschema-sim: {error}");
+            say(&format!("pschema-sim: {error}"));
             ExitCode::FAILURE
         }
     }
+}
+
+/// Not `eprintln`, which panics when nobody reads any more.
+fn say(line: &str) {
+    drop(writeln!(std::io::stderr(), "{line}"));
 }

@@ -1,5 +1,6 @@
 //! The whole life of a body process: attach, and again whenever the daemon comes back; send, obey; leave.
 
+use std::io::Write;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -235,20 +236,25 @@ pub fn run_from_args<B: Body>(body: B) -> ExitCode {
     match run_as_program(body) {
         Ok(summary) => {
             let RunSummary { sessions, frames, orders, refused, .. } = summary;
-            eprintln!("{sessions} session(s), {frames} frames ({refused} refused), {orders} orders");
+            say(&format!("{sessions} session(s), {frames} frames ({refused} refused), {orders} orders"));
             ExitCode::SUCCESS
         }
         Err(message) => {
-            eprintln!("{message}");
+            say(&message);
             ExitCode::FAILURE
         }
     }
 }
 
-const USAGE: &str = "usage: <body> [--name <learner>]   (default: demo)";
+/// Not `eprintln`, which panics when nobody reads any more.
+fn say(line: &str) {
+    drop(writeln!(std::io::stderr(), "{line}"));
+}
+
+const USAGE: &str = "usage: <body> [--name <learner>]   (default: default)";
 
 fn run_as_program<B: Body>(body: B) -> Result<RunSummary, String> {
-    let mut name = "demo".to_owned();
+    let mut name = "default".to_owned();
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {

@@ -29,7 +29,8 @@ pub struct Parameters {
     /// the interval of its probability reaches this: the paper's "seen to occur frequently" (II-B). An
     /// event that happened while the schema ran is associated at once.
     pub association_low_min: f64,
-    /// Whether N(x) lowers excitation (the denominator of equation 1). Off only to measure its effect.
+    /// Whether attention is counted, so that N(x) lowers excitation (the denominator of equation 1). Off only to
+    /// measure its effect.
     pub attention: bool,
     /// The longest chain of schemas considered.
     pub chain_length_max: u32,

@@ -40,7 +40,10 @@ pub(crate) fn is_lifted(lifted: &[bool], kind: TypeId) -> bool {
 
 /// Begins the curriculum for `body` if it has not begun.
 pub(crate) fn begin(draft: &mut Draft<'_>, curriculum: &Curriculum, body: BodyId) {
-    if draft.memory().content().progress.begun {
+    let content = draft.memory().content();
+    let known = content.vocabulary.bodies().get(usize::from(body.0));
+    // A body that can do nothing has nothing to be led through; it must not keep the place of one that can.
+    if content.progress.begun || known.is_none_or(|known| known.repertoire.is_empty()) {
         return;
     }
     let mut random = draft.memory().content().random;

@@ -89,7 +89,7 @@ fn any_plan() -> impl Strategy<Value = Plan> {
                 }),
             ];
             let rules = vec(vec(rule, 0..=3), primitives);
-            (any::<u64>(), rules, weighted(0.3, 0..primitives), chances()).prop_map(
+            (any::<u64>(), rules, weighted(0.3, 0..=primitives), chances()).prop_map(
                 move |(seed, primitives, second_body_from, chances)| Plan {
                     seed,
                     kinds: kinds.clone(),

@@ -49,7 +49,8 @@ impl Reference {
     }
 
     pub(crate) fn begin(&mut self, student: BodyId) {
-        if self.memory.standing.begun {
+        let idle = self.memory.bodies[usize::from(student.0)].1.is_empty();
+        if self.memory.standing.begun || idle {
             return;
         }
         let mut random = self.memory.random;

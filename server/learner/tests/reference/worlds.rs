@@ -69,7 +69,7 @@ pub(crate) struct Plan {
     pub(crate) values: i64,
     pub(crate) things: Vec<Thing>,
     pub(crate) primitives: Vec<Vec<Rule>>,
-    /// For a second body: the first primitive that it has.
+    /// For a second body: the first primitive that it has; it may have none.
     pub(crate) second_body_from: Option<usize>,
     pub(crate) chances: Chances,
 }
@@ -103,7 +103,7 @@ impl Plan {
 
     pub(crate) fn declarations(&self) -> Vec<Declaration> {
         let count = self.primitives.len();
-        let second = self.second_body_from.map(|from| self.declared("second", from.min(count - 1)..count));
+        let second = self.second_body_from.map(|from| self.declared("second", from.min(count)..count));
         std::iter::once(self.declared("first", 0..count)).chain(second).collect()
     }
 
