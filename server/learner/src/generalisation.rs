@@ -124,8 +124,8 @@ fn predicted<'a>(
     })
 }
 
-/// Bindings of one pattern list that a test of representation tries.
-const BINDINGS_MAX: usize = 64;
+/// A test of representation tries every binding; the attempts of [`bindings`] bound the work.
+const BINDINGS_MAX: usize = usize::MAX;
 
 /// Whether some binding turns the lifted pre-conditions into those of `other`, the lifted post-conditions
 /// into just what `other` predicts, and the lifted target into something its action achieves.

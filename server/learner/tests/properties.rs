@@ -17,6 +17,7 @@ use checks::{counted, explained, only_what_was_attended};
 use plans::{Setup, setup};
 use proptest::collection::vec;
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use pschema_learner::curriculum::{Afterwards, Curriculum};
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
@@ -85,7 +86,13 @@ fn live(
 fn config(cases: u32) -> ProptestConfig {
     let given = ProptestConfig::default();
     let cases = if std::env::var_os("PROPTEST_CASES").is_some() { given.cases } else { cases };
-    ProptestConfig { cases, failure_persistence: None, max_shrink_time: 60_000, ..given }
+    // The gate must say the same of the same tree: without a seed of one's own (PROPTEST_RNG_SEED) always the
+    // same worlds. `PROPTEST_CASES=10000 PROPTEST_RNG_SEED=$RANDOM cargo test …` looks further.
+    let rng_seed = match given.rng_seed {
+        RngSeed::Random => RngSeed::Fixed(2011),
+        chosen => chosen,
+    };
+    ProptestConfig { cases, rng_seed, failure_persistence: None, max_shrink_time: 60_000, ..given }
 }
 
 fn replayed(memory: &mut Memory, effects: &[Effect]) -> Result<(), TestCaseError> {
