@@ -22,6 +22,9 @@ use crate::world_state::WorldState;
 /// Bindings of one generalised schema that are considered in one world state.
 pub(crate) const BINDINGS_MAX: usize = 64;
 
+/// Contexts waiting to be expanded in one search: bounds its memory in a world with very many edges.
+const OPEN_MAX: usize = 65_536;
+
 /// A context that chains lead to.
 #[derive(Clone, Debug)]
 struct Node {
@@ -139,6 +142,10 @@ impl Reach {
             }
             for (context, step, link) in edges(memory, body, &reach.nodes[at]) {
                 let probability = probability * step;
+                if open.len() >= OPEN_MAX {
+                    reach.truncated = true;
+                    break;
+                }
                 if probability > 0.0 && !reach.nodes.iter().any(|node| node.context == context) {
                     order += 1;
                     open.push(Open { probability, depth: depth + 1, order, context, via: Some((at, link)) });
