@@ -453,20 +453,24 @@ fn stopped_peers_do_not_keep_the_daemon_from_others() {
     let runtime = Runtime::new();
     let place = runtime.place("stopped");
     let daemon = Daemon::start(place.clone(), u64::MAX, as_many);
-    let bodies = [Process::start("part_body", &place), Process::start("part_body", &place)];
+    // Stopped when it is known to have attached: its part is ready before that.
+    let stopped = Process::start("part_body", &place);
+    until("frames of the first body", || daemon.frames.load(Ordering::Relaxed) > 0);
     let mut tools = Vec::new();
     for _ in 0..3 {
         let tool = Process::start("part_tool", &place);
         tool.signal("STOP");
         tools.push(tool);
     }
-    bodies[0].signal("STOP");
-    let frames = daemon.frames.load(Ordering::Relaxed);
+    stopped.signal("STOP");
+    // Its last frame may still be under way.
+    let frames = daemon.frames.load(Ordering::Relaxed) + 1;
+    let working = Process::start("part_body", &place);
     until("frames of the other body", || daemon.frames.load(Ordering::Relaxed) > frames + 200);
     let mut client = Client::connect(&place, PATIENCE).unwrap();
     assert!(client.request(b"1000000").unwrap() == as_many(b"1000000"));
     drop(tools);
-    drop(bodies);
+    drop((stopped, working));
     until("the bodies to be missed", || daemon.gone.load(Ordering::Relaxed) == 2);
     let seen = daemon.stop();
     assert_swept(&runtime.path(), &seen.prefix);
