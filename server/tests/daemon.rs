@@ -237,6 +237,7 @@ fn a_body_that_is_killed_leaves_the_other_as_it_was_and_may_come_back() {
         let body = status.bodies.iter().find(|body| body.name == name && body.state == "attached");
         body.map_or(0, |body| body.frames)
     };
+    until(&mut client, |status| frames(status, "survivor") > 0);
     for round in 0..3 {
         let mut victim = body_process_at(&daemon.place, "victim");
         until(&mut client, |status| frames(status, "victim") > 20);
