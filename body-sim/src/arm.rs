@@ -9,6 +9,7 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use crate::config;
 use crate::manifold::{JointPositions, Manifold, OnManifold};
+use crate::route::Waypoint;
 
 /// Share of the stretched arm's length that is used: a straight elbow would be a singularity.
 const STRETCH_MAX: f64 = 0.995;
@@ -78,7 +79,13 @@ impl Arm {
     /// The posture whose tip is at a point of the manifold; None when the links do not reach.
     #[must_use]
     pub fn posture(&self, manifold: &Manifold, point: OnManifold) -> Option<Posture> {
+        self.posture_above(manifold, point, 0.0)
+    }
+
+    /// The posture whose tip is straight above a point of the manifold, by `lift_m`.
+    fn posture_above(&self, manifold: &Manifold, point: OnManifold, lift_m: f64) -> Option<Posture> {
         let (tip_out, tip_up) = manifold.profile(point.arc_m);
+        let tip_up = tip_up + lift_m;
         let wrist = (tip_out + self.wrist_from_tip_m.0, tip_up + self.wrist_from_tip_m.1);
         let (out, up) = (wrist.0, wrist.1 - self.shoulder_height_m);
         let distance = (out * out + up * up).sqrt();
@@ -119,21 +126,21 @@ impl Arm {
         })
     }
 
-    /// The posture for joint positions; None where there is none.
+    /// The posture at a waypoint; None where there is none.
     #[must_use]
-    pub fn posture_at(&self, manifold: &Manifold, joints: JointPositions) -> Option<Posture> {
-        self.posture(manifold, manifold.at(joints)?)
+    pub fn posture_by(&self, manifold: &Manifold, point: Waypoint) -> Option<Posture> {
+        self.posture_above(manifold, manifold.at(point.joints)?, point.lift_m)
     }
 
-    /// The motion between two joint positions. None when some of the path cannot be taken.
+    /// The motion straight from one waypoint to another. None when some of the way cannot be taken.
     #[must_use]
-    pub fn motion(&self, manifold: &Manifold, from: JointPositions, to: JointPositions) -> Option<Motion> {
+    pub fn motion(&self, manifold: &Manifold, from: Waypoint, to: Waypoint) -> Option<Motion> {
         let mut motion = Motion { from, to, duration_s: 1.0 };
-        let mut before = self.posture_at(manifold, from)?;
+        let mut before = self.posture_by(manifold, from)?;
         // Of the motion as if it took one second: its highest speeds as multiples of the limits.
         let mut excess: f64 = DURATION_S_MIN;
         for sample in 1..=SPEED_SAMPLES {
-            let here = self.posture_at(manifold, motion.joints_at(sample as f64 / SPEED_SAMPLES as f64))?;
+            let here = self.posture_by(manifold, motion.at(sample as f64 / SPEED_SAMPLES as f64))?;
             for (now, then) in here.angles_rad.iter().zip(before.angles_rad) {
                 excess = excess.max(wrapped(now - then).abs() * SPEED_SAMPLES as f64 / self.joint_speed_max);
             }
@@ -146,13 +153,14 @@ impl Arm {
     }
 }
 
-/// A move in progress: straight in joint positions, never in joint angles, so that it stays on the manifold.
+/// A straight part of a move: straight in joint positions and in height over the manifold, never in joint
+/// angles, so that it is known what it passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Where it began.
-    pub from: JointPositions,
+    pub from: Waypoint,
     /// Where it goes.
-    pub to: JointPositions,
+    pub to: Waypoint,
     /// How long it takes, in seconds.
     pub duration_s: f64,
 }
@@ -160,8 +168,8 @@ pub struct Motion {
 impl Motion {
     /// Where it is at `time_s` since its start: a minimum-jerk profile (Flash and Hogan 1985).
     #[must_use]
-    pub fn joints_at(&self, time_s: f64) -> JointPositions {
-        self.joints_along(Self::share(time_s / self.duration_s))
+    pub fn at(&self, time_s: f64) -> Waypoint {
+        self.along(Self::share(time_s / self.duration_s))
     }
 
     /// Share of the way gone at a share of the time.
@@ -173,9 +181,23 @@ impl Motion {
 
     /// Where a share of the way leads, 0 to 1.
     #[must_use]
-    pub fn joints_along(&self, share: f64) -> JointPositions {
+    pub fn along(&self, share: f64) -> Waypoint {
         let between = |from: f64, to: f64| if share >= 1.0 { to } else { from + (to - from) * share };
-        JointPositions { j1: between(self.from.j1, self.to.j1), j2: between(self.from.j2, self.to.j2) }
+        let (from, to) = (&self.from, &self.to);
+        Waypoint {
+            joints: JointPositions {
+                j1: between(from.joints.j1, to.joints.j1),
+                j2: between(from.joints.j2, to.joints.j2),
+            },
+            lift_m: between(from.lift_m, to.lift_m),
+        }
+    }
+
+    /// Length of the way in metres, along the manifold and up.
+    #[must_use]
+    pub fn way_m(&self, manifold: &Manifold) -> f64 {
+        let (from, to) = (manifold.square_m(self.from.joints), manifold.square_m(self.to.joints));
+        Vector3::new(to.0 - from.0, to.1 - from.1, self.to.lift_m - self.from.lift_m).norm()
     }
 }
 
@@ -227,14 +249,15 @@ mod tests {
     #[test]
     fn motion_ends_exactly_where_it_should_and_keeps_speed_limits() {
         let (arm, manifold) = arm_and_manifold();
-        let (from, to) = (manifold.rest(), JointPositions { j1: 0.13, j2: 0.31 });
+        let from = Waypoint { joints: manifold.rest(), lift_m: 0.0 };
+        let to = Waypoint { joints: JointPositions { j1: 0.13, j2: 0.31 }, lift_m: 0.04 };
         let motion = arm.motion(&manifold, from, to).unwrap();
-        assert_eq!(motion.joints_at(0.0), from);
-        assert_eq!(motion.joints_at(motion.duration_s), to);
+        assert_eq!(motion.at(0.0), from);
+        assert_eq!(motion.at(motion.duration_s), to);
         let dt = 1.0 / 240.0;
         let steps = (motion.duration_s / dt) as usize;
         for step in 0..steps {
-            let at = |s: usize| arm.posture_at(&manifold, motion.joints_at(s as f64 * dt)).unwrap();
+            let at = |s: usize| arm.posture_by(&manifold, motion.at(s as f64 * dt)).unwrap();
             let (a, b) = (at(step), at(step + 1));
             assert!((b.tip_m - a.tip_m).norm() / dt < arm.tip_speed_max * 1.01);
             for (x, y) in a.angles_rad.iter().zip(b.angles_rad) {

@@ -1,6 +1,7 @@
 //! What the camera sees: a small renderer. Every solid is tested ray by ray within the part of the picture
 //! it can cover, the nearest surface wins, light falls from the left behind and throws shadows on the table.
-//! The table itself, which never changes, is drawn once.
+//! The table and what is fixed to it never change and are drawn once; of a picture, only what was drawn upon
+//! the one before is wiped off.
 
 use std::ops::Range;
 
@@ -57,7 +58,16 @@ pub struct Renderer {
     eye: Vec3,
     ray: [Vec3; 3],
     light: Vec3,
-    background: RgbImage,
+    backdrop: Layer,
+    picture: Layer,
+    /// Where the picture differs from the backdrop, and where the one before did: pixels, row by row.
+    drawn: Vec<Range<usize>>,
+    drawn_before: Vec<Range<usize>>,
+}
+
+/// A picture with what is needed to draw on.
+#[derive(Clone, Debug)]
+struct Layer {
     image: RgbImage,
     depth: Vec<f32>,
     shaded: Vec<bool>,
@@ -99,32 +109,62 @@ fn clipped(from: f64, to: f64, side: usize) -> Range<usize> {
 }
 
 impl Renderer {
-    /// A renderer, with the table drawn.
+    /// A renderer, with the table and what is fixed to it drawn.
     ///
     /// # Errors
     /// When the camera's picture has no allowed size.
-    pub fn new(camera: &Camera, table: TableTop) -> Result<Self, ImageError> {
+    pub fn new(camera: &Camera, table: TableTop, fixed: &[Solid]) -> Result<Self, ImageError> {
         let (width, height) = (camera.setup().width_px, camera.setup().height_px);
-        let background = draw_table(camera, table)?;
+        let empty = Layer {
+            image: draw_table(camera, table)?,
+            depth: vec![f32::INFINITY; width * height],
+            shaded: vec![false; width * height],
+        };
         let first = camera.ray(0.5, 0.5);
-        Ok(Self {
+        let mut renderer = Self {
             eye: narrow(&camera.setup().position_m.coords),
             // A ray is linear in column and row: the first pixel's, and the steps to the next.
             ray: [first, camera.ray(1.5, 0.5) - first, camera.ray(0.5, 1.5) - first].map(|ray| narrow(&ray)),
             light: Vec3::new(-0.42, -0.30, 0.856),
-            image: background.clone(),
-            background,
-            depth: vec![f32::INFINITY; width * height],
-            shaded: vec![false; width * height],
+            picture: empty.clone(),
+            backdrop: empty,
+            drawn: Vec::new(),
+            drawn_before: Vec::new(),
             camera: camera.clone(),
-        })
+        };
+        renderer.draw_all(fixed);
+        renderer.backdrop = renderer.picture.clone();
+        renderer.drawn.clear();
+        Ok(renderer)
     }
 
     /// The picture of these solids on the table.
     pub fn render(&mut self, solids: &[Solid]) -> &RgbImage {
-        self.image.pixels_mut().copy_from_slice(self.background.pixels());
-        self.depth.fill(f32::INFINITY);
-        self.shaded.fill(false);
+        std::mem::swap(&mut self.drawn, &mut self.drawn_before);
+        self.drawn.clear();
+        for part in &self.drawn_before {
+            let part = part.clone();
+            self.picture.image.pixels_mut()[part.clone()]
+                .copy_from_slice(&self.backdrop.image.pixels()[part.clone()]);
+            self.picture.depth[part.clone()].copy_from_slice(&self.backdrop.depth[part.clone()]);
+            self.picture.shaded[part.clone()].copy_from_slice(&self.backdrop.shaded[part]);
+        }
+        self.draw_all(solids);
+        &self.picture.image
+    }
+
+    /// The picture rendered last.
+    #[must_use]
+    pub fn image(&self) -> &RgbImage {
+        &self.picture.image
+    }
+
+    /// Where it may differ from the one before: ranges of pixels, counted row by row, in no order.
+    pub fn changed(&self) -> impl Iterator<Item = &Range<usize>> {
+        self.drawn_before.iter().chain(&self.drawn)
+    }
+
+    fn draw_all(&mut self, solids: &[Solid]) {
         let bodies: Vec<Body> = solids.iter().map(Body::new).collect();
         for (solid, body) in solids.iter().zip(&bodies) {
             self.draw_shadow(solid, body);
@@ -132,21 +172,23 @@ impl Renderer {
         for (solid, body) in solids.iter().zip(&bodies) {
             self.draw(solid, body);
         }
-        &self.image
     }
 
     fn draw(&mut self, solid: &Solid, body: &Body) {
         let (from_m, to_m, radius_m) = hull(&solid.shape);
         let Some(stroke) = self.stroke(&from_m, &to_m, radius_m) else { return };
-        let (width, height) = (self.image.width_px(), self.image.height_px());
+        let (width, height) = (self.picture.image.width_px(), self.picture.image.height_px());
         for row in stroke.rows(height) {
-            for column in stroke.columns(row, width) {
+            let columns = stroke.columns(row, width);
+            self.drawn.push(row * width + columns.start..row * width + columns.end);
+            for column in columns {
                 let at = row * width + column;
                 let Some((depth, normal)) = body.hit(&self.eye, &self.ray_at(column, row)) else { continue };
-                if depth < self.depth[at] {
-                    self.depth[at] = depth;
+                if depth < self.picture.depth[at] {
+                    self.picture.depth[at] = depth;
                     let light = AMBIENT + LAMP * normal.dot(&self.light).max(0.0);
-                    self.image.pixels_mut()[at] = solid.rgb.map(|c| (f32::from(c) * light).min(255.0) as u8);
+                    self.picture.image.pixels_mut()[at] =
+                        solid.rgb.map(|c| (f32::from(c) * light).min(255.0) as u8);
                 }
             }
         }
@@ -161,18 +203,22 @@ impl Renderer {
         let (from_m, to_m, radius_m) = hull(&solid.shape);
         let (from_m, to_m) = (from_m - slide * from_m.z, to_m - slide * to_m.z);
         let Some(stroke) = self.stroke(&from_m, &to_m, radius_m / f64::from(light.z)) else { return };
-        let (width, height) = (self.image.width_px(), self.image.height_px());
+        let (width, height) = (self.picture.image.width_px(), self.picture.image.height_px());
         for row in stroke.rows(height) {
-            for column in stroke.columns(row, width) {
+            let columns = stroke.columns(row, width);
+            self.drawn.push(row * width + columns.start..row * width + columns.end);
+            for column in columns {
                 let at = row * width + column;
                 let ray = self.ray_at(column, row);
-                if self.shaded[at] || ray.z >= 0.0 {
+                // What is fixed stands before the table.
+                let covered = self.picture.depth[at].is_finite();
+                if self.picture.shaded[at] || covered || ray.z >= 0.0 {
                     continue;
                 }
                 let ground = self.eye + ray * (-self.eye.z / ray.z);
                 if body.hit(&ground, &light).is_some() {
-                    self.shaded[at] = true;
-                    let pixel = &mut self.image.pixels_mut()[at];
+                    self.picture.shaded[at] = true;
+                    let pixel = &mut self.picture.image.pixels_mut()[at];
                     *pixel = pixel.map(|c| (f32::from(c) * SHADOW) as u8);
                 }
             }
@@ -347,7 +393,7 @@ mod tests {
             width_px: 780,
             height_px: 580,
         };
-        Renderer::new(&Camera::new(setup).unwrap(), TableTop { width_m: 3.0, y_m: (-2.0, 2.0) }).unwrap()
+        Renderer::new(&Camera::new(setup).unwrap(), TableTop { width_m: 3.0, y_m: (-2.0, 2.0) }, &[]).unwrap()
     }
 
     fn red_pixels(image: &RgbImage) -> Vec<(f64, f64)> {
@@ -398,6 +444,27 @@ mod tests {
         let one = renderer.render(&[high, low]).clone();
         assert_eq!(&one, renderer.render(&[low, high]));
         assert!(one.pixels().iter().all(|p| p[2] < 150 || p[0] > 100), "the blue ball is hidden");
+    }
+
+    /// What is left of an earlier picture, or changed without being said, would be seen as an object.
+    #[test]
+    fn a_picture_depends_on_what_is_there_now_alone_and_says_what_changed() {
+        let ball = |x: f64, z: f64| {
+            let at = Point3::new(x, 0.0, z);
+            Solid { shape: Shape::Capsule(at, at, 0.05), rgb: [255, 0, 0] }
+        };
+        let mut used = renderer();
+        let mut before = used.render(&[]).clone();
+        for (x, z) in [(0.1, 0.1), (0.13, 0.2), (-0.3, 0.1), (5.0, 0.1)] {
+            let image = used.render(&[ball(x, z)]).clone();
+            assert_eq!(&image, renderer().render(&[ball(x, z)]));
+            let mut changed = vec![false; image.pixels().len()];
+            used.changed().for_each(|part| changed[part.clone()].fill(true));
+            for (at, (now, then)) in image.pixels().iter().zip(before.pixels()).enumerate() {
+                assert!(now == then || changed[at]);
+            }
+            before = image;
+        }
     }
 
     #[test]

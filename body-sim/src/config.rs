@@ -5,15 +5,22 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use thiserror::Error;
 
+use crate::gap::Form;
+use crate::noise::Noise;
+
 /// The wide set-up, as shipped.
 pub const WIDE: &str = include_str!("../worlds/wide.toml");
 /// The narrow set-up, as shipped.
 pub const NARROW: &str = include_str!("../worlds/narrow.toml");
+/// A block, a ball and the edge of the table, as shipped.
+pub const BLOCK_AND_BALL: &str = include_str!("../worlds/block-and-ball.toml");
 
 /// Largest world file read, in bytes.
 const FILE_BYTES_MAX: u64 = 1 << 20;
 /// Objects one world may have.
 pub const OBJECTS_MAX: usize = 16;
+/// Pushes one repertoire may have, and places that one world may list.
+pub const LISTED_MAX: usize = 256;
 /// Colours one world may have.
 pub const COLOURS_MAX: usize = 16;
 
@@ -22,7 +29,8 @@ pub const COLOURS_MAX: usize = 16;
 pub enum WorldError {
     /// The file cannot be read.
     #[error(
-        "cannot read world file {path}: {source}; name a readable file, or use the built-in `wide` or `narrow`"
+        "cannot read world file {path}: {source}; name a readable file, or use the built-in `wide`, `narrow` or \
+         `block-and-ball`"
     )]
     Read {
         /// Which file.
@@ -71,6 +79,11 @@ impl<const MIN: i64, const MAX: i64> TryFrom<f64> for Within<MIN, MAX> {
     }
 }
 
+impl<const MAX: i64> Within<0, MAX> {
+    /// Nothing.
+    pub const ZERO: Self = Self(0.0);
+}
+
 impl<const MIN: i64, const MAX: i64> Within<MIN, MAX> {
     /// The number as written.
     #[must_use]
@@ -117,6 +130,12 @@ pub struct WorldFile {
     pub repertoire: Repertoire,
     /// Places for blocks.
     pub positions: Positions,
+    /// Pushes in the repertoire; none in most worlds, and then pushing is no action of the body.
+    #[serde(default)]
+    pub pushes: Vec<Push>,
+    /// Faults of senses and moves; none unless stated.
+    #[serde(default)]
+    pub noise: Noise,
     /// Colours told apart.
     pub colours: Vec<Colour>,
     /// Blocks.
@@ -155,6 +174,14 @@ pub struct Arm {
     pub joint_speed_max_deg_per_s: Within<1, 360>,
     /// Fastest the finger tip moves.
     pub tip_speed_max_mm_per_s: Within<1, 2000>,
+    /// How high over the manifold the finger is carried from posture to posture; 0: it slides along it.
+    pub lift_mm: Within<0, 500>,
+    /// How far before its goal, seen from the base, the finger is set down.
+    pub approach_mm: Within<0, 500>,
+    /// Radius of the links.
+    pub link_radius_mm: Within<1, 200>,
+    /// Radius of elbow and wrist.
+    pub joint_radius_mm: Within<1, 200>,
     /// A move that takes longer ends as timed out.
     pub move_time_max_s: Within<1, 600>,
 }
@@ -239,6 +266,9 @@ pub struct Positions {
     pub table: Within<1, 4096>,
     /// Places that can only be pointed at.
     pub beyond_reach: Within<0, 1024>,
+    /// More places, after those: x, y of each.
+    #[serde(default)]
+    pub at_mm: Vec<PointMm>,
     /// Distance to the picture's edge below which there is no place.
     pub block_edge_px: Within<0, 500>,
     /// Largest error of a placement along x and y.
@@ -246,6 +276,19 @@ pub struct Positions {
     /// Largest error of a placement's turn.
     pub jitter_deg: Within<0, 180>,
 }
+
+/// A push: set down at one point of the table, the finger goes straight to another, on through what it meets.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Push {
+    /// Where the finger is set down: x, y.
+    pub from_mm: PointMm,
+    /// Where it ends: x, y.
+    pub to_mm: PointMm,
+}
+
+/// A point of the table: x, y.
+pub type PointMm = [Within<-10_000, 10_000>; 2];
 
 /// A colour.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -267,12 +310,38 @@ pub struct Object {
     pub name: String,
     /// Its colour: one of the world's colours.
     pub colour: String,
-    /// Length of its edges.
+    /// Its form.
+    #[serde(default)]
+    pub shape: ObjectShape,
+    /// Length of its edges; of a ball, its diameter.
     pub side_mm: Within<5, 200>,
 }
 
+/// The form of an object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ObjectShape {
+    /// A cube.
+    #[default]
+    Block,
+    /// A ball, which rolls.
+    Ball,
+}
+
+impl Object {
+    /// Its form and size.
+    #[must_use]
+    pub fn form(&self) -> Form {
+        let half_m = self.side_mm.metres() / 2.0;
+        match self.shape {
+            ObjectShape::Block => Form::Cube(half_m),
+            ObjectShape::Ball => Form::Ball(half_m),
+        }
+    }
+}
+
 impl WorldFile {
-    /// Reads a world: `wide`, `narrow`, or a path to a file.
+    /// Reads a world: `wide`, `narrow`, `block-and-ball`, or a path to a file.
     ///
     /// # Errors
     /// When the file cannot be read or is not a world; the message has line and column.
@@ -280,6 +349,7 @@ impl WorldFile {
         match name {
             "wide" => Self::parse(name, WIDE),
             "narrow" => Self::parse(name, NARROW),
+            "block-and-ball" => Self::parse(name, BLOCK_AND_BALL),
             path => Self::parse(name, &read(Path::new(path))?),
         }
     }
@@ -318,6 +388,12 @@ impl WorldFile {
                 if names[..index].contains(name) {
                     return Err(format!("{what}: the name {name:?} is given twice; each must be its own"));
                 }
+            }
+        }
+        for (what, count) in [("pushes", self.pushes.len()), ("positions.at_mm", self.positions.at_mm.len())]
+        {
+            if count > LISTED_MAX {
+                return Err(format!("{count} {what}: there may be {LISTED_MAX}"));
             }
         }
         if self.colour_index(&self.finger.colour).is_none() {
@@ -361,6 +437,7 @@ mod tests {
     fn shipped_worlds_parse() {
         WorldFile::load("wide").unwrap();
         WorldFile::load("narrow").unwrap();
+        WorldFile::load("block-and-ball").unwrap();
     }
 
     #[test]
@@ -373,6 +450,24 @@ mod tests {
         assert!(nan.contains("line 12") && nan.contains("NaN"), "{nan}");
         let kind = broken("friction = 0.9", "friction = \"much\"");
         assert!(kind.contains("line 12"), "{kind}");
+    }
+
+    #[test]
+    fn noise_is_checked_like_the_rest_and_may_be_left_out() {
+        let range = broken("blob_missed = 0 ", "blob_missed = 1.5 ");
+        assert!(range.contains("column 15") && range.contains("must be 0 to 1"), "{range}");
+        let unknown = broken("touch_false", "touch_flase");
+        assert!(unknown.contains("line ") && unknown.contains("touch_flase"), "{unknown}");
+        let (before, after) = (WIDE.find("[noise]").unwrap(), WIDE.find("[[colours]]").unwrap());
+        let without = format!("{}{}", &WIDE[..before], &WIDE[after..]);
+        assert_eq!(WorldFile::parse("test", &without).unwrap(), WorldFile::parse("wide", WIDE).unwrap());
+    }
+
+    #[test]
+    fn lists_have_limits() {
+        let places = "[1, 2], ".repeat(LISTED_MAX + 1);
+        let error = broken("jitter_mm", &format!("at_mm = [{places}]\njitter_mm"));
+        assert!(error.contains("257 positions.at_mm") && error.contains("256"), "{error}");
     }
 
     #[test]

@@ -1,10 +1,11 @@
-//! What the simulated body says of itself: its senses, its one action, its scene commands.
+//! What the simulated body says of itself: its senses, its actions, its scene commands.
 
 use pschema_protocol::description::{
     Action, ActionType, Description, ObservationType, Property, Value, ValueKind,
 };
 
 use crate::config::WorldFile;
+use crate::manifold::JointPositions;
 use crate::touch::Side;
 use crate::workspace::{JOINT_RESOLUTION, Workspace};
 
@@ -22,8 +23,11 @@ pub mod observation {
 
 /// Indexes of the actions.
 pub mod action {
-    /// `move{j1, j2}`: go to joint positions.
+    /// `move{j1, j2}`: go to joint positions; a contact ends it.
     pub const MOVE: u16 = 0;
+    /// `push{j1, j2, to_j1, to_j2}`: set the finger down at joint positions, go straight to others, on through
+    /// contact. Only of a body whose world has pushes.
+    pub const PUSH: u16 = 1;
 }
 
 /// Indexes of the scene commands.
@@ -50,6 +54,20 @@ pub fn description(name: &str, workspace: &Workspace) -> Description {
     let object = || property("object", symbols(file.objects.iter().map(|object| object.name.clone())));
     let position = ValueKind::Integer { min: 0, max: (workspace.places.len() as i64 - 1).max(0) };
     let joint = |name| property(name, ValueKind::Real { min: 0.0, max: 1.0, resolution: JOINT_RESOLUTION });
+    let mut actions = vec![ActionType { name: "move".into(), parameters: vec![joint("j1"), joint("j2")] }];
+    if !workspace.pushes.is_empty() {
+        let parameters = ["j1", "j2", "to_j1", "to_j2"].map(joint).to_vec();
+        actions.push(ActionType { name: "push".into(), parameters });
+    }
+    let real = |joints: &JointPositions| [Value::Real(joints.j1), Value::Real(joints.j2)];
+    let moves = workspace
+        .taught
+        .iter()
+        .map(|taught| Action { action: action::MOVE, parameters: real(&taught.joints).to_vec() });
+    let pushes = workspace
+        .pushes
+        .iter()
+        .map(|push| Action { action: action::PUSH, parameters: [real(&push.from), real(&push.to)].concat() });
     Description {
         name: name.to_owned(),
         kind: "sim-arm".to_owned(),
@@ -59,15 +77,8 @@ pub fn description(name: &str, workspace: &Workspace) -> Description {
             sense("touch", false, true, Vec::new()),
             sense("contact", false, true, vec![side]),
         ],
-        actions: vec![ActionType { name: "move".into(), parameters: vec![joint("j1"), joint("j2")] }],
-        repertoire: workspace
-            .taught
-            .iter()
-            .map(|taught| Action {
-                action: action::MOVE,
-                parameters: vec![Value::Real(taught.joints.j1), Value::Real(taught.joints.j2)],
-            })
-            .collect(),
+        actions,
+        repertoire: moves.chain(pushes).collect(),
         scene_commands: vec![
             ActionType { name: "place".into(), parameters: vec![object(), property("position", position)] },
             ActionType { name: "remove".into(), parameters: vec![object()] },

@@ -18,9 +18,13 @@ pub mod camera;
 pub mod config;
 pub mod declare;
 pub mod eye;
+pub mod gap;
 pub mod manifold;
+pub mod noise;
 pub mod objects;
 pub mod pace;
+pub mod random;
+pub mod route;
 pub mod scene;
 pub mod snapshot;
 pub mod touch;
@@ -29,6 +33,7 @@ pub mod world;
 
 use body::SimBody;
 use config::{WorldError, WorldFile};
+use noise::NoiseSetting;
 use snapshot::SnapshotError;
 
 /// How to run the simulated body.
@@ -40,12 +45,17 @@ pub struct SimArgs {
     /// The name this body gives itself; a body that comes back under the same name continues.
     #[arg(long, value_name = "NAME", default_value = "arm")]
     pub body: String,
-    /// The world it lives in: `wide`, `narrow`, or a world file.
-    #[arg(long, value_name = "wide|narrow|FILE", default_value = "wide")]
+    /// The world it lives in: `wide`, `narrow`, `block-and-ball`, or a world file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "wide")]
     pub world: String,
-    /// Decides the small errors of the hand that places blocks; the same seed gives the same run.
+    /// Decides the small errors of the hand that places blocks, and the faults of `[noise]`; the same seed gives
+    /// the same run.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// A fault rate in place of one of the world file's `[noise]`: finger_misplaced, blob_missed, touch_false,
+    /// touch_missed (shares, 0 to 1) or move_error_mm. May be given several times.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub noise: Vec<NoiseSetting>,
     /// Move at the speed of the real arm, instead of as fast as can be computed.
     #[arg(long)]
     pub realtime: bool,
@@ -82,7 +92,9 @@ pub enum SimError {
 /// # Errors
 /// When the world cannot be used.
 pub fn build(args: &SimArgs) -> Result<SimBody, WorldError> {
-    SimBody::new(&args.body, WorldFile::load(&args.world)?, &args.world, args.seed, args.realtime)
+    let mut file = WorldFile::load(&args.world)?;
+    args.noise.iter().for_each(|setting| file.noise.set(*setting));
+    SimBody::new(&args.body, file, &args.world, args.seed, args.realtime)
 }
 
 /// Runs the simulated body until SIGINT or SIGTERM, sent away, or, if asked for, the daemon has gone. With

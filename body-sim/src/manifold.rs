@@ -123,8 +123,7 @@ impl Manifold {
     /// The point that joint positions command. None where the square sticks out over the end of the rim.
     #[must_use]
     pub fn at(&self, joints: JointPositions) -> Option<OnManifold> {
-        let across_m = (joints.j1 * 2.0 - 1.0) * self.lateral_max_m;
-        let outwards_m = self.nearest_m + joints.j2 * (self.arc_max_m - self.nearest_m);
+        let (across_m, outwards_m) = self.square_m(joints);
         let arc_m = (across_m * across_m + outwards_m * outwards_m).sqrt();
         let inside = arc_m <= self.arc_max_m + 1e-9;
         inside.then(|| OnManifold { bearing_rad: libm::atan2(across_m, outwards_m), arc_m })
@@ -134,7 +133,20 @@ impl Manifold {
     #[must_use]
     pub fn joints(&self, point: OnManifold) -> JointPositions {
         let (sine, cosine) = libm::sincos(point.bearing_rad);
-        let (across_m, outwards_m) = (point.arc_m * sine, point.arc_m * cosine);
+        self.joints_on_square((point.arc_m * sine, point.arc_m * cosine))
+    }
+
+    /// Where joint positions are on the square that they span, in metres across and outwards from the base's
+    /// axis. Over the flat part these are x and y of the tip.
+    #[must_use]
+    pub fn square_m(&self, joints: JointPositions) -> (f64, f64) {
+        let across_m = (joints.j1 * 2.0 - 1.0) * self.lateral_max_m;
+        (across_m, self.nearest_m + joints.j2 * (self.arc_max_m - self.nearest_m))
+    }
+
+    /// The joint positions at a place on that square; the inverse of [`Self::square_m`].
+    #[must_use]
+    pub fn joints_on_square(&self, (across_m, outwards_m): (f64, f64)) -> JointPositions {
         JointPositions {
             j1: (across_m / self.lateral_max_m + 1.0) / 2.0,
             j2: (outwards_m - self.nearest_m) / (self.arc_max_m - self.nearest_m),

@@ -1,6 +1,7 @@
 //! Placing blocks as a person would: near the place meant, turned a little. The errors follow from the seed
 //! and the number of placements before, so a run is repeatable.
 
+use crate::random::SplitMix;
 use crate::workspace::{Place, Workspace};
 use crate::world::World;
 
@@ -39,7 +40,7 @@ impl Hand {
         block: usize,
         place: &Place,
     ) -> Result<(), Refusal> {
-        let mut random = SplitMix(self.seed ^ (self.placements + 1).wrapping_mul(0xD1B5_4A32_D192_ED03));
+        let mut random = SplitMix::new(self.seed ^ (self.placements + 1).wrapping_mul(0xD1B5_4A32_D192_ED03));
         let positions = &workspace.file.positions;
         let jitter_m = positions.jitter_mm.metres();
         let x_m = place.centre_m.0 + jitter_m * random.within_one();
@@ -61,38 +62,5 @@ fn overlap(world: &World, block: usize, other: usize, at: (f64, f64)) -> bool {
     let Some(there) = world.block(other) else { return false };
     let there = there.translation.vector;
     let apart = ((there.x - at.0) * (there.x - at.0) + (there.y - at.1) * (there.y - at.1)).sqrt();
-    apart < (world.block_side_m(block) + world.block_side_m(other)) * std::f64::consts::FRAC_1_SQRT_2
-}
-
-/// SplitMix64 (Steele, Lea and Flood 2014).
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// Evenly between -1 and 1.
-    fn within_one(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn errors_are_even_and_bounded() {
-        let mut random = SplitMix(42);
-        let drawn: Vec<f64> = (0..10_000).map(|_| random.within_one()).collect();
-        assert!(drawn.iter().all(|x| (-1.0..1.0).contains(x)));
-        let mean = drawn.iter().sum::<f64>() / 1e4;
-        let square = drawn.iter().map(|x| x * x).sum::<f64>() / 1e4;
-        assert!(mean.abs() < 0.02 && (square - 1.0 / 3.0).abs() < 0.02, "{mean} {square}");
-    }
+    apart < world.form(block).reach_m() + world.form(other).reach_m()
 }

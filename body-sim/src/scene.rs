@@ -1,18 +1,16 @@
 //! What there is to see: the arm's links, the finger and the blocks, as solids for the renderer.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
 use crate::arm::Posture;
 use crate::camera::{Shape, Solid, TableTop};
 use crate::config::WorldFile;
+use crate::gap::Form;
 use crate::world::World;
 
-/// Thickness of the links in metres, and their paint: greys, which are no colour to the eye.
-const COLUMN_RADIUS_M: f64 = 0.055;
-const UPPER_ARM_RADIUS_M: f64 = 0.034;
-const FOREARM_RADIUS_M: f64 = 0.024;
-const ELBOW_RADIUS_M: f64 = 0.040;
-const WRIST_RADIUS_M: f64 = 0.019;
+/// Radius of the column that carries the arm, in metres.
+const COLUMN_RADIUS_M: f64 = 0.040;
+/// The arm's paint: greys, which are no colour to the eye.
 const LINK_RGB: [u8; 3] = [150, 153, 158];
 const JOINT_RGB: [u8; 3] = [66, 68, 72];
 const SHAFT_RGB: [u8; 3] = [48, 49, 52];
@@ -24,13 +22,24 @@ pub fn table_top(file: &WorldFile) -> TableTop {
     TableTop { width_m: file.table.width_mm.metres(), y_m: (near_m, near_m + file.table.depth_mm.metres()) }
 }
 
-/// Everything on the table, for one picture.
+/// What never moves: the column that carries the arm.
+#[must_use]
+pub fn fixed(file: &WorldFile) -> Vec<Solid> {
+    let shoulder_m = Point3::new(0.0, 0.0, file.arm.shoulder_height_mm.metres());
+    vec![Solid { shape: Shape::Capsule(Point3::origin(), shoulder_m, COLUMN_RADIUS_M), rgb: JOINT_RGB }]
+}
+
+/// Everything else, for one picture.
 #[must_use]
 pub fn solids(file: &WorldFile, world: &World, posture: &Posture) -> Vec<Solid> {
     let mut solids = arm(file, posture);
     for (index, object) in file.objects.iter().enumerate() {
         if let Some(pose) = world.block(index) {
-            let shape = Shape::Cube(pose, object.side_mm.metres() / 2.0);
+            let centre = Point3::from(pose.translation.vector);
+            let shape = match world.form(index) {
+                Form::Cube(half_m) => Shape::Cube(pose, half_m),
+                Form::Ball(radius_m) => Shape::Capsule(centre, centre, radius_m),
+            };
             solids.push(Solid { shape, rgb: paint(file, &object.colour) });
         }
     }
@@ -43,14 +52,14 @@ fn arm(file: &WorldFile, posture: &Posture) -> Vec<Solid> {
         rgb,
     };
     let Posture { shoulder_m, elbow_m, wrist_m, tip_m, .. } = *posture;
-    let foot_m = shoulder_m - Vector3::z() * shoulder_m.z;
+    let (link_radius_m, joint_radius_m) =
+        (file.arm.link_radius_mm.metres(), file.arm.joint_radius_mm.metres());
     vec![
-        link(foot_m, shoulder_m, COLUMN_RADIUS_M, JOINT_RGB),
-        link(shoulder_m, elbow_m, UPPER_ARM_RADIUS_M, LINK_RGB),
-        link(elbow_m, elbow_m, ELBOW_RADIUS_M, JOINT_RGB),
-        link(elbow_m, wrist_m, FOREARM_RADIUS_M, LINK_RGB),
+        link(shoulder_m, elbow_m, link_radius_m, LINK_RGB),
+        link(elbow_m, elbow_m, joint_radius_m, JOINT_RGB),
+        link(elbow_m, wrist_m, link_radius_m, LINK_RGB),
         // The wrist's joint sits on the finger's far end, up the forearm, away from the tip.
-        link(wrist_m, wrist_m, WRIST_RADIUS_M, JOINT_RGB),
+        link(wrist_m, wrist_m, joint_radius_m, JOINT_RGB),
         link(tip_m, wrist_m, file.finger.shaft_radius_mm.metres(), SHAFT_RGB),
         link(tip_m, tip_m, file.finger.ball_radius_mm.metres(), paint(file, &file.finger.colour)),
     ]

@@ -6,8 +6,9 @@ use pschema_vision::camera::{Camera, CameraSetup};
 use pschema_vision::fields::VisualFields;
 
 use crate::arm::Arm;
-use crate::config::{WorldError, WorldFile};
+use crate::config::{PointMm, Push, WorldError, WorldFile};
 use crate::manifold::{JointPositions, Manifold, ManifoldSetup, OnManifold};
+use crate::route::Waypoint;
 
 /// Joint positions are declared, compared and taught in steps of this.
 pub const JOINT_RESOLUTION: f64 = 0.001;
@@ -27,6 +28,15 @@ pub struct Taught {
     pub joints: JointPositions,
     /// Whether the tip is then at table height; otherwise it is raised on the rim.
     pub flat: bool,
+}
+
+/// A push in the repertoire.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pushing {
+    /// Where the finger is set down, in whole multiples of [`JOINT_RESOLUTION`].
+    pub from: JointPositions,
+    /// Where it ends, likewise.
+    pub to: JointPositions,
 }
 
 /// A place for a block.
@@ -55,7 +65,10 @@ pub struct Workspace {
     pub fields: VisualFields,
     /// One posture for each reachable field, ordered by field.
     pub taught: Vec<Taught>,
-    /// Places for blocks: those within reach first, then those beyond; each ordered by field.
+    /// The pushes that the file lists.
+    pub pushes: Vec<Pushing>,
+    /// Places for blocks: those within reach first, then those beyond, each ordered by field; then those that
+    /// the file lists.
     pub places: Vec<Place>,
 }
 
@@ -86,8 +99,16 @@ impl Workspace {
         let pitch_px = file.vision.field_pitch_px.get();
         let (width_px, height_px) = (camera.setup().width_px, camera.setup().height_px);
         let fields = VisualFields::new(width_px, height_px, pitch_px).map_err(|e| e.to_string())?;
-        let mut workspace =
-            Self { file, arm, manifold, camera, fields, taught: Vec::new(), places: Vec::new() };
+        let mut workspace = Self {
+            file,
+            arm,
+            manifold,
+            camera,
+            fields,
+            taught: Vec::new(),
+            pushes: Vec::new(),
+            places: Vec::new(),
+        };
         workspace.check_rest_is_out_of_sight()?;
         workspace.taught = workspace.teach();
         let (found, stated) = (workspace.taught.len(), workspace.file.repertoire.fields.count());
@@ -97,6 +118,8 @@ impl Workspace {
                  or the arm's lengths, the camera or vision.field_pitch_px"
             ));
         }
+        workspace.pushes =
+            workspace.file.pushes.iter().map(|push| workspace.pushing(push)).collect::<Result<_, _>>()?;
         workspace.places = workspace.lay_places()?;
         Ok(workspace)
     }
@@ -139,6 +162,28 @@ impl Workspace {
         taught.collect()
     }
 
+    fn pushing(&self, push: &Push) -> Result<Pushing, String> {
+        let joints = |point_mm: &PointMm| {
+            let (x_m, y_m) = (point_mm[0].metres(), point_mm[1].metres());
+            let joints = rounded(self.manifold.joints_on_square((x_m, y_m)));
+            let commanded = (0.0..=1.0).contains(&joints.j1) && (0.0..=1.0).contains(&joints.j2);
+            let flat = self.manifold.at(joints).is_some_and(|point| self.manifold.is_flat(point));
+            if commanded && flat {
+                return Ok(joints);
+            }
+            Err(format!(
+                "a push at ({:.0}, {:.0}) mm: not a point that the finger reaches over the table; it must be {:.0} \
+                 to {:.0} mm from the base and y at least {:.0} mm",
+                x_m * 1e3,
+                y_m * 1e3,
+                self.manifold.nearest_m * 1e3,
+                self.manifold.flat_reach_m * 1e3,
+                self.manifold.nearest_m * 1e3
+            ))
+        };
+        Ok(Pushing { from: joints(&push.from_mm)?, to: joints(&push.to_mm)? })
+    }
+
     fn lay_places(&self) -> Result<Vec<Place>, String> {
         let positions = &self.file.positions;
         let within = self.candidates(|taught| taught.flat, true);
@@ -156,7 +201,28 @@ impl Workspace {
             // Spread evenly over all there are. Of more places than fields, some share a field.
             places.extend((0..wanted).map(|index| candidates[index * candidates.len() / wanted]));
         }
+        for point_mm in &positions.at_mm {
+            places.push(self.listed(point_mm)?);
+        }
         Ok(places)
+    }
+
+    /// A place that the file lists.
+    fn listed(&self, point_mm: &PointMm) -> Result<Place, String> {
+        let (x, y) = (point_mm[0].metres(), point_mm[1].metres());
+        let apparent = Point3::new(x, y, self.block_side_m_max() * SEEN_HEIGHT_SHARE);
+        let seen = self.camera.project(&apparent).and_then(|(u, v)| self.fields.field_at(u, v));
+        let place = seen.map(|field| {
+            let within_reach = (x * x + y * y).sqrt() <= self.manifold.flat_reach_m;
+            Place { field, centre_m: (x, y), within_reach }
+        });
+        place.filter(|place| self.on_table(place, self.block_side_m_max() / 2.0)).ok_or_else(|| {
+            format!(
+                "positions.at_mm: ({:.0}, {:.0}) mm is not on the table, or the camera does not see it",
+                x * 1e3,
+                y * 1e3
+            )
+        })
     }
 
     /// Places for the largest block at the centre of taught fields.
@@ -171,7 +237,7 @@ impl Workspace {
             let centre = self.camera.on_plane(u, v, block_m * SEEN_HEIGHT_SHARE)?;
             let place = Place { field: taught.field, centre_m: (centre.x, centre.y), within_reach };
             let possible = if within_reach { self.clear_of_rest(&place) } else { self.out_of_reach(&place) };
-            (possible && self.on_table(&place)).then_some(place)
+            (possible && self.on_table(&place, block_m)).then_some(place)
         };
         self.taught.iter().filter(|taught| wanted(taught)).filter_map(at_field).collect()
     }
@@ -202,12 +268,13 @@ impl Workspace {
         self.file.objects.iter().map(|object| object.side_mm.metres()).fold(0.0, f64::max)
     }
 
-    fn on_table(&self, place: &Place) -> bool {
-        let margin_m = self.block_side_m_max();
+    /// Whether a place is on the table, at least `margin_m` from its edge.
+    fn on_table(&self, place: &Place, margin_m: f64) -> bool {
         let table = &self.file.table;
         let front_m = table.depth_mm.metres() - table.behind_mm.metres();
         place.centre_m.0.abs() + margin_m < table.width_mm.metres() / 2.0
             && place.centre_m.1 + margin_m < front_m
+            && place.centre_m.1 - margin_m > -table.behind_mm.metres()
     }
 
     fn inside_px(&self, u: f64, v: f64, edge_px: f64) -> bool {
@@ -246,6 +313,17 @@ fn check_arm(file: &WorldFile, arm: &Arm, manifold: &Manifold) -> Result<(), Str
             "finger.shaft_radius_mm must be less than finger.ball_radius_mm, or it hides the ball".into()
         );
     }
+    let carried_m = file.manifold.tip_height_mm.metres() + file.arm.lift_mm.metres();
+    let tallest_m = file.objects.iter().map(|object| object.side_mm.metres()).fold(0.0, f64::max);
+    let clear_m = tallest_m + file.finger.ball_radius_mm.metres() + CLEARANCE_M;
+    if file.arm.lift_mm.get() > 0.0 && carried_m < clear_m {
+        return Err(format!(
+            "the finger is carried {:.0} mm over the table but must be {:.0} mm over it to pass over every object; \
+             raise arm.lift_mm, or make it 0 for a finger that slides along its manifold",
+            carried_m * 1e3,
+            clear_m * 1e3
+        ));
+    }
     let steps = 200;
     for step in 0..=steps {
         let share = f64::from(step) / f64::from(steps);
@@ -257,6 +335,15 @@ fn check_arm(file: &WorldFile, arm: &Arm, manifold: &Manifold) -> Result<(), Str
                 arc_m * 1e3
             ));
         };
+        let point = OnManifold { bearing_rad: 0.0, arc_m };
+        let lifted = Waypoint { joints: manifold.joints(point), lift_m: file.arm.lift_mm.metres() };
+        if arm.posture_by(manifold, lifted).is_none() {
+            return Err(format!(
+                "the links do not reach {:.0} mm above the manifold {:.0} mm from the axis; lower arm.lift_mm",
+                lifted.lift_m * 1e3,
+                arc_m * 1e3
+            ));
+        }
         if posture.elbow_m.z < JOINT_HEIGHT_M_MIN || posture.wrist_m.z < JOINT_HEIGHT_M_MIN {
             return Err(format!(
                 "elbow or wrist come within {:.0} mm of the table when the finger is {:.0} mm from the axis; raise \
@@ -272,6 +359,7 @@ fn check_arm(file: &WorldFile, arm: &Arm, manifold: &Manifold) -> Result<(), Str
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::{BLOCK_AND_BALL, WIDE};
 
     fn workspace(world: &str) -> Workspace {
         Workspace::new(world, WorldFile::load(world).unwrap()).unwrap()
@@ -296,6 +384,41 @@ mod tests {
         file.repertoire.fields = crate::config::Within::try_from(100.0).unwrap();
         let error = Workspace::new("wide", file).unwrap_err().to_string();
         assert!(error.contains("224 fields") && error.contains("states 100"), "{error}");
+    }
+
+    /// What came of replacing some of a shipped world's text.
+    fn refused(world: &str, from: &str, to: &str) -> String {
+        assert!(world.contains(from), "the shipped world has no {from:?} any more");
+        let file = WorldFile::parse("test", &world.replacen(from, to, 1)).unwrap();
+        Workspace::new("test", file).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn listed_places_come_last_and_must_be_on_the_table_in_sight() {
+        let file = WorldFile::load("block-and-ball").unwrap();
+        let workspace = Workspace::new("block-and-ball", file).unwrap();
+        let [.., block, ball] = workspace.places.as_slice() else { panic!("there are listed places") };
+        assert_eq!((block.centre_m, ball.centre_m), ((0.132, 0.444), (0.29, 0.444)));
+        assert!(block.within_reach && ball.within_reach && ball.field == block.field + 2);
+        for elsewhere in ["[400, 444]", "[0, 5000]"] {
+            let error = refused(BLOCK_AND_BALL, "[290, 444]", elsewhere);
+            assert!(error.contains("positions.at_mm"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_push_beyond_reach_is_refused_with_figures() {
+        let error = refused(BLOCK_AND_BALL, "to_mm = [149, 444]", "to_mm = [149, 944]");
+        assert!(error.contains("(149, 944) mm") && error.contains("120 to"), "{error}");
+    }
+
+    #[test]
+    fn a_finger_carried_too_low_or_too_high_is_refused_with_figures() {
+        let high_rim = WIDE.replacen("rim_height_mm = 180", "rim_height_mm = 300", 1);
+        let error = refused(&high_rim, "lift_mm = 50", "lift_mm = 500");
+        assert!(error.contains("500 mm above the manifold"), "{error}");
+        let error = refused(WIDE, "lift_mm = 50", "lift_mm = 10");
+        assert!(error.contains("22 mm over the table") && error.contains("34 mm"), "{error}");
     }
 
     #[test]

@@ -5,11 +5,12 @@
 //! The other links are not solid here, because the work space is checked to keep them above every block.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-use rapier3d::parry::query;
 use rapier3d::prelude::{
-    ColliderBuilder, ColliderHandle, Group, InteractionGroups, InteractionTestMode, PhysicsWorld, Pose,
-    RigidBodyBuilder, RigidBodyHandle, Rotation, Vector,
+    ColliderBuilder, Group, InteractionGroups, InteractionTestMode, PhysicsWorld, Pose, RigidBodyBuilder,
+    RigidBodyHandle, Rotation, Vector,
 };
+
+use crate::gap::{Form, gap, near};
 
 /// Steps of physics in a second. At a fourth of it the finger sinks millimetres into blocks.
 pub const STEPS_PER_S: u32 = 240;
@@ -23,7 +24,9 @@ const STILL_RAD_PER_S: f32 = 0.05;
 /// Density of blocks in kg/m3: beech.
 const DENSITY: f32 = 700.0;
 /// How far from the finger contacts are looked for, in metres.
-const LOOK_M: f32 = 0.005;
+const LOOK_M: f64 = 0.005;
+/// How fast a rolling ball slows down, in 1/s: felt under the table's paper.
+const ROLLING_DAMPING: f32 = 0.8;
 const TABLE_THICKNESS_M: f64 = 0.04;
 
 /// What a world is built from, in metres.
@@ -41,8 +44,8 @@ pub struct WorldSetup {
     pub shaft_radius_m: f64,
     /// Where the shaft ends at the wrist, in the finger's frame.
     pub wrist_from_tip_m: Vector3<f64>,
-    /// Edge length of each block.
-    pub block_sides_m: Vec<f64>,
+    /// Form and size of each block. A ball is a block that rolls.
+    pub blocks: Vec<Form>,
 }
 
 /// How the finger and one block stand to each other.
@@ -60,14 +63,15 @@ pub struct Gap {
 pub struct World {
     physics: PhysicsWorld,
     finger: RigidBodyHandle,
-    finger_parts: [ColliderHandle; 2],
+    ball_radius_m: f64,
+    shaft_radius_m: f64,
+    wrist_from_tip_m: Point3<f64>,
     blocks: Vec<Block>,
 }
 
 struct Block {
     body: RigidBodyHandle,
-    collider: ColliderHandle,
-    side_m: f64,
+    form: Form,
     present: bool,
 }
 
@@ -93,7 +97,7 @@ impl World {
         // The finger meets blocks and nothing else.
         let (finger_group, block_group) = (Group::GROUP_1, Group::GROUP_2);
         let only_blocks = InteractionGroups::new(finger_group, block_group, InteractionTestMode::And);
-        let (finger, ball) = physics.insert(
+        let (finger, _) = physics.insert(
             RigidBodyBuilder::kinematic_position_based().pose(pose(finger)).can_sleep(false),
             ColliderBuilder::ball(setup.ball_radius_m as f32)
                 .friction(friction)
@@ -104,19 +108,24 @@ impl World {
             vector(&setup.wrist_from_tip_m),
             setup.shaft_radius_m as f32,
         );
-        let shaft =
-            physics.insert_collider(shaft.friction(friction).collision_groups(only_blocks), Some(finger));
+        physics.insert_collider(shaft.friction(friction).collision_groups(only_blocks), Some(finger));
 
         let all = InteractionGroups::new(block_group, Group::ALL, InteractionTestMode::And);
-        let blocks = setup.block_sides_m.iter().map(|&side_m| {
-            let half = side_m as f32 / 2.0;
-            let cube = ColliderBuilder::cuboid(half, half, half).density(DENSITY).friction(friction);
+        let blocks = setup.blocks.iter().map(|&form| {
+            let half = form.half_m() as f32;
+            let (shape, damping) = match form {
+                Form::Cube(_) => (ColliderBuilder::cuboid(half, half, half), 0.0),
+                Form::Ball(_) => (ColliderBuilder::ball(half), ROLLING_DAMPING),
+            };
             let away = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.0, -1.0)).enabled(false);
-            let (body, collider) = physics.insert(away, cube.collision_groups(all));
-            Block { body, collider, side_m, present: false }
+            let shape = shape.density(DENSITY).friction(friction).collision_groups(all);
+            let (body, _) = physics.insert(away.angular_damping(damping), shape);
+            Block { body, form, present: false }
         });
         let blocks = blocks.collect();
-        Self { physics, finger, finger_parts: [ball, shaft], blocks }
+        let wrist_from_tip_m = Point3::from(setup.wrist_from_tip_m);
+        let WorldSetup { ball_radius_m, shaft_radius_m, .. } = *setup;
+        Self { physics, finger, ball_radius_m, shaft_radius_m, wrist_from_tip_m, blocks }
     }
 
     /// How many blocks there are, present or not.
@@ -125,21 +134,17 @@ impl World {
         self.blocks.len()
     }
 
-    /// Edge length of a block in metres.
+    /// A block's form and size.
     #[must_use]
-    pub fn block_side_m(&self, block: usize) -> f64 {
-        self.blocks[block].side_m
+    pub fn form(&self, block: usize) -> Form {
+        self.blocks[block].form
     }
 
     /// Where a block's centre is and how it is turned; None when it is not there.
     #[must_use]
     pub fn block(&self, block: usize) -> Option<Isometry3<f64>> {
         let block = self.blocks.get(block).filter(|block| block.present)?;
-        let pose = self.physics.bodies[block.body].position();
-        let (t, r) = (pose.translation, pose.rotation);
-        let turn = nalgebra::Quaternion::new(f64::from(r.w), f64::from(r.x), f64::from(r.y), f64::from(r.z));
-        let translation = Translation3::new(f64::from(t.x), f64::from(t.y), f64::from(t.z));
-        Some(Isometry3::from_parts(translation, UnitQuaternion::new_normalize(turn)))
+        Some(isometry(self.physics.bodies[block.body].position()))
     }
 
     /// Puts a block on the table, upright: x, y of its centre and its turn about the vertical.
@@ -148,7 +153,7 @@ impl World {
         block.present = true;
         let (sine, cosine) = libm::sincos(yaw_rad / 2.0);
         let turn = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(cosine, 0.0, 0.0, sine));
-        let at = Isometry3::from_parts(Translation3::new(x_m, y_m, block.side_m / 2.0), turn);
+        let at = Isometry3::from_parts(Translation3::new(x_m, y_m, block.form.half_m()), turn);
         let body = &mut self.physics.bodies[block.body];
         body.set_enabled(true);
         body.set_position(pose(&at), true);
@@ -215,19 +220,19 @@ impl World {
     }
 
     fn gap(&self, index: usize) -> Option<Gap> {
-        let block = self.blocks.get(index).filter(|block| block.present)?;
-        let block_shape = self.physics.colliders[block.collider].shape();
-        let block_pose = *self.physics.bodies[block.body].position();
-        let finger = *self.physics.bodies[self.finger].position();
-        let nearest = self.finger_parts.iter().filter_map(|&part| {
-            let part = &self.physics.colliders[part];
-            let part_pose = finger * part.position_wrt_parent().copied().unwrap_or(Pose::IDENTITY);
-            query::contact(&part_pose, part.shape(), &block_pose, block_shape, LOOK_M).ok().flatten()
-        });
-        let nearest = nearest.min_by(|a, b| a.dist.total_cmp(&b.dist))?;
-        let n = nearest.normal1;
-        let direction = Vector3::new(f64::from(n.x), f64::from(n.y), f64::from(n.z));
-        Some(Gap { block: index, distance_m: f64::from(nearest.dist), direction })
+        let at = self.block(index)?;
+        let form = self.blocks[index].form;
+        let finger = isometry(self.physics.bodies[self.finger].position());
+        let tip = Point3::from(finger.translation.vector);
+        let wrist = finger * self.wrist_from_tip_m;
+        let parts = [(tip, tip, self.ball_radius_m), (tip, wrist, self.shaft_radius_m)];
+        let centre = Point3::from(at.translation.vector);
+        if !parts.iter().any(|part| near(*part, &centre, form, LOOK_M)) {
+            return None;
+        }
+        let gaps = parts.map(|part| gap(part, &at, form));
+        let (distance_m, direction) = if gaps[1].0 < gaps[0].0 { gaps[1] } else { gaps[0] };
+        (distance_m < LOOK_M).then_some(Gap { block: index, distance_m, direction })
     }
 }
 
@@ -238,6 +243,13 @@ fn vector(v: &Vector3<f64>) -> Vector {
 fn pose(at: &Isometry3<f64>) -> Pose {
     let r = at.rotation.coords.map(|x| x as f32);
     Pose::from_parts(vector(&at.translation.vector), Rotation::from_xyzw(r.x, r.y, r.z, r.w))
+}
+
+fn isometry(pose: &Pose) -> Isometry3<f64> {
+    let (t, r) = (pose.translation, pose.rotation);
+    let turn = nalgebra::Quaternion::new(f64::from(r.w), f64::from(r.x), f64::from(r.y), f64::from(r.z));
+    let translation = Translation3::new(f64::from(t.x), f64::from(t.y), f64::from(t.z));
+    Isometry3::from_parts(translation, UnitQuaternion::new_normalize(turn))
 }
 
 #[cfg(test)]
@@ -256,7 +268,7 @@ mod tests {
             ball_radius_m: 0.008,
             shaft_radius_m: 0.003,
             wrist_from_tip_m: Vector3::new(0.0, -0.08, 0.115),
-            block_sides_m: vec![0.025, 0.025],
+            blocks: vec![Form::Cube(0.0125), Form::Cube(0.0125)],
         };
         World::new(&setup, finger)
     }

@@ -1,77 +1,15 @@
 //! What a learner relies on, driving the body as a daemon would, without one.
 
+mod common;
+
 use std::collections::BTreeSet;
 
+use common::{BLUE_BLOCK, Choices, Frame, block_xy, body, body_in, moved_m, place, places, reach, sense};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Value};
 use pschema_sim::body::SimBody;
-use pschema_sim::config::WorldFile;
+use pschema_sim::config::WIDE;
 use pschema_sim::declare::{action, observation, scene};
-use pschema_sim::workspace::Place;
-
-const BLUE_BLOCK: u32 = 0;
-
-fn body(world: &str, seed: u64) -> SimBody {
-    println!("world {world}, seed {seed}");
-    let file = WorldFile::load(world).expect("a shipped world");
-    SimBody::new("arm", file, world, seed, false).expect("a consistent world")
-}
-
-fn reach(body: &mut SimBody, field: usize) -> Outcome {
-    let taught = *body.workspace().taught_for(field).expect("a field of a place is reachable");
-    let parameters = vec![Value::Real(taught.joints.j1), Value::Real(taught.joints.j2)];
-    body.act(&Action { action: action::MOVE, parameters })
-}
-
-fn place(body: &mut SimBody, object: u32, position: usize) -> Outcome {
-    let parameters = vec![Value::Symbol(object), Value::Integer(position as i64)];
-    body.arrange(&Action { action: scene::PLACE, parameters })
-}
-
-fn places(body: &SimBody, within_reach: bool) -> Vec<(usize, Place)> {
-    let places = body.workspace().places.iter().copied().enumerate();
-    places.filter(|(_, place)| place.within_reach == within_reach).collect()
-}
-
-/// A frame, taken apart.
-#[derive(Debug, Default, PartialEq)]
-struct Frame {
-    finger: Option<i64>,
-    objects: Vec<(u32, i64)>,
-    touch: bool,
-    contacts: Vec<u32>,
-}
-
-fn sense(body: &mut SimBody) -> Frame {
-    let mut senses = Senses::default();
-    body.sense(&mut senses);
-    let mut frame = Frame::default();
-    for observed in senses.observations() {
-        match (observed.observation_type, observed.values.as_slice()) {
-            (observation::FINGER, &[Value::Symbol(0), Value::Integer(field)]) => {
-                assert_eq!(frame.finger.replace(field), None, "one finger");
-            }
-            (observation::OBJECT, &[Value::Symbol(colour), Value::Integer(field)]) => {
-                frame.objects.push((colour, field));
-            }
-            (observation::TOUCH, []) => frame.touch = true,
-            (observation::CONTACT, &[Value::Symbol(side)]) => frame.contacts.push(side),
-            other => panic!("not declared: {other:?}"),
-        }
-    }
-    frame
-}
-
-/// How far a block has been moved along the table, in metres.
-fn moved_m(body: &SimBody, before: (f64, f64)) -> f64 {
-    let now = body.world().block(BLUE_BLOCK as usize).expect("the block is still there").translation.vector;
-    ((now.x - before.0).powi(2) + (now.y - before.1).powi(2)).sqrt()
-}
-
-fn block_xy(body: &SimBody) -> (f64, f64) {
-    let at = body.world().block(BLUE_BLOCK as usize).expect("the block is there").translation.vector;
-    (at.x, at.y)
-}
 
 #[test]
 fn the_finger_is_seen_in_as_many_fields_as_published() {
@@ -143,6 +81,67 @@ fn a_block_beyond_reach_is_pointed_at() {
     }
 }
 
+/// Scenario 3 of the paper tries every posture with a block at every place. What a posture does must not depend
+/// on the block, except at the block.
+#[test]
+fn every_posture_leads_to_its_field_whatever_stands_on_the_table() {
+    for world in ["wide", "narrow"] {
+        let mut body = body(world, 8);
+        let repertoire = body.describe().repertoire;
+        let fields: Vec<i64> = body.workspace().taught.iter().map(|taught| taught.field as i64).collect();
+        let (mut pairs, mut unseen) = (0, 0);
+        for (position, at) in places(&body, true).into_iter().step_by(17) {
+            assert_eq!(place(&mut body, BLUE_BLOCK, position), Outcome::Done);
+            // A step that has no factor in common with either number of postures, to come from all sides.
+            for index in (0..repertoire.len()).map(|index| index * 101 % repertoire.len()) {
+                assert_eq!(body.act(&repertoire[index]), Outcome::Done);
+                let frame = sense(&mut body);
+                assert_eq!(frame.finger, Some(fields[index]), "position {position}");
+                assert_eq!(frame.touch, fields[index] == at.field as i64, "position {position}: {frame:?}");
+                pairs += 1;
+                match frame.objects.as_slice() {
+                    [] => unseen += 1,
+                    seen => assert_eq!(seen, [(0, at.field as i64)], "position {position}"),
+                }
+            }
+        }
+        println!("hidden in {unseen} of {pairs}");
+        assert!(unseen * 1000 <= pairs * 3, "hidden in {unseen} of {pairs}");
+    }
+}
+
+#[test]
+fn faults_of_the_world_file_are_felt_and_repeat_for_a_seed() {
+    let noisy = WIDE
+        .replacen("finger_misplaced = 0 ", "finger_misplaced = 0.2 ", 1)
+        .replacen("blob_missed = 0 ", "blob_missed = 0.1 ", 1)
+        .replacen("touch_false = 0 ", "touch_false = 0.3 ", 1)
+        .replacen("move_error_mm = 0 ", "move_error_mm = 4 ", 1);
+    let run = |seed| {
+        let mut body = body_in(&noisy, seed);
+        let repertoire = body.describe().repertoire;
+        let fields: Vec<i64> = body.workspace().taught.iter().map(|taught| taught.field as i64).collect();
+        let mut frames = Vec::new();
+        for (posture, field) in repertoire.iter().zip(fields) {
+            assert_eq!(body.act(posture), Outcome::Done);
+            frames.push((field, sense(&mut body)));
+        }
+        frames
+    };
+    let frames = run(1);
+    let share = |is: &dyn Fn(&(i64, Frame)) -> bool| {
+        frames.iter().filter(|frame| is(frame)).count() as f64 / frames.len() as f64
+    };
+    let missed = share(&|(_, frame)| frame.finger.is_none());
+    let misplaced = share(&|(field, frame)| frame.finger.is_some_and(|seen| seen != *field));
+    let felt = share(&|(_, frame)| frame.touch);
+    println!("missed {missed}, misplaced {misplaced}, felt {felt}");
+    assert!((0.04..0.18).contains(&missed) && (0.1..0.28).contains(&misplaced), "{missed} {misplaced}");
+    assert!((0.2..0.4).contains(&felt), "{felt}");
+    assert_eq!(frames, run(1));
+    assert_ne!(frames, run(2));
+}
+
 /// A learner repeats what excites it: the block must not wander off because it is touched again.
 #[test]
 fn a_block_touched_again_stays_in_its_field() {
@@ -162,10 +161,11 @@ fn a_block_touched_again_stays_in_its_field() {
     assert!(kept >= 98, "{kept}");
 }
 
-/// The touch reflex works at any speed and from any side.
+/// The touch reflex works at any speed and from any side: here of a finger that slides from posture to posture
+/// and so meets more than it is sent to.
 #[test]
 fn a_block_met_on_the_way_is_hardly_pushed() {
-    let mut body = body("wide", 6);
+    let mut body = body_in(&WIDE.replacen("lift_mm = 50", "lift_mm = 0", 1), 6);
     let repertoire = body.describe().repertoire;
     let mut choices = Choices(3);
     let (mut met, mut furthest_m) = (0, 0.0_f64);
@@ -184,16 +184,6 @@ fn a_block_met_on_the_way_is_hardly_pushed() {
     println!("met {met} times, pushed {:.2} mm at most", furthest_m * 1e3);
     assert!(met >= 10, "{met}");
     assert!(furthest_m < 0.008, "{furthest_m} m");
-}
-
-/// A small generator for the tests' own choices.
-struct Choices(u64);
-
-impl Choices {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 33) as usize) % limit
-    }
 }
 
 /// Moves at random among blocks, as babbling does; every frame.
@@ -226,14 +216,15 @@ fn random_moves_leave_blocks_on_the_table() {
         let at = body.world().block(block).unwrap_or_else(|| panic!("block {block} is lost"));
         assert!(at.translation.vector.iter().all(|x| x.is_finite()));
         let height_m = at.translation.vector.z;
-        assert!((0.0115..0.05).contains(&height_m), "block {block} is at {height_m} m");
+        assert!((0.0105..0.05).contains(&height_m), "block {block} is at {height_m} m");
     }
     let touches = frames
         .iter()
         .filter(|f| f.observations().iter().any(|o| o.observation_type == observation::TOUCH))
         .count();
     println!("{touches} of 500 moves ended in touch");
-    assert!(touches > 5, "{touches}");
+    // One posture of 224 touches each of three blocks.
+    assert!((2..20).contains(&touches), "{touches}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 use pschema_protocol::body::BodyLoop;
 use pschema_protocol::decode;
 use pschema_sim::body::SimBody;
-use pschema_sim::config::{NARROW, WIDE, WorldFile};
+use pschema_sim::config::{BLOCK_AND_BALL, NARROW, WIDE, WorldFile};
 
 fn sim(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_pschema-sim")).args(arguments).output().expect("the program starts")
@@ -14,7 +14,7 @@ fn sim(arguments: &[&str]) -> Output {
 #[test]
 fn a_snapshot_is_a_picture_twice_the_cameras_size() {
     let folder = tempfile::tempdir().unwrap();
-    for world in ["wide", "narrow"] {
+    for world in ["wide", "narrow", "block-and-ball"] {
         let path = folder.path().join(format!("{world}.png"));
         let output = sim(&["--world", world, "--snapshot", path.to_str().unwrap()]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -43,6 +43,16 @@ fn a_faulty_world_file_is_told_with_its_line() {
 }
 
 #[test]
+fn a_noise_that_makes_no_sense_is_told() {
+    for (noise, told) in [("blob_missed=7", "must be 0 to 1"), ("hearing=0.1", "finger_misplaced")] {
+        let output = sim(&["--noise", noise]);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains(noise) && error.contains(told), "{error}");
+    }
+}
+
+#[test]
 fn a_snapshot_that_cannot_be_written_is_told() {
     let output = sim(&["--snapshot", "/nonexistent/folder/picture.png"]);
     assert_eq!(output.status.code(), Some(1));
@@ -51,7 +61,7 @@ fn a_snapshot_that_cannot_be_written_is_told() {
 
 #[test]
 fn what_the_body_declares_and_senses_is_within_the_protocol() {
-    for (name, text) in [("wide", WIDE), ("narrow", NARROW)] {
+    for (name, text) in [("wide", WIDE), ("narrow", NARROW), ("block-and-ball", BLOCK_AND_BALL)] {
         let file = WorldFile::parse(name, text).unwrap();
         let mut body = BodyLoop::new(SimBody::new("arm", file, name, 1, false).unwrap());
         let hello = decode::hello(&body.hello().unwrap()).unwrap();

@@ -2,7 +2,11 @@
 //! The JSON that `pschema --json` prints is these types as they are, so field names are stable and carry
 //! their units.
 
+mod goals;
+
 use serde::{Deserialize, Serialize};
+
+pub use goals::*;
 
 /// A question or an order from a tool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,6 +38,35 @@ pub enum Request {
     Report,
     /// End the daemon, cleanly.
     Shutdown,
+    /// What was decided in each step, page by page.
+    Trace {
+        /// The number of the first record wanted, from 0 in the order in which they were kept.
+        from: u64,
+    },
+    /// What an action would do in the world as it is.
+    Predict {
+        /// The action, as it prints: `move(j1=0.43, j2=0.84)`.
+        action: String,
+    },
+    /// How a goal could be brought about from the world as it is.
+    Plan {
+        /// A pattern for each thing wanted, as it prints: `object{colour=blue, field=$x}`.
+        goal: Vec<String>,
+    },
+    /// A goal is to be brought about.
+    Achieve {
+        /// A pattern for each thing wanted.
+        goal: Vec<String>,
+        /// Actions that it may take.
+        actions_max: u32,
+    },
+    /// How the goal is doing that is pursued, or was the last to be.
+    Pursuit,
+    /// The goal of this number is to be pursued no more, if it still is.
+    Cancel {
+        /// Its number.
+        number: u64,
+    },
 }
 
 /// Which schemas to list.
@@ -101,6 +134,14 @@ pub enum Answer {
     Done,
     /// It can't be answered, and why.
     Error(String),
+    /// To [`Request::Trace`].
+    Trace(Box<TracePage>),
+    /// To [`Request::Predict`].
+    Prediction(Box<Prediction>),
+    /// To [`Request::Plan`].
+    Plan(Box<Plan>),
+    /// To [`Request::Achieve`], [`Request::Pursuit`] and [`Request::Cancel`].
+    Pursuit(Box<Pursuit>),
 }
 
 /// How a daemon and its learner are.
@@ -145,6 +186,8 @@ pub struct Status {
     pub excitation_top: f64,
     /// What is perceived now, as it prints.
     pub world: Vec<String>,
+    /// The goal that is pursued, if any.
+    pub goal: Option<GoalSummary>,
 }
 
 /// A body as the daemon sees it.
@@ -298,7 +341,8 @@ pub struct Explanation {
     pub chosen: u32,
     /// The primitive sent, as it prints.
     pub action: String,
-    /// `excitation`, `chain` (the next schema of a chain begun before), `tie` (drawn among equals).
+    /// `excitation`, `chain` (the next schema of a chain begun before), `tie` (drawn among equals), `goal` (the
+    /// next schema of a plan for a goal).
     pub reason: String,
     /// How many candidates had the top excitation.
     pub ties: u32,
@@ -306,6 +350,8 @@ pub struct Explanation {
     pub candidates_total: u32,
     /// The candidates, the most excited first.
     pub candidates: Vec<Candidate>,
+    /// The goal that it follows, when that is the reason.
+    pub goal: Option<GoalFollowed>,
 }
 
 /// Something that could have been done.
@@ -406,10 +452,84 @@ pub struct StageSummary {
     pub trials_met_first: u32,
     /// Generalised schemas in memory at the end of each trial.
     pub generalised_after_trial: Vec<u32>,
+    /// Actions of each trial that is over.
+    pub actions_of_trial: Vec<u32>,
     /// What was drawn for each trial (table positions).
     pub drawn: Vec<i64>,
     /// Whether it ended by saturation.
     pub saturated: bool,
     /// Whether it is over.
     pub ended: bool,
+}
+
+/// Some of the records that a daemon keeps of its learner's steps, in order. Holds everything a figure of a run
+/// is drawn from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TracePage {
+    /// The number of the first record in `records`. Above the one asked for when that is no longer kept.
+    pub from: u64,
+    /// How many records there have been; ask on from `from` plus the length of `records` until there.
+    pub total: u64,
+    /// How many the daemon keeps: the last of them.
+    pub kept_max: u64,
+    /// Names of the stages, which records refer to by index.
+    pub stages: Vec<String>,
+    /// The records.
+    pub records: Vec<TraceRecord>,
+}
+
+/// One step of a learner: what it perceived, what it then decided, and where it stood. The same run has the same
+/// records, but for their latencies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TraceRecord {
+    /// The step.
+    pub step: u64,
+    /// The stage in which it ended, as an index into [`TracePage::stages`].
+    pub stage: u32,
+    /// The trial of that stage, from 1; 0 before the first and in stages without.
+    pub trial: u32,
+    /// What was drawn for a trial that this step began.
+    pub drawn: Vec<i64>,
+    /// Whether the trial that this step ended, if it ended one, ended with what it was waiting for.
+    pub trial_met: Option<bool>,
+    /// Actions of the student carried out so far.
+    pub actions: u64,
+    /// Schemas in memory.
+    pub schemas_total: u32,
+    /// Generalised ones among them.
+    pub schemas_generalised: u32,
+    /// What was perceived, words included; at most 16 observations.
+    pub perceived: Vec<ObservationText>,
+    /// Words heard: their observations' symbols.
+    pub heard: Vec<String>,
+    /// What was decided; none when nothing was chosen, as when the surroundings were to be arranged.
+    pub decision: Option<TracedDecision>,
+    /// Quiet actions in a row, that before this step included: nothing new and nothing exciting (saturation, paper
+    /// II-F). In the step that ends a stage, those of the stage that it ended.
+    pub quiet_actions: u32,
+    /// Whether the stage is saturated and being habituated to (paper II-G).
+    pub habituating: bool,
+    /// Time of the step, from the frame decoded to the reply sent.
+    pub latency_us: f64,
+}
+
+/// What a step decided.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TracedDecision {
+    /// Excitation of the most excited candidate: the curve of the paper's figure 6.
+    pub excitation_top: f64,
+    /// Excitation of the chosen candidate.
+    pub excitation: f64,
+    /// The chosen schema; none for a primitive that no schema covers here.
+    pub schema: Option<u32>,
+    /// Whether that schema is generalised.
+    pub generalised: bool,
+    /// d of equation (1): schemas to be executed, the chosen one included.
+    pub distance: u32,
+    /// The primitive sent, as it prints.
+    pub action: String,
+    /// `excitation`, `chain`, `tie`, or what else made the choice, as in [`Explanation::reason`].
+    pub reason: String,
+    /// Types of what the chosen schema predicts to be observed, each once, in alphabetical order.
+    pub predicts: Vec<String>,
 }

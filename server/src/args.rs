@@ -32,6 +32,11 @@ pub struct ServerArgs {
     /// A built-in curriculum (free, exp1-s1, exp1-s1-narrow, exp1-s2), or a file with one.
     #[arg(long, value_name = "NAME|FILE", default_value = "free")]
     pub curriculum: String,
+
+    /// Replace what the curriculum says: `learner.PARAMETER=VALUE`, or `values.NAME=NUMBER` for a number that it
+    /// names in its [values]. May be given several times.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
 }
 
 impl ServerArgs {
@@ -41,7 +46,7 @@ impl ServerArgs {
     /// [`config::ConfigError`] with the place of the mistake.
     pub fn setup(&self) -> Result<Setup, config::ConfigError> {
         let parameters = config::parameters(self.config.as_deref())?;
-        let (curriculum, parameters) = config::lesson(&self.curriculum, parameters)?;
+        let (curriculum, parameters) = config::lesson(&self.curriculum, parameters, &self.settings)?;
         Ok(Setup { seed: self.seed, parameters, curriculum })
     }
 }

@@ -15,6 +15,7 @@ use pschema_protocol::transport::server::{AttachReply, FrameReply, Incoming, Req
 use pschema_protocol::{codec, decode};
 
 use crate::ServerError;
+use crate::inspect::NO_BODY;
 use crate::inspector::{Inspected, Inspector, encoded};
 use crate::mind::{HostFacts, Mind, Setup, View};
 use crate::session::Session;
@@ -226,8 +227,8 @@ impl Daemon {
             log_refused(body.session.counters().frames_refused, Some(number), reason);
         }
         log_undelivered(reply.send(&served.reply));
-        if served.step.is_some() {
-            self.mind.count_step(began);
+        if let Some(step) = served.step {
+            self.mind.stepped(&body.session, step, began);
         }
     }
 
@@ -269,7 +270,7 @@ impl Daemon {
         if let Err(answer) = self.obey(&request) {
             return reply.answer(encoded(&answer));
         }
-        self.rouse |= matches!(request, Request::Say { .. } | Request::Stage(_));
+        self.rouse |= matches!(request, Request::Say { .. } | Request::Stage(_) | Request::Achieve { .. });
         self.asked += 1;
         match self.inspector.ask(self.asked, request, self.view()) {
             Ok(()) => {
@@ -302,20 +303,38 @@ impl Daemon {
             | Request::Schemas(_)
             | Request::Show { .. }
             | Request::Explain { .. }
-            | Request::Report => Ok(()),
+            | Request::Report
+            | Request::Trace { .. }
+            | Request::Predict { .. }
+            | Request::Plan { .. }
+            | Request::Pursuit => Ok(()),
+            Request::Achieve { goal, actions_max } => {
+                let body = self.shown().map(|body| body.session.body());
+                let body = body.ok_or_else(|| failed(NO_BODY.to_owned()))?;
+                self.mind.achieve(body, goal, *actions_max).map_err(|error| failed(error.to_string()))
+            }
+            Request::Cancel { number } => {
+                self.mind.cancel(*number).map_err(|error| failed(error.to_string()))
+            }
         }
+    }
+
+    /// The body that tools ask about: the one that the curriculum leads, or the first attached.
+    fn shown(&self) -> Option<&Attached> {
+        let student = self.mind.learner().memory().content().progress.student;
+        let led = self.bodies.values().find(|body| Some(body.session.body()) == student);
+        led.or_else(|| self.bodies.values().next())
     }
 
     fn view(&self) -> View {
         let learner = self.mind.learner();
-        let student = learner.memory().content().progress.student;
-        let shown = self.bodies.values().find(|body| Some(body.session.body()) == student);
-        let shown = shown.or_else(|| self.bodies.values().next());
+        let shown = self.shown();
         let attached = self.bodies.values().map(|body| body_status(&body.session, body.pid, "attached"));
         self.mind.view(HostFacts {
             name: self.name.clone(),
             bodies: attached.chain(self.ended.iter().cloned()).collect(),
             world: shown.map(|body| body.session.world(learner)).unwrap_or_default(),
+            perceived: shown.map(|body| (body.session.body(), body.session.perceived().to_vec())),
         })
     }
 }

@@ -14,7 +14,7 @@ use pschema_protocol::{decode, encode};
 
 use crate::daemon::body_status;
 use crate::inspect;
-use crate::mind::{HostFacts, Mind, SayError, Setup, View};
+use crate::mind::{GoalError, HostFacts, Mind, SayError, Setup, View};
 use crate::session::{AttachError, Session, is_waiting};
 
 /// Frames in a row without an order before a run is given up: the learner wants nothing of this body.
@@ -90,8 +90,8 @@ impl<B: Body> InProcess<B> {
         let began = Instant::now();
         let served = self.mind.serve(&mut self.session, frame, true);
         let wire = encode::reply(self.session.number(), frame.header.sequence, &served.reply);
-        if served.step.is_some() {
-            self.mind.count_step(began);
+        if let Some(step) = served.step {
+            self.mind.stepped(&self.session, step, began);
         }
         match self.body.obey(&wire).map_err(InProcessError::Reply)? {
             Directive::Continue => self.idle_frames = 0,
@@ -126,6 +126,22 @@ impl<B: Body> InProcess<B> {
         self.mind.stage(command)
     }
 
+    /// Takes up a goal.
+    ///
+    /// # Errors
+    /// As [`Mind::achieve`].
+    pub fn achieve(&mut self, goal: &[String], actions_max: u32) -> Result<(), GoalError> {
+        self.mind.achieve(self.session.body(), goal, actions_max)
+    }
+
+    /// Calls a goal off.
+    ///
+    /// # Errors
+    /// As [`Mind::cancel`].
+    pub fn cancel(&mut self, number: u64) -> Result<(), GoalError> {
+        self.mind.cancel(number)
+    }
+
     /// The learner.
     #[must_use]
     pub fn learner(&self) -> &Learner {
@@ -148,12 +164,13 @@ impl<B: Body> InProcess<B> {
     #[must_use]
     pub fn view(&self) -> View {
         let world = self.session.world(self.mind.learner());
+        let perceived = Some((self.session.body(), self.session.perceived().to_vec()));
         let bodies = vec![body_status(&self.session, std::process::id(), "attached")];
-        self.mind.view(HostFacts { name: "in-process".to_owned(), bodies, world })
+        self.mind.view(HostFacts { name: "in-process".to_owned(), bodies, world, perceived })
     }
 
-    /// What a tool would be answered. Orders are not obeyed here: see [`InProcess::say`] and
-    /// [`InProcess::stage`].
+    /// What a tool would be answered. Orders are not obeyed here: see [`InProcess::say`],
+    /// [`InProcess::stage`] and [`InProcess::achieve`].
     #[must_use]
     pub fn answer(&self, request: &Request) -> Answer {
         inspect::answer(&self.view(), request)

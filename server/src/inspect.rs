@@ -2,8 +2,10 @@
 //! cut here, so that no answer is longer than a tool asked for.
 
 mod explain;
+mod goals;
 mod schemas;
 mod text;
+mod trace;
 
 use std::collections::BTreeMap;
 
@@ -12,6 +14,8 @@ use pschema_learner::progress::StageReport;
 use pschema_protocol::inspect::{Answer, Report, Request, StageSummary, Status};
 
 use crate::mind::View;
+
+pub(crate) use goals::NO_BODY;
 
 /// Schemas in one list.
 pub const LIST_MAX: u32 = 10_000;
@@ -35,6 +39,19 @@ pub fn answer(view: &View, request: &Request) -> Answer {
         },
         Request::Report | Request::Say { .. } | Request::Stage(_) => Answer::Report(Box::new(report(view))),
         Request::Shutdown => Answer::Done,
+        Request::Trace { from } => Answer::Trace(Box::new(trace::page(view, *from))),
+        Request::Predict { action } => match goals::predict(view, action) {
+            Ok(prediction) => Answer::Prediction(Box::new(prediction)),
+            Err(problem) => Answer::Error(problem),
+        },
+        Request::Plan { goal } => match goals::plan(view, goal) {
+            Ok(plan) => Answer::Plan(Box::new(plan)),
+            Err(problem) => Answer::Error(problem),
+        },
+        Request::Achieve { .. } | Request::Pursuit | Request::Cancel { .. } => match goals::pursuit(view) {
+            Ok(pursuit) => Answer::Pursuit(Box::new(pursuit)),
+            Err(problem) => Answer::Error(problem),
+        },
     }
 }
 
@@ -68,6 +85,7 @@ fn status(view: &View) -> Status {
         memory_digest: digest(&view.content),
         excitation_top: excitation_top(view),
         world: view.host.world.clone(),
+        goal: goals::summary(view),
     }
 }
 
@@ -89,6 +107,7 @@ pub fn report(view: &View) -> Report {
         trials_met: report.trials_met,
         trials_met_first: report.trials_met_first,
         generalised_after_trial: report.generalised_after_trial.clone(),
+        actions_of_trial: report.actions_of_trial.clone(),
         drawn: report.drawn.clone(),
         saturated: report.saturated,
         ended: report.ended,

@@ -14,6 +14,7 @@ mod inspector;
 pub mod latency;
 pub mod mind;
 pub mod session;
+mod trace;
 pub mod translate;
 
 use pschema_learner::step::LearnerError;

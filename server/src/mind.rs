@@ -9,17 +9,21 @@ use pschema_learner::curriculum::Curriculum;
 use pschema_learner::decision::Decision;
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::Content;
-use pschema_learner::notation;
+use pschema_learner::notation::{self, PatternError};
+use pschema_learner::observation::Observation;
 use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::{StageCommand, StageCommandError, StageEffect};
+use pschema_learner::pursuit::{self, PursueError, PursuitEffect};
 use pschema_learner::schema::SchemaId;
-use pschema_learner::step::{Learner, LearnerError};
+use pschema_learner::step::{Learner, LearnerError, Step};
+use pschema_learner::vocabulary::BodyId;
 use pschema_learner::vocabulary::limits::SYMBOLS_MAX;
 use pschema_protocol::inspect::BodyStatus;
 use pschema_protocol::message::RawFrame;
 
 use crate::latency::Latencies;
 use crate::session::{Served, Session, WORD_BYTES_MAX, WORDS_WAITING_MAX, is_waiting};
+use crate::trace::Trace;
 
 /// Decisions that can be explained: the last of them.
 pub const DECISIONS_KEPT_MAX: usize = 64;
@@ -66,6 +70,23 @@ pub enum SayError {
     Full,
 }
 
+/// Why a goal can't be taken up or called off.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GoalError {
+    /// One of its patterns can't be read.
+    #[error(transparent)]
+    Pattern(#[from] PatternError),
+    /// The learner can't pursue it.
+    #[error(transparent)]
+    Pursue(#[from] PursueError),
+    /// There has been no goal of that number, or others since.
+    #[error("goal {number} is over and forgotten, or never was")]
+    Unknown {
+        /// The number given.
+        number: u64,
+    },
+}
+
 /// A learner and what its host keeps beside it.
 #[derive(Debug)]
 pub struct Mind {
@@ -75,6 +96,7 @@ pub struct Mind {
     words: Vec<String>,
     decisions: VecDeque<Arc<Decision>>,
     latencies: Latencies,
+    trace: Trace,
     started: Instant,
     /// What the host could not do for the learner, last.
     problem: Option<String>,
@@ -94,6 +116,7 @@ impl Mind {
             words: Vec::new(),
             decisions: VecDeque::with_capacity(DECISIONS_KEPT_MAX),
             latencies: Latencies::default(),
+            trace: Trace::default(),
             started: Instant::now(),
             problem: None,
         })
@@ -121,27 +144,30 @@ impl Mind {
     pub fn serve(&mut self, session: &mut Session, raw: &RawFrame, listening: bool) -> Served {
         let mut none = Vec::new();
         let words = if listening { &mut self.words } else { &mut none };
-        let mut served = session.frame(&mut self.learner, raw, words);
+        let served = session.frame(&mut self.learner, raw, words);
         if let Some(problem) = &served.problem {
             tracing::error!(session = session.number(), %problem, "the body could not be told what to do");
             self.problem = Some(problem.to_string());
         }
-        if let Some(step) = &mut served.step {
-            log(self.learner.memory().content(), &step.effects);
-            if let Some(decision) = step.decision.take() {
-                if self.decisions.len() == DECISIONS_KEPT_MAX {
-                    self.decisions.pop_front();
-                }
-                self.decisions.push_back(Arc::new(decision));
-            }
-        }
         served
     }
 
-    /// Counts a step that began at `began` and has just been replied to.
-    pub fn count_step(&mut self, began: Instant) {
+    /// Takes account of a step that began at `began` and has just been replied to. It is logged, counted and kept
+    /// only now, so that the body does not wait for that.
+    pub fn stepped(&mut self, session: &Session, step: Step, began: Instant) {
         let now = Instant::now();
-        self.latencies.count(now.saturating_duration_since(began), now);
+        let latency = now.saturating_duration_since(began);
+        self.latencies.count(latency, now);
+        let Step { effects, decision, .. } = step;
+        let memory = self.learner.memory();
+        self.trace.keep(memory, &effects, decision.as_ref(), session.perceived(), latency);
+        log(memory.content(), &effects);
+        if let Some(decision) = decision {
+            if self.decisions.len() == DECISIONS_KEPT_MAX {
+                self.decisions.pop_front();
+            }
+            self.decisions.push_back(Arc::new(decision));
+        }
     }
 
     /// Says words, which are heard with the next frame.
@@ -184,6 +210,30 @@ impl Mind {
         Ok(())
     }
 
+    /// Takes up a goal, given as patterns as they print: `body` pursues it with at most `actions_max` actions.
+    ///
+    /// # Errors
+    /// When a pattern can't be read, or the learner can't pursue it.
+    pub fn achieve(&mut self, body: BodyId, goal: &[String], actions_max: u32) -> Result<(), GoalError> {
+        let goal = notation::parse_goal(&self.learner.memory().content().vocabulary, goal)?;
+        let effects = self.learner.pursue(body, goal, actions_max)?;
+        log(self.learner.memory().content(), &effects);
+        Ok(())
+    }
+
+    /// Calls off the goal of this number. One that is over stays as it ended.
+    ///
+    /// # Errors
+    /// When it is not the goal that is pursued or was the last to be.
+    pub fn cancel(&mut self, number: u64) -> Result<(), GoalError> {
+        let known = self.learner.memory().content().pursuit.as_ref().filter(|known| known.number == number);
+        if known.ok_or(GoalError::Unknown { number })?.under_way() {
+            let effects = self.learner.cancel_goal()?;
+            log(self.learner.memory().content(), &effects);
+        }
+        Ok(())
+    }
+
     /// Why the curriculum can't go on, if it can't.
     fn stuck(&self) -> Option<String> {
         let reason = self.learner.memory().content().progress.stuck.as_ref()?;
@@ -222,6 +272,7 @@ impl Mind {
         View {
             content: self.learner.memory().content().clone(),
             curriculum: self.curriculum.clone(),
+            parameters: self.learner.memory().parameters().clone(),
             seed: self.seed,
             decisions: self.decisions.iter().cloned().collect(),
             state: self.state(attached),
@@ -229,6 +280,7 @@ impl Mind {
             uptime_s: now.saturating_duration_since(self.started).as_secs_f64(),
             steps_per_s: self.latencies.rate(now, self.started),
             latencies: self.latencies.clone(),
+            trace: self.trace.clone(),
             host,
         }
     }
@@ -243,6 +295,8 @@ pub struct HostFacts {
     pub bodies: Vec<BodyStatus>,
     /// What is perceived now, as it prints.
     pub world: Vec<String>,
+    /// The body that goals and predictions are about, and what it perceived last.
+    pub perceived: Option<(BodyId, Vec<Observation>)>,
 }
 
 /// A learner as it was at one moment, to be inspected at leisure: shares memory's chunks, so that making it
@@ -251,6 +305,7 @@ pub struct HostFacts {
 pub struct View {
     pub(crate) content: Content,
     pub(crate) curriculum: Arc<Curriculum>,
+    pub(crate) parameters: Parameters,
     pub(crate) seed: u64,
     pub(crate) decisions: Vec<Arc<Decision>>,
     pub(crate) state: String,
@@ -258,6 +313,7 @@ pub struct View {
     pub(crate) uptime_s: f64,
     pub(crate) steps_per_s: f64,
     pub(crate) latencies: Latencies,
+    pub(crate) trace: Trace,
     pub(crate) host: HostFacts,
 }
 
@@ -278,6 +334,12 @@ fn log(content: &Content, effects: &[Effect]) {
                 let schema = last.and_then(|at| content.schema(SchemaId(at)));
                 let schema = schema.map(|schema| notation::schema(content, schema));
                 tracing::info!(schema = schema.unwrap_or_default(), step = content.step, "generalised");
+            }
+            Effect::Pursuit(PursuitEffect::Begun { goal, actions_max, .. }) => {
+                tracing::info!(goal = %pursuit::text(content, goal), actions_max, step = content.step, "goal taken up");
+            }
+            Effect::Pursuit(PursuitEffect::Ended(ending)) => {
+                tracing::info!(?ending, step = content.step, "goal over");
             }
             Effect::Retired { generalised } => {
                 tracing::info!(schema = generalised.0, "generalised schema retired")

@@ -147,6 +147,12 @@ impl Session {
         &self.counters
     }
 
+    /// What the body perceived in the last step, constrained senses included.
+    #[must_use]
+    pub fn perceived(&self) -> &[Observation] {
+        &self.perceived
+    }
+
     /// What the body perceived in the last step, as it prints.
     #[must_use]
     pub fn world(&self, learner: &Learner) -> Vec<String> {
@@ -192,7 +198,7 @@ impl Session {
         if std::mem::take(&mut self.unsaid) {
             outcome = Some(ActionOutcome::Refused);
         }
-        if outcome.is_none() && is_waiting(learner) {
+        if outcome.is_none() && rests(learner, self.body) {
             // Nothing was asked and nothing is wanted: memory must not depend on how often a body asks.
             let reply = Reply::Wait { ms: WAITING_WAIT_MS };
             return Served { reply, step: None, problem: None };
@@ -233,13 +239,22 @@ impl Session {
     }
 }
 
-/// Whether the learner wants nothing until an operator says otherwise: it is held, stuck, or through with its
-/// curriculum.
+/// Whether the learner wants nothing until an operator says otherwise: it is held; or it is stuck, or through with
+/// its curriculum, and pursues no goal.
 #[must_use]
 pub fn is_waiting(learner: &Learner) -> bool {
-    let progress = &learner.memory().content().progress;
+    let content = learner.memory().content();
+    let goal = content.pursuit.as_ref().filter(|pursuit| pursuit.under_way());
+    rests(learner, goal.map_or(BodyId(u16::MAX), |pursuit| pursuit.body))
+}
+
+/// Whether it wants nothing of `body`: a goal keeps only the body awake that pursues it.
+fn rests(learner: &Learner, body: BodyId) -> bool {
+    let content = learner.memory().content();
+    let progress = &content.progress;
     let through = progress.finished && learner.curriculum().afterwards == Afterwards::Hold;
-    progress.held || progress.stuck.is_some() || through
+    let pursues = content.pursuit.as_ref().is_some_and(|goal| goal.under_way() && goal.body == body);
+    progress.held || ((progress.stuck.is_some() || through) && !pursues)
 }
 
 fn wait() -> Reply {

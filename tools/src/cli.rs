@@ -1,5 +1,7 @@
 //! What can be typed: the tree of commands, their options and an example for each.
 
+use std::path::PathBuf;
+
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use pschema_protocol::domain::LearnerName;
@@ -46,6 +48,12 @@ pub(crate) enum Command {
     Show(ShowArgs),
     /// Why the last action (or that of a step) was chosen, term by term
     Explain(ExplainArgs),
+    /// What an action would do in the world as it is
+    Predict(PredictArgs),
+    /// How a goal could be brought about, and with what probability
+    Plan(PlanArgs),
+    /// Have the learner bring a goal about, and wait for it
+    Achieve(AchieveArgs),
     /// Say words to the learner
     Say(SayArgs),
     /// Developmental control: where the curriculum stands, and moving it
@@ -93,6 +101,9 @@ pub(crate) struct DemoArgs {
     /// Print the figures as JSON instead of the story
     #[arg(long)]
     pub(crate) json: bool,
+    /// Write a report into this folder: a page to look at, and the raw figures as CSV and JSON Lines
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -206,6 +217,53 @@ pub(crate) struct ExplainArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema predict 'move(j1=0.43, j2=0.84)'")]
+pub(crate) struct PredictArgs {
+    #[command(flatten)]
+    pub(crate) name: NameArgs,
+    /// The action, written as schemas print it
+    pub(crate) action: String,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema plan 'touch{}'\n  \
+    pschema plan 'object{colour=blue, field=$x}' 'finger{field=$x}'")]
+pub(crate) struct PlanArgs {
+    #[command(flatten)]
+    pub(crate) name: NameArgs,
+    /// What is wanted, all of it: patterns as schemas print; a variable is the same value in all of them
+    #[arg(required = true, value_name = "PATTERN")]
+    pub(crate) goal: Vec<String>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema achieve 'touch{}'\n  \
+    pschema achieve 'finger{field=17}' --actions-max 5 --wait 10\n\n\
+    It exits with 0 when the goal was achieved, else with 1. Ctrl-C calls the goal off.")]
+pub(crate) struct AchieveArgs {
+    #[command(flatten)]
+    pub(crate) name: NameArgs,
+    /// What is wanted, all of it: patterns as schemas print; a variable is the same value in all of them
+    #[arg(required = true, value_name = "PATTERN")]
+    pub(crate) goal: Vec<String>,
+    /// Actions that it may take
+    #[arg(long, default_value_t = 50, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) actions_max: u32,
+    /// Seconds to wait for it before it is called off
+    #[arg(long, default_value_t = 60, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    pub(crate) wait: u64,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema say touch")]
 pub(crate) struct SayArgs {
     #[command(flatten)]
@@ -256,38 +314,42 @@ pub(crate) enum StageCommand {
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema experiment exp1-s1 --seed 7 --json\n  \
-    pschema experiment exp1-s1 --seeds 1..20 --in-process\n\n\
+    pschema experiment exp1-s1 --seeds 1..20 --jobs 2 --out report\n  \
+    pschema experiment ./my.toml\n  pschema experiment all\n\n\
     The published figures stand beside ours. The exit code says whether the runs could be carried out, \
     not whether they agree.")]
 pub(crate) struct ExperimentArgs {
-    /// Which experiment
-    #[arg(value_enum)]
-    pub(crate) experiment: ExperimentName,
-    /// Everything drawn by lot follows from it
-    #[arg(long, default_value_t = 1, conflicts_with = "seeds")]
-    pub(crate) seed: u64,
-    /// One run for each seed from A to B, both included
+    /// Which experiment: a built-in one (an unknown name lists them), a curriculum file of your own with an
+    /// [experiment] table, or `all`
+    #[arg(value_name = "NAME|FILE|all")]
+    pub(crate) experiment: String,
+    /// Everything drawn by lot follows from it [default: 1]
+    #[arg(long, conflicts_with = "seeds")]
+    pub(crate) seed: Option<u64>,
+    /// One run for each seed from A to B, both included [default for all: 1..10]
     #[arg(long, value_name = "A..B")]
     pub(crate) seeds: Option<Seeds>,
+    /// How many runs side by side
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=64))]
+    pub(crate) jobs: u8,
     /// Learner and body in this process, without shared memory: the same results
     #[arg(long)]
     pub(crate) in_process: bool,
-    /// The world: wide (the paper's simulated robot), narrow (its physical one), or a world file
-    #[arg(long, default_value = "wide", value_name = "WORLD")]
-    pub(crate) world: String,
-    /// Print JSON: an object, or with --seeds one object a line
-    #[arg(long)]
+    /// Another world: wide (the paper's simulated robot), narrow (its physical one), or a world file
+    #[arg(long, value_name = "WORLD")]
+    pub(crate) world: Option<String>,
+    /// Of an experiment with variants, only this one
+    #[arg(long, value_name = "NAME")]
+    pub(crate) variant: Option<String>,
+    /// Write a report into this folder: a page to look at, and the raw figures as CSV and JSON Lines
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print JSON: an object, or one object a line if there are several runs
+    #[arg(long, conflicts_with = "markdown")]
     pub(crate) json: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ExperimentName {
-    /// Experiment 1, scenario 1: learning in stages, with generalisation, to touch a block anywhere
-    #[value(name = "exp1-s1")]
-    Exp1S1,
-    /// Experiment 1, scenario 2: learning in stages, without generalisation
-    #[value(name = "exp1-s2")]
-    Exp1S2,
+    /// Print the table of published figures and ours as Markdown
+    #[arg(long)]
+    pub(crate) markdown: bool,
 }
 
 #[derive(Clone, Copy, Debug, Args)]

@@ -43,6 +43,18 @@ impl Learner {
     }
 }
 
+/// Who can be asked about a learner: its daemon, or the learner itself where it is in this process.
+pub(crate) trait Asks {
+    /// Asks, and turns a "no" into a failure.
+    fn ask(&mut self, request: &Request) -> Result<Answer, Failure>;
+}
+
+impl Asks for Learner {
+    fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
+        Learner::ask(self, request)
+    }
+}
+
 /// An answer of a kind that the question does not have.
 pub(crate) fn unexpected(answer: &Answer) -> Failure {
     let got = match answer {
@@ -53,6 +65,10 @@ pub(crate) fn unexpected(answer: &Answer) -> Failure {
         Answer::Report(_) => "a report",
         Answer::Done => "only that it is done",
         Answer::Error(_) => "an error",
+        Answer::Trace(_) => "steps",
+        Answer::Prediction(_) => "a prediction",
+        Answer::Plan(_) => "a plan",
+        Answer::Pursuit(_) => "a goal",
     };
     Failure::Failed(format!(
         "the daemon answered with {got}, which was not asked for: use one release throughout"

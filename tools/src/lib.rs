@@ -9,6 +9,7 @@ mod failure;
 mod learner;
 mod output;
 mod render;
+mod report;
 mod run;
 mod talk;
 

@@ -148,3 +148,105 @@ fn doctor_finds_a_runtime_directory_that_is_open_to_others() {
     assert_eq!(ill.status.code(), Some(1));
     assert!(text(&ill.stdout).contains("chmod 700"), "{}", text(&ill.stdout));
 }
+
+/// An experiment of one's own, with variants.
+const SMALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/curricula/small.toml");
+
+fn lines(output: &Output) -> Vec<serde_json::Value> {
+    text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn an_experiment_of_ones_own_runs_from_its_file_with_its_variants() {
+    let runtime = runtime();
+    let out = runtime.path().join("report");
+    let arguments =
+        ["experiment", SMALL, "--seeds", "1..2", "--jobs", "2", "--in-process", "--json", "--out"];
+    let output = pschema(runtime.path(), &[&arguments[..], &[out.to_str().unwrap()]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("index.html"), "says where the page is: {}", text(&output.stderr));
+    let runs = lines(&output);
+    let told: Vec<_> = runs.iter().map(|run| (run["variant"].as_str(), run["seed"].as_u64())).collect();
+    let names = ["whole", "without generalisation", "a finger that is seen elsewhere"];
+    let expected: Vec<_> =
+        names.iter().flat_map(|name| [1, 2].map(|seed| (Some(*name), Some(seed)))).collect();
+    assert_eq!(told, expected, "in order, whichever ended first");
+    let value = |run: &serde_json::Value, field: &str| run[field].as_u64().unwrap();
+    for seed in [0, 1] {
+        let (whole, without) = (&runs[seed], &runs[2 + seed]);
+        assert_eq!(value(whole, "schemas_generalised"), 1, "{whole}");
+        assert_eq!(value(without, "schemas_generalised"), 0, "{without}");
+        // What the paper reports is about the run as it stands.
+        assert_eq!(whole["published"]["schemas_total"], 115);
+        assert!(without["published"].is_null(), "{without}");
+        let touching = whole["measures"].as_array().unwrap().iter();
+        let touching: Vec<_> = touching.filter(|m| m["name"] == "schemas of touching").collect();
+        assert_eq!(touching[0]["value"], 3.0, "two touches and their generalisation");
+        assert_eq!(whole["stages"][2]["actions_of_trial"].as_array().unwrap().len(), 3, "{whole}");
+        assert_ne!(whole["memory_digest"], runs[4 + seed]["memory_digest"], "noise is felt");
+    }
+    let page = std::fs::read_to_string(out.join("index.html")).unwrap();
+    assert!(names.iter().all(|name| page.contains(name)));
+    let steps = std::fs::read_to_string(out.join("small.steps.csv")).unwrap();
+    assert!(steps.lines().count() > 6 * 100, "every step of six runs");
+}
+
+#[test]
+fn two_processes_leave_the_same_steps_as_one_but_for_their_times() {
+    let runtime = runtime();
+    let steps = |folder: &str, more: &[&str]| {
+        let out = runtime.path().join(folder);
+        let arguments = ["experiment", SMALL, "--variant", "whole", "--seed", "5", "--json", "--out"];
+        let output = pschema(runtime.path(), &[&arguments[..], &[out.to_str().unwrap()], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let steps = std::fs::read_to_string(out.join("small.steps.csv")).unwrap();
+        // The time is the last column.
+        steps.lines().map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect::<Vec<_>>()
+    };
+    let (one, two) = (steps("one", &["--in-process"]), steps("two", &[]));
+    assert!(one.len() > 100 && one[1..].iter().all(|line| line.starts_with("whole,5,")), "{}", one[1]);
+    assert_eq!(one, two);
+}
+
+#[test]
+fn one_variant_can_be_run_alone_and_an_unknown_one_is_answered_with_those_there_are() {
+    let runtime = runtime();
+    let alone = ["experiment", SMALL, "--variant", "without generalisation", "--in-process", "--json"];
+    let output = pschema(runtime.path(), &alone);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let run: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(run["variant"], "without generalisation");
+    let output = pschema(runtime.path(), &["experiment", SMALL, "--variant", "with luck"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("whole, without generalisation"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_value_is_swept_and_a_mistake_is_located() {
+    let runtime = runtime();
+    let small = std::fs::read_to_string(SMALL).unwrap();
+    let (before, _) = small.split_once("[[experiment.variant]]").unwrap();
+    let file = runtime.path().join("swept.toml");
+    let swept = |line: &str| {
+        std::fs::write(&file, format!("{before}[experiment.sweep]\n{line}\n")).unwrap();
+        pschema(runtime.path(), &["experiment", file.to_str().unwrap(), "--in-process", "--json"])
+    };
+    let output = swept("silence = [0.0, 1.0]");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let runs = lines(&output);
+    assert_eq!(runs.iter().map(|run| run["swept"].as_f64()).collect::<Vec<_>>(), [Some(0.0), Some(1.0)]);
+    let output = swept("silense = [0.0, 1.0]");
+    assert_eq!(output.status.code(), Some(1));
+    let line = before.lines().count() + 2;
+    let said = text(&output.stderr);
+    assert!(said.contains(&format!("swept.toml:{line}:1: ")) && said.contains("silence"), "{said}");
+}
+
+#[test]
+fn all_experiments_are_run_as_their_files_say() {
+    let runtime = runtime();
+    for more in [["--world", "narrow"], ["--variant", "whole"]] {
+        let output = pschema(runtime.path(), &[&["experiment", "all"][..], &more].concat());
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    }
+}

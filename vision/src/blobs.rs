@@ -83,15 +83,16 @@ impl BlobFinder {
         let mut above = 0..0;
         for (row, pixels) in classes.chunks_exact(width_px.max(1)).enumerate() {
             let first = self.runs.len();
-            let mut column = 0;
-            for same in pixels.chunk_by(|a, b| a == b) {
-                let from = column;
-                column += same.len();
-                if same[0] != NO_COLOUR {
+            let mut from = blank(pixels);
+            while let Some(&class) = pixels.get(from) {
+                let rest = &pixels[from..];
+                let length = rest.iter().position(|other| *other != class).unwrap_or(rest.len());
+                let to = from + length;
+                if class != NO_COLOUR {
                     self.parents.push(self.runs.len() as u32);
-                    let (row, from, to) = (row as u32, from as u32, column as u32 - 1);
-                    self.runs.push(Run { row, from, to, class: same[0] });
+                    self.runs.push(Run { row: row as u32, from: from as u32, to: to as u32 - 1, class });
                 }
+                from = to + blank(&pixels[to..]);
             }
             let here = first..self.runs.len();
             self.join_rows(above, here.clone());
@@ -147,6 +148,14 @@ impl BlobFinder {
         }
         regions
     }
+}
+
+/// Pixels of no colour at the start, which most are; counted many at a time.
+fn blank(pixels: &[u8]) -> usize {
+    const STRIDE: usize = 32;
+    let is_blank = |part: &&[u8]| part.iter().fold(0, |all, class| all | (class ^ NO_COLOUR)) == 0;
+    let start = pixels.chunks_exact(STRIDE).take_while(is_blank).count() * STRIDE;
+    start + pixels[start..].iter().take_while(|class| **class == NO_COLOUR).count()
 }
 
 impl Region {

@@ -1,5 +1,7 @@
 //! Which colour a pixel is: ranges of hue, saturation and value, looked up in a table.
 
+use std::ops::Range;
+
 use thiserror::Error;
 
 use crate::image::RgbImage;
@@ -107,6 +109,17 @@ impl Classifier {
         classes.extend(image.pixels().iter().map(|pixel| self.class(*pixel)));
     }
 
+    /// The classes of a range of pixels, counted row by row, into their places in `classes`. What is beyond the
+    /// picture or `classes` is left out.
+    pub fn classify_part(&self, image: &RgbImage, part: Range<usize>, classes: &mut [u8]) {
+        let (Some(pixels), Some(classes)) = (image.pixels().get(part.clone()), classes.get_mut(part)) else {
+            return;
+        };
+        for (pixel, class) in pixels.iter().zip(classes) {
+            *class = self.class(*pixel);
+        }
+    }
+
     /// The class of one pixel: [`NO_COLOUR`], or one more than the colour's index.
     #[must_use]
     pub fn class(&self, [red, green, blue]: [u8; 3]) -> u8 {
@@ -171,6 +184,21 @@ mod tests {
         ] {
             assert_eq!(classifier.class(pixel), class, "{pixel:?}");
         }
+    }
+
+    #[test]
+    fn a_part_is_classified_in_its_place() {
+        let classifier = Classifier::new(&[range("green", 90.0, 150.0)]).unwrap();
+        let mut image = RgbImage::new(4, 2).unwrap();
+        image.pixels_mut()[2..6].fill([20, 200, 30]);
+        let mut classes = Vec::new();
+        classifier.classify(&image, &mut classes);
+        assert_eq!(classes, [0, 0, 1, 1, 1, 1, 0, 0]);
+        image.pixels_mut()[3..5].fill([0; 3]);
+        classifier.classify_part(&image, 3..4, &mut classes);
+        assert_eq!(classes, [0, 0, 1, 0, 1, 1, 0, 0]);
+        classifier.classify_part(&image, 3..99, &mut classes);
+        assert_eq!(classes, [0, 0, 1, 0, 1, 1, 0, 0]);
     }
 
     #[test]

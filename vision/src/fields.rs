@@ -108,6 +108,20 @@ impl VisualFields {
         nearest.map(|(index, _)| index)
     }
 
+    /// The fields beside a field: up to six, fewer at the picture's edge, in ascending order. None of a number
+    /// that is no field's.
+    #[must_use]
+    pub fn neighbours(&self, field: usize) -> Vec<usize> {
+        let Some(&(u, v)) = self.centres_px.get(field) else { return Vec::new() };
+        let beside = |&(cu, cv): &(f64, f64)| {
+            let distance = ((cu - u) * (cu - u) + (cv - v) * (cv - v)).sqrt();
+            // The next but one is the square root of 3 away.
+            distance > 0.0 && distance < self.pitch_px * 1.3
+        };
+        let all = self.centres_px.iter().enumerate();
+        all.filter(|(_, centre)| beside(centre)).map(|(index, _)| index).collect()
+    }
+
     /// How far a point lies outside the picture, 0 inside.
     fn outside_px(&self, u: f64, v: f64) -> f64 {
         let du = (-u).max(u - self.width_px).max(0.0);
@@ -147,6 +161,17 @@ mod tests {
         }
         assert!(inside > 350, "{inside}");
         assert_eq!(fields.field_at(f64::NAN, 3.0), None);
+    }
+
+    #[test]
+    fn a_field_in_the_middle_has_six_neighbours_and_is_theirs() {
+        let fields = VisualFields::new(780, 580, 40.0).unwrap();
+        let middle = fields.field_at(390.0, 290.0).unwrap();
+        let neighbours = fields.neighbours(middle);
+        assert_eq!(neighbours.len(), 6);
+        assert!(neighbours.iter().all(|other| fields.neighbours(*other).contains(&middle)));
+        assert!((1..6).contains(&fields.neighbours(0).len()));
+        assert!(fields.neighbours(fields.count()).is_empty());
     }
 
     #[test]

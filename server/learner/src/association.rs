@@ -3,23 +3,47 @@
 
 use crate::bound::Bound;
 use crate::effect::Effect;
+use crate::index::standing;
 use crate::memory::Memory;
-use crate::observation::{Observation, Substitution, TypeId};
+use crate::observation::{Observation, Substitution};
 use crate::probability::Count;
 use crate::schema::{ASSOCIATIONS_MAX, Association, SchemaId};
 use crate::world_state::WorldState;
 
-/// Whether an association counts as an associated observation. An event that happened while the schema
-/// ran does at once: that they coincided is evidence, and one example of a word is enough (VI-B). A state
-/// that was there anyway does when it is there frequently; else every bystander would be given attention,
-/// which II-C rules out.
-pub(crate) fn is_associated(memory: &Memory, association: &Association) -> bool {
-    let kind = memory.content().observation(association.observation).kind();
-    is_strong(memory, kind, association.count)
+/// Whether an association of `schema` counts as an associated observation. What is there frequently does; else every
+/// bystander would be given attention, which II-C rules out. An event does at once, for one example of a word is
+/// enough (VI-B), but only for the schema that it happened alongside most often (of equals the first), and only as long as that is at
+/// least half of the times: a word that calls the robot back to one thing must not come to mean whatever it
+/// interrupts, nor chatter what it once coincided with.
+pub(crate) fn is_associated(memory: &Memory, schema: SchemaId, association: &Association) -> bool {
+    let Association { observation, count, since_step } = association;
+    is_strong(memory, schema, memory.content().observation(*observation), *count, *since_step)
 }
 
-fn is_strong(memory: &Memory, kind: TypeId, count: Count) -> bool {
-    memory.rules().transient(kind) || count.interval().0 >= memory.parameters().association_low_min
+fn is_strong(memory: &Memory, schema: SchemaId, observation: &Observation, count: Count, since: u64) -> bool {
+    if count.interval().0 >= memory.parameters().association_low_min {
+        return true;
+    }
+    if !memory.rules().transient(observation.kind()) {
+        return false;
+    }
+    let id = memory.index().id(observation);
+    let happened = id.and_then(|id| memory.content().happened.get(id.index())).copied().unwrap_or(0);
+    let Some(known) = memory.content().schema(schema) else { return false };
+    if count.occurrences.saturating_mul(2) < happened {
+        return false;
+    }
+    let ours = standing(schema, known, count.occurrences, since);
+    let other = id.and_then(|event| memory.index().leader_beside(event, schema));
+    other.is_none_or(|other| ours < *other)
+}
+
+/// The effect that counts the events around an execution; none when there were none.
+pub(crate) fn happened(memory: &Memory, before: &WorldState, after: &WorldState) -> Option<Effect> {
+    let rules = memory.rules();
+    let all = before.observations().iter().chain(after.observations()).cloned();
+    let events = WorldState::new(all.filter(|o| rules.transient(o.kind()) && !rules.own(o.kind())));
+    (!events.observations().is_empty()).then(|| Effect::Happened(events.observations().to_vec()))
 }
 
 /// Effects that associate with `schema` what was there for the first time in `before` or `after`.
@@ -37,7 +61,7 @@ pub(crate) fn associate(
     let mut standing: Vec<(bool, u32, Observation)> = known
         .iter()
         .map(|a| {
-            let strong = is_associated(memory, a);
+            let strong = is_associated(memory, schema, a);
             (strong, a.count.occurrences, content.observation(a.observation).clone())
         })
         .collect();
@@ -53,7 +77,7 @@ pub(crate) fn associate(
         if let Some(at) = replaces {
             standing.remove(at);
         }
-        let strong = is_strong(memory, observation.kind(), Count::ONCE);
+        let strong = is_strong(memory, schema, observation, Count::ONCE, content.step);
         standing.push((strong, 1, observation.clone()));
         effects.push(Effect::Associated { schema, observation: observation.clone(), replaces });
     }
@@ -70,7 +94,7 @@ pub(crate) fn references(memory: &Memory, schema: SchemaId, binding: &Substituti
     let content = memory.content();
     let Some(bound) = Bound::new(content, schema, binding) else { return Vec::new() };
     let associated = content.schema(schema).map_or(&[][..], |s| &s.associations);
-    let associated = associated.iter().filter(|a| is_associated(memory, a));
+    let associated = associated.iter().filter(|a| is_associated(memory, schema, a));
     let post = bound.post.into_iter().filter(|p| !p.absent).map(|p| p.what);
     bound
         .pre

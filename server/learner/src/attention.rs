@@ -23,7 +23,12 @@ pub(crate) fn attend(
     let mut attended: Vec<_> = schemas
         .iter()
         .flat_map(|(schema, binding)| references(memory, *schema, binding))
-        .filter(|observation| before.contains(observation) || after.contains(observation))
+        .filter(|observation| {
+            // An event holds for its frame only: one that came before is not perceived any more.
+            let event = memory.rules().transient(observation.kind());
+            after.contains(observation) || !event && before.contains(observation)
+        })
+        .filter(|observation| memory.parameters().heard_decays || !memory.rules().heard(observation.kind()))
         .collect();
     attended.sort_unstable();
     attended.dedup();

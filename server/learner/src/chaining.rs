@@ -6,15 +6,15 @@
 //! does not matter to who moves a block).
 
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use std::collections::BTreeMap;
 
-use rustc_hash::FxHashSet;
-
-use crate::bound::{self, Bound};
+use crate::bound;
 use crate::effect::ChainLink;
+use crate::groups::{Group, GroupId, Groups};
 use crate::memory::Memory;
-use crate::observation::{Observation, Substitution, bindings};
+use crate::observation::Observation;
 use crate::schema::{Concrete, ObservationId, SchemaId};
+use crate::search::{self, Found};
 use crate::target_action::reliability;
 use crate::vocabulary::{BodyId, PrimitiveId};
 use crate::world_state::WorldState;
@@ -22,17 +22,22 @@ use crate::world_state::WorldState;
 /// Bindings of one generalised schema that are considered in one world state.
 pub(crate) const BINDINGS_MAX: usize = 64;
 
-/// Contexts waiting to be expanded in one search: bounds its memory in a world with very many edges.
-const OPEN_MAX: usize = 65_536;
-
 /// A context that chains lead to.
 #[derive(Clone, Debug)]
-struct Node {
-    context: WorldState,
-    ids: FxHashSet<ObservationId>,
-    probability: f64,
-    depth: u32,
-    via: Option<(usize, ChainLink)>,
+pub(crate) struct Node {
+    pub(crate) context: WorldState,
+    /// The same by number, in that order.
+    pub(crate) ids: Box<[ObservationId]>,
+    pub(crate) probability: f64,
+    pub(crate) depth: u32,
+    /// From which node, and how.
+    pub(crate) via: Option<(usize, ChainLink)>,
+}
+
+impl Node {
+    fn holds(&self, conditions: &[ObservationId]) -> bool {
+        conditions.iter().all(|condition| self.ids.binary_search(condition).is_ok())
+    }
 }
 
 /// What can be reached from one context.
@@ -41,30 +46,34 @@ pub(crate) struct Reach {
     nodes: Vec<Node>,
     /// Whether the search used up its budget, so that there may be more.
     pub(crate) truncated: bool,
+    /// By group of schemas, as many as there were, the best way to where they can be executed.
+    ways: Vec<Option<Access>>,
     key: Key,
 }
 
-/// What a search depends on: whose actions, from which context, over which edges, how probable they are, and
-/// which observations had numbers (contexts are compared by them).
-#[derive(Clone, Debug, PartialEq)]
+/// What a search depends on: whose actions, from which context, over which edges and how probable they are.
+#[derive(Clone, Debug)]
 struct Key {
     body: BodyId,
     context: WorldState,
     edges_version: u64,
-    observations: usize,
-    evidence: u64,
+    /// How many observations have numbers, if any was met that has none (contexts are compared by them).
+    observations: Option<usize>,
+    /// If a generalised schema was an edge: what its target could be achieved by then, and how many schemas could have stood
+    /// in for it.
+    asked: BTreeMap<ObservationId, u64>,
+    schemas: usize,
 }
 
 impl Key {
-    fn new(memory: &Memory, body: BodyId, world: &WorldState) -> Self {
-        Self {
-            body,
-            context: world.context(memory.rules()),
-            edges_version: memory.index().edges_version(),
-            observations: memory.content().observations.len(),
-            // Probabilities matter as soon as there is anything to go along.
-            evidence: if memory.index().has_edges() { memory.evidence() } else { 0 },
-        }
+    fn holds(&self, memory: &Memory, body: BodyId, world: &WorldState) -> bool {
+        let index = memory.index();
+        self.body == body
+            && self.edges_version == index.edges_version()
+            && self.observations.is_none_or(|known| known == memory.content().observations.len())
+            && (self.asked.is_empty() || self.schemas == memory.content().schemas.len())
+            && self.asked.iter().all(|(id, version)| index.causing_version(*id) == *version)
+            && self.context == world.context(memory.rules())
     }
 }
 
@@ -78,88 +87,62 @@ pub(crate) struct Access {
     pub(crate) probability: f64,
 }
 
-#[derive(Clone, Debug)]
-struct Open {
-    probability: f64,
-    depth: u32,
-    order: usize,
-    context: WorldState,
-    via: Option<(usize, ChainLink)>,
-}
-
-impl PartialEq for Open {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-impl Eq for Open {}
-impl PartialOrd for Open {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Open {
-    /// The most probable first; of equals the shortest, then the first found.
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.probability
-            .total_cmp(&other.probability)
-            .then_with(|| other.depth.cmp(&self.depth))
-            .then_with(|| other.order.cmp(&self.order))
-    }
-}
-
 impl Reach {
-    /// Whether this search still holds for `world`.
-    pub(crate) fn is_current(&self, memory: &Memory, body: BodyId, world: &WorldState) -> bool {
-        self.key == Key::new(memory, body, world)
-    }
-
-    /// Searches from `world` with the actions that `body` has (Dijkstra on products of probabilities).
-    pub(crate) fn search(memory: &Memory, body: BodyId, world: &WorldState) -> Self {
-        let key = Key::new(memory, body, world);
-        let start = key.context.clone();
-        let mut reach = Self { nodes: Vec::new(), truncated: false, key };
-        let mut open = BinaryHeap::new();
-        let mut order = 0;
-        open.push(Open { probability: 1.0, depth: 0, order, context: start, via: None });
-        let budget = memory.parameters().chain_expansions_max as usize;
-        while let Some(best) = open.pop() {
-            if reach.nodes.iter().any(|node| node.context == best.context) {
-                continue;
-            }
-            if reach.nodes.len() >= budget {
-                reach.truncated = true;
-                break;
-            }
-            let ids = best.context.observations().iter().filter_map(|o| memory.index().id(o)).collect();
-            let Open { probability, depth, context, via, .. } = best;
-            reach.nodes.push(Node { context, ids, probability, depth, via });
-            let at = reach.nodes.len() - 1;
-            // One more schema than the links so far must still fit: the one that the chain is for.
-            if depth + 1 >= memory.parameters().chain_length_max {
-                reach.truncated |= !memory.index().context_changing().is_empty();
-                continue;
-            }
-            for (context, step, link) in edges(memory, body, &reach.nodes[at]) {
-                let probability = probability * step;
-                if open.len() >= OPEN_MAX {
-                    reach.truncated = true;
-                    break;
-                }
-                if probability > 0.0 && !reach.nodes.iter().any(|node| node.context == context) {
-                    order += 1;
-                    open.push(Open { probability, depth: depth + 1, order, context, via: Some((at, link)) });
-                }
-            }
-        }
+    /// What can be reached from `world` now: `known`, while it holds.
+    pub(crate) fn renew<'a>(
+        known: &'a mut Option<Self>,
+        memory: &Memory,
+        body: BodyId,
+        world: &WorldState,
+    ) -> &'a Self {
+        let current = known.take().filter(|known| known.key.holds(memory, body, world));
+        let reach = known.insert(current.unwrap_or_else(|| Self::search(memory, body, world)));
+        reach.take_in_groups(memory);
         reach
     }
 
-    /// The best way to where all of `pre` hold.
-    pub(crate) fn access(&self, pre: &[ObservationId]) -> Option<Access> {
-        let node = self.nodes.iter().position(|node| pre.iter().all(|id| node.ids.contains(id)))?;
-        let Node { depth, probability, .. } = self.nodes[node];
-        Some(Access { node, preceding: depth, probability })
+    /// Searches from `world` with the actions that `body` has.
+    pub(crate) fn search(memory: &Memory, body: BodyId, world: &WorldState) -> Self {
+        let context = world.context(memory.rules());
+        let Found { nodes, truncated, asked, strangers } = search::search(memory, body, &context);
+        let key = Key {
+            body,
+            context,
+            edges_version: memory.index().edges_version(),
+            observations: strangers.then(|| memory.content().observations.len()),
+            asked,
+            schemas: memory.content().schemas.len(),
+        };
+        let groups = memory.index().groups();
+        let mut ways = vec![None; groups.len()];
+        for (at, node) in nodes.iter().enumerate() {
+            for group in groups.holding(&node.ids) {
+                ways[group.index()].get_or_insert(Access {
+                    node: at,
+                    preceding: node.depth,
+                    probability: node.probability,
+                });
+            }
+        }
+        Self { nodes, truncated, ways, key }
+    }
+
+    /// Finds the ways to groups that are newer than the search.
+    fn take_in_groups(&mut self, memory: &Memory) {
+        for (_, group) in memory.index().groups().since(self.ways.len()) {
+            self.ways.push(way(&self.nodes, &group.pre));
+        }
+    }
+
+    /// The best way to where the schemas of `group` can be executed.
+    pub(crate) fn way(&self, group: GroupId) -> Option<Access> {
+        self.ways.get(group.index()).copied().flatten()
+    }
+
+    /// The groups of schemas that can be reached, each with the best way.
+    pub(crate) fn ways<'a>(&self, groups: &'a Groups) -> impl Iterator<Item = (Access, &'a Group)> {
+        let reached = groups.since(0).zip(&self.ways);
+        reached.filter_map(|((_, group), way)| way.map(|way| (way, group)))
     }
 
     /// A way to every context reached, the present one first.
@@ -184,7 +167,8 @@ impl Reach {
         target: &[Observation],
         access: Access,
     ) -> Option<(SchemaId, f64)> {
-        carrier(memory, body, target, &self.nodes[access.node].ids)
+        let holding = memory.index().groups().holding(&self.nodes[access.node].ids);
+        carrier(memory, body, target, &holding)
     }
 
     /// The schemas that lead to `access`, in order.
@@ -200,55 +184,10 @@ impl Reach {
     }
 }
 
-/// Contexts that one schema leads to from `node`, with the probability of the change.
-fn edges(memory: &Memory, body: BodyId, node: &Node) -> Vec<(WorldState, f64, ChainLink)> {
-    let content = memory.content();
-    let mut found = Vec::new();
-    for id in memory.index().context_changing() {
-        let Some(concrete) = content.schema(*id).and_then(|s| s.concrete()) else { continue };
-        if !can_do(memory, body, concrete.action) || !concrete.pre.iter().all(|o| node.ids.contains(o)) {
-            continue;
-        }
-        let link = ChainLink { schema: *id, binding: Substitution::new(), carrier: None };
-        let Some(bound) = Bound::new(content, *id, &link.binding) else { continue };
-        found.extend(
-            transition(memory, node, &bound)
-                .map(|(context, p)| (context, p * reliability(memory, concrete.action), link)),
-        );
-    }
-    for id in memory.index().generalised() {
-        let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
-        for binding in bindings(&generalised.pre, node.context.observations(), BINDINGS_MAX) {
-            let Some(bound) = Bound::new(content, *id, &binding) else { continue };
-            let Some((context, probability)) = transition(memory, node, &bound) else { continue };
-            let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
-            let Some((carrier, known)) = target.and_then(|t| carrier(memory, body, &t, &node.ids)) else {
-                continue;
-            };
-            let link = ChainLink { schema: *id, binding, carrier: Some(carrier) };
-            found.push((context, probability * known, link));
-        }
-    }
-    found
-}
-
-/// The context after `bound` in `node`, and the probability of what changes; none if nothing does.
-fn transition(memory: &Memory, node: &Node, bound: &Bound) -> Option<(WorldState, f64)> {
-    let mut probability = 1.0;
-    let mut after: Vec<Observation> = node.context.observations().to_vec();
-    for post in bound.predicted(memory.parameters()) {
-        let changes =
-            memory.rules().precondition(post.what.kind()) && node.context.contains(&post.what) == post.absent;
-        if changes {
-            probability *= post.count.ratio();
-            match post.absent {
-                true => after.retain(|o| *o != post.what),
-                false => after.push(post.what.clone()),
-            }
-        }
-    }
-    let after = WorldState::new(after);
-    (after != node.context).then_some((after, probability))
+/// The first of `nodes` where all of `conditions` hold: they are in the order in which they were reached.
+fn way(nodes: &[Node], conditions: &[ObservationId]) -> Option<Access> {
+    let node = nodes.iter().position(|node| node.holds(conditions))?;
+    Some(Access { node, preceding: nodes[node].depth, probability: nodes[node].probability })
 }
 
 /// Whether `body` has the primitive in its repertoire.
@@ -271,37 +210,44 @@ fn achieves(memory: &Memory, concrete: &Concrete, target: &[ObservationId]) -> O
     Some(sure)
 }
 
-/// Concrete schemas that achieve all of `target`, with how surely, in order of their numbers.
-fn achievers<'a>(
+/// A concrete schema that achieves a target, and how surely.
+type Achiever<'a> = (SchemaId, &'a Concrete, f64);
+
+fn achiever<'a>(
     memory: &'a Memory,
     body: BodyId,
-    target: &[Observation],
-) -> impl Iterator<Item = (SchemaId, &'a Concrete, f64)> + use<'a> {
-    let ids: Option<Vec<_>> = target.iter().map(|o| memory.index().id(o)).collect();
-    let ids = ids.unwrap_or_default();
-    let fewest = ids.iter().map(|id| memory.index().causing(*id)).min_by_key(|list| list.len());
-    fewest.unwrap_or_default().iter().filter_map(move |id| {
-        let concrete = memory.content().schema(*id)?.concrete()?;
-        let sure = achieves(memory, concrete, &ids)?;
-        can_do(memory, body, concrete.action).then_some((*id, concrete, sure))
-    })
+    id: SchemaId,
+    target: &[ObservationId],
+) -> Option<Achiever<'a>> {
+    let concrete = memory.content().schema(id)?.concrete()?;
+    let sure = achieves(memory, concrete, target)?;
+    can_do(memory, body, concrete.action).then_some((id, concrete, sure))
 }
 
-/// The concrete schema most likely to achieve `target` where `holding` holds: the surest, then the one
-/// with the fewest pre-conditions, then the oldest.
-fn carrier(
+/// The numbers of all of `target`; what has none is caused by nothing.
+fn numbered(memory: &Memory, target: &[Observation]) -> Option<Vec<ObservationId>> {
+    target.iter().map(|o| memory.index().id(o)).collect()
+}
+
+/// The concrete schema of these groups most likely to achieve `target`: the surest, then the one with the fewest
+/// pre-conditions, then the oldest.
+pub(crate) fn carrier(
     memory: &Memory,
     body: BodyId,
     target: &[Observation],
-    holding: &FxHashSet<ObservationId>,
+    groups: &[GroupId],
 ) -> Option<(SchemaId, f64)> {
-    achievers(memory, body, target)
-        .filter(|(_, concrete, _)| concrete.pre.iter().all(|o| holding.contains(o)))
+    let target = numbered(memory, target)?;
+    let first = *target.first()?;
+    groups
+        .iter()
+        .flat_map(|group| memory.index().groups().get(*group).with_outcome(first))
+        .filter_map(|id| achiever(memory, body, id, &target))
         .max_by(surest)
         .map(|(id, _, sure)| (id, sure))
 }
 
-fn surest(a: &(SchemaId, &Concrete, f64), b: &(SchemaId, &Concrete, f64)) -> Ordering {
+fn surest(a: &Achiever<'_>, b: &Achiever<'_>) -> Ordering {
     a.2.total_cmp(&b.2).then_with(|| b.1.pre.len().cmp(&a.1.pre.len())).then_with(|| b.0.cmp(&a.0))
 }
 
@@ -322,16 +268,32 @@ pub(crate) fn achieve(
     body: BodyId,
     target: &[Observation],
 ) -> Option<Achievement> {
-    achievers(memory, body, target)
-        .filter_map(|(id, concrete, sure)| {
-            let access = reach.access(&concrete.pre)?;
-            Some(((id, concrete, sure * access.probability), access))
-        })
-        .max_by(|(a, x), (b, y)| {
-            a.2.total_cmp(&b.2)
-                .then_with(|| b.1.pre.len().cmp(&a.1.pre.len()))
-                .then_with(|| y.preceding.cmp(&x.preceding))
-                .then_with(|| b.0.cmp(&a.0))
-        })
-        .map(|((carrier, ..), access)| Achievement { carrier, access })
+    let index = memory.index();
+    let target = numbered(memory, target)?;
+    let fewest = target.iter().map(|id| index.causing(*id)).min_by_key(|list| list.len())?;
+    let mut best: Option<(Achiever<'_>, Access)> = None;
+    for id in fewest {
+        let Some(outline) = index.outline(*id) else { continue };
+        let Some(access) = reach.way(outline.group) else { continue };
+        // However surely it achieves the target, it is no surer than this.
+        let most = reliability(memory, outline.action) * access.probability;
+        if best.as_ref().is_some_and(|((.., sure), _)| most < *sure) {
+            continue;
+        }
+        let Some((id, concrete, sure)) = achiever(memory, body, *id, &target) else { continue };
+        let found = ((id, concrete, sure * access.probability), access);
+        if best.as_ref().is_none_or(|best| better(&found, best)) {
+            best = Some(found);
+        }
+    }
+    best.map(|((carrier, ..), access)| Achievement { carrier, access })
+}
+
+/// Whether `a` is surer than `b`, then has fewer pre-conditions, then a shorter chain, then is older.
+fn better(a: &(Achiever<'_>, Access), b: &(Achiever<'_>, Access)) -> bool {
+    let shape = |(known, access): &(Achiever<'_>, Access)| (known.1.pre.len(), access.preceding, known.0);
+    match a.0.2.total_cmp(&b.0.2) {
+        Ordering::Equal => shape(a) < shape(b),
+        order => order.is_gt(),
+    }
 }

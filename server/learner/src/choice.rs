@@ -1,8 +1,6 @@
 //! Choosing what to do: "the schema with the highest excitation value is then selected for execution"
 //! (paper, II-C), and its resolution to a primitive.
 
-use rustc_hash::FxHashSet;
-
 use crate::babbling;
 use crate::bound::Bound;
 use crate::chaining::{self, Access, BINDINGS_MAX, Reach, achieve, can_do};
@@ -10,7 +8,7 @@ use crate::decision::{
     CANDIDATES_KEPT_MAX, Candidate, Decision, Reason, Role, Subject, TERMS_KEPT_MAX, Term,
 };
 use crate::effect::{ChainLink, Execution};
-use crate::excitation::{self, Perceived};
+use crate::excitation::{self, Perceived, Resemblance};
 use crate::memory::Memory;
 use crate::observation::{Substitution, bindings};
 use crate::random::Random;
@@ -19,7 +17,7 @@ use crate::target_action::reliability;
 use crate::vocabulary::{BodyId, PrimitiveId};
 use crate::world_state::WorldState;
 
-/// A candidate as it is compared; its terms are worked out only when it is to be shown.
+/// A generalised schema under a binding, or any candidate that is to be shown.
 #[derive(Clone, Debug)]
 struct Scored {
     subject: Subject,
@@ -32,11 +30,22 @@ struct Scored {
     drive: Option<(Role, f64)>,
 }
 
-/// Everything that could be done now, in canonical order: concrete schemas by number, generalised ones by
-/// number and binding, primitives by number.
+/// A candidate, in the order in which equals are drawn from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Which {
+    Concrete(SchemaId),
+    /// As an index into the generalised ones.
+    Generalised(usize),
+    Primitive(PrimitiveId),
+}
+
+/// Everything that could be done now. There may be tens of thousands: of concrete schemas and primitives only the
+/// excitation is kept.
 #[derive(Clone, Debug)]
 pub(crate) struct Choice {
-    candidates: Vec<Scored>,
+    concrete: Vec<(f64, SchemaId)>,
+    generalised: Vec<Scored>,
+    primitives: Vec<(f64, PrimitiveId)>,
     /// The highest excitation; 0 when nothing is exciting.
     pub(crate) top: f64,
 }
@@ -54,24 +63,37 @@ pub(crate) struct Situation<'a> {
     pub(crate) executable: &'a [SchemaId],
 }
 
-/// The observations of `world` that memory knows by number.
-pub(crate) fn known_ids(memory: &Memory, world: &WorldState) -> FxHashSet<ObservationId> {
-    world.observations().iter().filter_map(|observation| memory.index().id(observation)).collect()
+/// The numbers of the observations of `world` that memory knows, ordered.
+pub(crate) fn known_ids(memory: &Memory, world: &WorldState) -> Vec<ObservationId> {
+    let known = world.observations().iter().filter_map(|observation| memory.index().id(observation));
+    let mut known: Vec<_> = known.collect();
+    known.sort_unstable();
+    known
 }
 
 impl Choice {
     /// Scores everything that could be done.
     pub(crate) fn new(situation: &Situation<'_>) -> Self {
-        let mut candidates = concrete(situation);
-        candidates.extend(generalised(situation));
-        candidates.extend(primitives(situation));
-        if candidates.is_empty() {
+        let mut concrete = concrete(situation);
+        let generalised = generalised(situation);
+        let primitives = primitives(situation);
+        if concrete.is_empty() && generalised.is_empty() && primitives.is_empty() {
             // Nothing resembles anything known: every executable schema is as good as any other.
-            candidates =
-                situation.executable.iter().filter_map(|id| score_concrete(situation, *id)).collect();
+            let executable = situation.executable.iter();
+            concrete =
+                executable.filter_map(|id| Some((access(situation, *id).map(|_| 0.0)?, *id))).collect();
         }
-        let top = candidates.iter().map(|c| c.excitation).fold(0.0, f64::max);
-        Self { candidates, top }
+        let mut choice = Self { concrete, generalised, primitives, top: 0.0 };
+        choice.top = choice.all().map(|(excitation, _)| excitation).fold(0.0, f64::max);
+        choice
+    }
+
+    fn all(&self) -> impl Iterator<Item = (f64, Which)> + '_ {
+        let concrete = self.concrete.iter().map(|(excitation, id)| (*excitation, Which::Concrete(*id)));
+        let generalised = self.generalised.iter().enumerate();
+        let generalised = generalised.map(|(at, scored)| (scored.excitation, Which::Generalised(at)));
+        let primitives = self.primitives.iter().map(|(excitation, id)| (*excitation, Which::Primitive(*id)));
+        concrete.chain(generalised).chain(primitives)
     }
 
     /// Takes the most excited candidate, drawing among equals, and resolves it to a primitive.
@@ -80,95 +102,134 @@ impl Choice {
         situation: &Situation<'_>,
         random: &mut Random,
     ) -> Option<(Execution, Decision)> {
-        let best: Vec<usize> =
-            (0..self.candidates.len()).filter(|at| self.candidates[*at].excitation == self.top).collect();
+        let best = self.all().filter(|(excitation, _)| *excitation == self.top);
+        let mut best: Vec<_> = best.map(|(_, which)| which).collect();
+        best.sort_unstable();
         let chosen = *best.get(random.below(best.len()))?;
-        let execution = resolve(situation, &self.candidates[chosen])?;
+        let execution = resolve(situation, &self.scored(situation, self.top, chosen)?)?;
         let reason = if best.len() > 1 { Reason::Tie } else { Reason::Excitation };
-        let decision = self.explain(situation, chosen, best.len(), reason, execution.action);
+        let (shown, at) = self.most_excited(situation, chosen);
+        let mut decision = explain(situation, &shown, reason, execution.action);
+        decision.chosen = at;
+        decision.ties = best.len();
+        decision.candidates_total = self.concrete.len() + self.generalised.len() + self.primitives.len();
         Some((execution, decision))
     }
 
-    fn explain(
-        &self,
-        situation: &Situation<'_>,
-        chosen: usize,
-        ties: usize,
-        reason: Reason,
-        action: PrimitiveId,
-    ) -> Decision {
-        let mut order: Vec<usize> = (0..self.candidates.len()).collect();
-        order.sort_by(|a, b| {
-            let excitation = |at: usize| self.candidates[at].excitation;
-            excitation(*b).total_cmp(&excitation(*a)).then_with(|| (*b == chosen).cmp(&(*a == chosen)))
-        });
-        order.truncate(CANDIDATES_KEPT_MAX);
-        let kept = order.iter().position(|at| *at == chosen).unwrap_or(0);
-        let mut room = TERMS_KEPT_MAX;
-        let candidates = order.iter().map(|at| {
-            let candidate = show(situation, &self.candidates[*at], room);
-            room = room.saturating_sub(candidate.terms.len());
-            candidate
-        });
-        Decision {
-            step: situation.memory.content().step,
-            body: situation.body,
-            world: situation.world.clone(),
-            candidates: candidates.collect(),
-            candidates_total: self.candidates.len(),
-            chosen: kept,
-            ties,
-            reason,
-            action,
-            search_truncated: situation.reach.truncated,
+    /// The candidates to be shown, the most excited first (of equals the chosen one), and where the chosen one is.
+    fn most_excited(&self, situation: &Situation<'_>, chosen: Which) -> (Vec<Scored>, usize) {
+        let first = |a: &(f64, Which), b: &(f64, Which)| {
+            let rest = |which: Which| (which != chosen, which);
+            b.0.total_cmp(&a.0).then_with(|| rest(a.1).cmp(&rest(b.1)))
+        };
+        let mut kept: Vec<(f64, Which)> = Vec::with_capacity(CANDIDATES_KEPT_MAX + 1);
+        for candidate in self.all() {
+            let full = kept.len() == CANDIDATES_KEPT_MAX;
+            if full && kept.last().is_some_and(|last| first(last, &candidate).is_lt()) {
+                continue;
+            }
+            let at = kept.partition_point(|known| first(known, &candidate).is_lt());
+            kept.insert(at, candidate);
+            kept.truncate(CANDIDATES_KEPT_MAX);
+        }
+        let at = kept.iter().position(|(_, which)| *which == chosen).unwrap_or(0);
+        (kept.into_iter().filter_map(|(e, which)| self.scored(situation, e, which)).collect(), at)
+    }
+
+    /// A candidate with all that it takes to show or resolve it.
+    fn scored(&self, situation: &Situation<'_>, excitation: f64, which: Which) -> Option<Scored> {
+        let memory = situation.memory;
+        let (subject, action) = match which {
+            Which::Concrete(id) => (Subject::Schema(id), memory.index().outline(id)?.action),
+            Which::Generalised(at) => return self.generalised.get(at).cloned(),
+            Which::Primitive(primitive) => (Subject::Primitive(primitive), primitive),
+        };
+        let reliability = reliability(memory, action);
+        let value = memory.parameters().babbling_excitation * reliability;
+        let (access, drive) = match which {
+            Which::Concrete(id) => {
+                let wanting = situation.unhabituated.binary_search(&id).is_ok();
+                (access(situation, id), wanting.then_some((Role::Habituation, value)))
+            }
+            _ => (None, Some((Role::Babbling, value))),
+        };
+        let distance = access.map_or(1, |access| access.preceding + 1);
+        let binding = Substitution::new();
+        Some(Scored { subject, binding, carrier: None, access, distance, excitation, reliability, drive })
+    }
+}
+
+/// The decision for the first of these candidates.
+fn explain(situation: &Situation<'_>, shown: &[Scored], reason: Reason, action: PrimitiveId) -> Decision {
+    let mut room = TERMS_KEPT_MAX;
+    let candidates = shown.iter().map(|scored| {
+        let candidate = show(situation, scored, room);
+        room = room.saturating_sub(candidate.terms.len());
+        candidate
+    });
+    Decision {
+        step: situation.memory.content().step,
+        body: situation.body,
+        world: situation.world.clone(),
+        candidates: candidates.collect(),
+        candidates_total: shown.len(),
+        chosen: 0,
+        ties: 1,
+        reason,
+        action,
+        search_truncated: situation.reach.truncated,
+        goal: None,
+    }
+}
+
+/// How a concrete schema can be made executable; none if it can't, or not by this body.
+fn access(situation: &Situation<'_>, id: SchemaId) -> Option<Access> {
+    let Situation { memory, body, reach, .. } = *situation;
+    let outline = memory.index().outline(id)?;
+    can_do(memory, body, outline.action).then(|| reach.way(outline.group)).flatten()
+}
+
+/// Concrete schemas with any excitation.
+fn concrete(situation: &Situation<'_>) -> Vec<(f64, SchemaId)> {
+    let Situation { memory, unhabituated, .. } = *situation;
+    let index = memory.index();
+    let resemblance = Resemblance::new(memory, situation.world);
+    let reliabilities = reliabilities(situation);
+    let drive = memory.parameters().babbling_excitation;
+    let mut found = Vec::new();
+    for (access, group) in situation.reach.ways(index.groups()) {
+        let distance = f64::from(access.preceding + 1);
+        let reliable = resemblance.of_pre(&group.pre, 1.0);
+        for id in &group.schemas {
+            let Some(outline) = index.outline(*id) else { continue };
+            let Some(reliability) = reliabilities.get(outline.action.0 as usize).copied().flatten() else {
+                continue;
+            };
+            let pre = if reliability == 1.0 { reliable } else { resemblance.of_pre(&group.pre, reliability) };
+            let mut sum = resemblance.sum(*id, outline, pre, reliability);
+            if !unhabituated.is_empty() && unhabituated.binary_search(id).is_ok() {
+                sum += drive * reliability;
+            }
+            let excitation = sum / distance;
+            if excitation > 0.0 {
+                found.push((excitation, *id));
+            }
         }
     }
+    found
 }
 
-/// Concrete schemas with any excitation: only those that share a value with something perceived have.
-fn concrete(situation: &Situation<'_>) -> Vec<Scored> {
-    let index = situation.memory.index();
-    let mut schemas: Vec<SchemaId> = situation
-        .world
-        .observations()
-        .iter()
-        .flat_map(|observation| observation.properties())
-        .flat_map(|(property, value)| index.with_value(*property, *value))
-        .flat_map(|observation| index.referring(*observation))
-        .chain(situation.unhabituated)
-        .copied()
-        .collect();
-    schemas.sort_unstable();
-    schemas.dedup();
-    let scored = schemas.into_iter().filter_map(|id| score_concrete(situation, id));
-    scored.filter(|scored| scored.excitation > 0.0).collect()
-}
-
-fn score_concrete(situation: &Situation<'_>, id: SchemaId) -> Option<Scored> {
-    let memory = situation.memory;
-    let concrete = memory.content().schema(id)?.concrete()?;
-    if !can_do(memory, situation.body, concrete.action) {
-        return None;
+/// The reliability of each primitive, by number; none for what the body does not have.
+fn reliabilities(situation: &Situation<'_>) -> Vec<Option<f64>> {
+    let Situation { memory, body, .. } = *situation;
+    let vocabulary = &memory.content().vocabulary;
+    let mut known = vec![None; vocabulary.primitives().len()];
+    for primitive in vocabulary.bodies().get(usize::from(body.0)).iter().flat_map(|b| &b.repertoire) {
+        if let Some(known) = known.get_mut(primitive.0 as usize) {
+            *known = Some(reliability(memory, *primitive));
+        }
     }
-    let access = situation.reach.access(&concrete.pre)?;
-    let distance = access.preceding + 1;
-    let reliability = reliability(memory, concrete.action);
-    let mut sum = excitation::sum(memory, id, &Substitution::new(), situation.perceived, reliability);
-    let drive = situation.unhabituated.binary_search(&id).is_ok().then(|| {
-        let value = memory.parameters().babbling_excitation * reliability;
-        sum += value;
-        (Role::Habituation, value)
-    });
-    Some(Scored {
-        subject: Subject::Schema(id),
-        binding: Substitution::new(),
-        carrier: None,
-        access: Some(access),
-        distance,
-        excitation: sum / f64::from(distance),
-        reliability,
-        drive,
-    })
+    known
 }
 
 /// Generalised schemas, once for each binding that the world state gives. A concrete schema with the same
@@ -220,24 +281,12 @@ fn score_generalised(
     })
 }
 
-fn primitives(situation: &Situation<'_>) -> Vec<Scored> {
+/// Primitives that no schema covers here, with the drive to try them.
+fn primitives(situation: &Situation<'_>) -> Vec<(f64, PrimitiveId)> {
     let memory = situation.memory;
     let uncovered = babbling::uncovered(memory, situation.body, situation.executable).into_iter();
-    let scored = uncovered.map(|primitive| {
-        let reliability = reliability(memory, primitive);
-        let value = memory.parameters().babbling_excitation * reliability;
-        Scored {
-            subject: Subject::Primitive(primitive),
-            binding: Substitution::new(),
-            carrier: None,
-            access: None,
-            distance: 1,
-            excitation: value,
-            reliability,
-            drive: Some((Role::Babbling, value)),
-        }
-    });
-    scored.collect()
+    let drive = memory.parameters().babbling_excitation;
+    uncovered.map(|primitive| (drive * reliability(memory, primitive), primitive)).collect()
 }
 
 /// What has to be sent to execute the candidate: its own primitive, or the first of a chain to it.
@@ -251,6 +300,7 @@ fn resolve(situation: &Situation<'_>, scored: &Scored) -> Option<Execution> {
                 action,
                 before: situation.world.clone(),
                 chain: Vec::new(),
+                for_goal: false,
             });
         }
         Subject::Schema(schema) => schema,
@@ -268,7 +318,8 @@ fn begin(memory: &Memory, world: &WorldState, mut chain: Vec<ChainLink>) -> Opti
     }
     let ChainLink { schema, binding, carrier } = chain.remove(0);
     let action = memory.content().schema(carrier.unwrap_or(schema))?.concrete()?.action;
-    Some(Execution { schema: Some(schema), binding, carrier, action, before: world.clone(), chain })
+    let before = world.clone();
+    Some(Execution { schema: Some(schema), binding, carrier, action, before, chain, for_goal: false })
 }
 
 /// Goes on with a chain begun before, if the present outcome allows its next schema.
@@ -299,8 +350,7 @@ pub(crate) fn continue_chain(
         reliability,
         drive: None,
     };
-    let choice = Choice { top: sum, candidates: vec![scored] };
-    let decision = choice.explain(situation, 0, 1, Reason::Chain, execution.action);
+    let decision = explain(situation, &[scored], Reason::Chain, execution.action);
     Some((execution, decision))
 }
 

@@ -48,12 +48,52 @@ pub struct Stage {
     pub arrange: Vec<SceneCommand>,
     /// A trial ends when this is observed.
     pub until: Option<Until>,
+    /// A trial ends when this has not been observed for a while.
+    pub until_absent: Option<Absence>,
     /// A trial ends after this many actions; 0 for no such end.
     pub trial_actions_max: u32,
     /// When there is little novel left; none: the stage ends with its last trial, or never without trials.
     pub saturation: Option<Saturation>,
     /// What must be tried again before the next constraint is lifted (II-G).
     pub habituation: Option<Habituation>,
+    /// What a teacher says while a trial goes on.
+    pub say: Vec<Utterance>,
+}
+
+impl Stage {
+    /// Whether the trials end when there is little novel left, and not by what is observed or done.
+    #[must_use]
+    pub fn ends_by_saturation(&self) -> bool {
+        self.saturation.is_some()
+            && self.until.is_none()
+            && self.until_absent.is_none()
+            && self.trial_actions_max == 0
+    }
+}
+
+/// Something that was not observed after so many actions in a row.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Absence {
+    /// What was not observed.
+    pub observation: Until,
+    /// After how many actions in a row; 1 or more.
+    pub actions: u32,
+}
+
+/// What a teacher says in the trials of a stage (paper, II-F: "speaking to it as it performs actions"). It is heard in the very frame
+/// that gives the occasion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Utterance {
+    /// What is heard: one of these, drawn when there are several.
+    pub heard: Vec<Until>,
+    /// Said when this is observed; without it in the first frame after the trial has begun.
+    pub when: Option<Until>,
+    /// Not said when this is observed.
+    pub unless: Option<Until>,
+    /// How probable it is to be said when there is occasion, in 0..=1.
+    pub probability: f64,
+    /// How often it is said in one trial at most.
+    pub times_max: u32,
 }
 
 /// Which senses are lifted.
@@ -65,7 +105,7 @@ pub enum Lift {
     Types(Vec<String>),
 }
 
-/// Something observed that ends a trial: a type, and the properties it must have.
+/// Something that may be observed: a type, and the properties it must have.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Until {
     /// The observation type's name.
@@ -145,7 +185,9 @@ pub enum CurriculumError {
         max: i64,
     },
     /// A trial that nothing ends.
-    #[error("the trials of stage {0:?} never end: give it `until`, `trial_actions_max` or `saturation`")]
+    #[error(
+        "the trials of stage {0:?} never end: give it `until`, `until_absent`, `trial_actions_max` or `saturation`"
+    )]
     Endless(String),
     /// A level or width out of range.
     #[error("stage {stage:?}: {what} = {value} is outside {range}")]
@@ -203,8 +245,8 @@ impl Curriculum {
                 });
             }
         }
-        let endless = stage.until.is_none() && stage.trial_actions_max == 0 && stage.saturation.is_none();
-        if stage.trials > 0 && endless {
+        let ended = stage.until.is_some() || stage.until_absent.is_some() || stage.trial_actions_max > 0;
+        if stage.trials > 0 && !ended && stage.saturation.is_none() {
             return Err(CurriculumError::Endless(stage.name.clone()));
         }
         let wrong = |what, value, range| {
@@ -216,6 +258,20 @@ impl Curriculum {
             }
             if saturation.actions == 0 {
                 return wrong("saturation.actions", 0.0, "1..");
+            }
+        }
+        if stage.until_absent.as_ref().is_some_and(|absence| absence.actions == 0) {
+            return wrong("until_absent.actions", 0.0, "1..");
+        }
+        for Utterance { heard, probability, times_max, .. } in &stage.say {
+            if heard.is_empty() {
+                return wrong("words to say", 0.0, "1..");
+            }
+            if !(0.0..=1.0).contains(probability) {
+                return wrong("say.probability", *probability, "0..=1");
+            }
+            if *times_max == 0 {
+                return wrong("say.times", 0.0, "1..");
             }
         }
         match &stage.habituation {

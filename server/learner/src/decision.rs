@@ -1,12 +1,13 @@
 //! Decisions, with everything needed to explain them.
 
-use crate::observation::{Observation, Substitution};
+use crate::effect::ChainLink;
+use crate::observation::{Observation, Pattern, Substitution};
 use crate::schema::SchemaId;
 use crate::vocabulary::{BodyId, PrimitiveId};
 use crate::world_state::WorldState;
 
 /// Candidates that a decision keeps with their terms, the most excited first.
-pub const CANDIDATES_KEPT_MAX: usize = 256;
+pub const CANDIDATES_KEPT_MAX: usize = 32;
 
 /// Terms that a decision keeps one by one, those of the most excited candidate first. Their number grows with the
 /// square of what is perceived, so a crowded world would else fill memory with explanations.
@@ -35,6 +36,21 @@ pub struct Decision {
     pub action: PrimitiveId,
     /// Whether the search for chains used up its budget.
     pub search_truncated: bool,
+    /// The goal and the plan that it follows, when that is the reason.
+    pub goal: Option<ForGoal>,
+}
+
+/// What a decision in pursuit of a goal follows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ForGoal {
+    /// What is to be brought about.
+    pub goal: Vec<Pattern>,
+    /// The plan's schemas, in order.
+    pub chain: Vec<ChainLink>,
+    /// Which of them this is, as an index.
+    pub at: usize,
+    /// The probability of the plan when it was made.
+    pub probability: f64,
 }
 
 /// What made a choice.
@@ -46,6 +62,8 @@ pub enum Reason {
     Tie,
     /// The next schema of a chain begun before.
     Chain,
+    /// The next schema of a plan for a goal.
+    Goal,
 }
 
 /// What a candidate is.

@@ -1,9 +1,10 @@
 //! The digest of a memory: equal digests are equal memories.
 
-use crate::effect::Execution;
+use crate::effect::{ChainLink, Execution};
 use crate::memory::Content;
 use crate::observation::{Observation, Pattern, Substitution, Term, Value};
 use crate::probability::Count;
+use crate::pursuit::{Because, Ending};
 use crate::schema::{Form, Schema, SchemaId};
 use crate::vocabulary::Parameter;
 
@@ -18,13 +19,15 @@ pub fn digest(content: &Content) -> String {
     vocabulary(&mut sink, content);
     sink.list(content.schemas.len());
     content.schemas.iter().for_each(|schema| self::schema(&mut sink, content, schema));
-    let mut attended: Vec<_> =
-        content.observations.iter().zip(content.attention.iter()).filter(|(_, count)| **count > 0).collect();
-    attended.sort_unstable();
-    sink.list(attended.len());
-    for (observation, count) in attended {
-        self::observation(&mut sink, observation);
-        sink.number(u64::from(*count));
+    for counts in [&content.attention, &content.happened] {
+        let mut counted: Vec<_> =
+            content.observations.iter().zip(counts.iter()).filter(|(_, count)| **count > 0).collect();
+        counted.sort_unstable();
+        sink.list(counted.len());
+        for (observation, count) in counted {
+            self::observation(&mut sink, observation);
+            sink.number(u64::from(*count));
+        }
     }
     content.attempts.iter().for_each(|attempts| count(&mut sink, *attempts));
     sink.number(content.random.state());
@@ -36,6 +39,7 @@ pub fn digest(content: &Content) -> String {
         }
     }
     progress(&mut sink, content);
+    pursuit(&mut sink, content);
     sink.0.finalize().to_hex().to_string()
 }
 
@@ -173,6 +177,7 @@ fn schema(sink: &mut Sink, content: &Content, schema: &Schema) {
     for association in &schema.associations {
         observation(sink, content.observation(association.observation));
         count(sink, association.count);
+        sink.number(association.since_step);
     }
     sink.id(schema.parent);
     sink.number(schema.created_step);
@@ -193,12 +198,51 @@ fn execution(sink: &mut Sink, execution: &Execution) {
     sink.number(u64::from(execution.action.0));
     sink.list(execution.before.observations().len());
     execution.before.observations().iter().for_each(|seen| observation(sink, seen));
-    sink.list(execution.chain.len());
-    for link in &execution.chain {
+    chain(sink, &execution.chain);
+    sink.flag(execution.for_goal);
+}
+
+fn chain(sink: &mut Sink, chain: &[ChainLink]) {
+    sink.list(chain.len());
+    for link in chain {
         sink.id(Some(link.schema));
         substitution(sink, &link.binding);
         sink.id(link.carrier);
     }
+}
+
+fn pursuit(sink: &mut Sink, content: &Content) {
+    sink.flag(content.pursuit.is_some());
+    let Some(pursuit) = &content.pursuit else { return };
+    sink.number(pursuit.number);
+    sink.number(u64::from(pursuit.body.0));
+    sink.list(pursuit.goal.len());
+    pursuit.goal.iter().for_each(|wanted| pattern(sink, wanted));
+    for number in [pursuit.actions_max, pursuit.actions, pursuit.plans_made] {
+        sink.number(u64::from(number));
+    }
+    sink.list(pursuit.plans.len());
+    for plan in &pursuit.plans {
+        sink.number(u64::from(plan.after_actions));
+        sink.number(match plan.because {
+            Because::First => 0,
+            Because::NotReached => 1,
+            Because::NextNotAllowed => 2,
+            Because::NotCarriedOut => 3,
+            Because::Interrupted => 4,
+        });
+        chain(sink, &plan.chain);
+        sink.number(plan.probability.to_bits());
+        sink.flag(plan.truncated);
+    }
+    sink.number(match pursuit.ended {
+        None => 0,
+        Some(Ending::Achieved) => 1,
+        Some(Ending::NothingLeadsThere) => 2,
+        Some(Ending::ActionsUsedUp) => 3,
+        Some(Ending::Constrained) => 4,
+        Some(Ending::Cancelled) => 5,
+    });
 }
 
 fn progress(sink: &mut Sink, content: &Content) {
@@ -214,6 +258,10 @@ fn progress(sink: &mut Sink, content: &Content) {
     {
         sink.flag(flag);
     }
+    sink.flag(progress.trial_fresh);
+    sink.number(u64::from(progress.absent_actions));
+    sink.list(progress.said.len());
+    progress.said.iter().for_each(|times| sink.number(u64::from(*times)));
     sink.text(progress.stuck.as_deref().unwrap_or(""));
     sink.number(u64::from(progress.trial_actions));
     sink.number(u64::from(progress.quiet_actions));
@@ -232,8 +280,10 @@ fn progress(sink: &mut Sink, content: &Content) {
         ] {
             sink.number(u64::from(number));
         }
-        sink.list(report.generalised_after_trial.len());
-        report.generalised_after_trial.iter().for_each(|number| sink.number(u64::from(*number)));
+        for numbers in [&report.generalised_after_trial, &report.actions_of_trial] {
+            sink.list(numbers.len());
+            numbers.iter().for_each(|number| sink.number(u64::from(*number)));
+        }
         sink.list(report.drawn.len());
         report.drawn.iter().for_each(|number| sink.number(number.cast_unsigned()));
         sink.flag(report.saturated);

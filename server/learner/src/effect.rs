@@ -3,6 +3,7 @@
 
 use crate::observation::{Observation, Pattern, Substitution};
 use crate::progress::StageEffect;
+use crate::pursuit::PursuitEffect;
 use crate::schema::SchemaId;
 use crate::vocabulary::{BodyId, Declaration, PrimitiveId};
 use crate::world_state::WorldState;
@@ -89,10 +90,14 @@ pub enum Effect {
         /// The index of the association that makes room, when the schema has no more room.
         replaces: Option<usize>,
     },
+    /// These events were perceived before or after an execution that was learnt from.
+    Happened(Vec<Observation>),
     /// N(x) rises by one for each of these (II-C).
     Attended(Vec<Observation>),
     /// Developmental control (II-F).
     Stage(StageEffect),
+    /// A goal is pursued, or no more.
+    Pursuit(PursuitEffect),
     /// The step is over: what is to be remembered until the next frame of this body.
     StepEnded {
         /// Which body.
@@ -131,6 +136,8 @@ pub struct Execution {
     /// What is left of a chain after this schema: concrete schemas in order, and at its end the one that
     /// the chain is for.
     pub chain: Vec<ChainLink>,
+    /// Whether it was decided in pursuit of a goal, so that the curriculum does not count it.
+    pub for_goal: bool,
 }
 
 /// One schema still to be executed in a chain.

@@ -7,6 +7,7 @@ use crate::bound::Bound;
 use crate::decision::{Role, Term};
 use crate::memory::Memory;
 use crate::observation::{Observation, PropertyId, Substitution, Value};
+use crate::outline::Outline;
 use crate::schema::{Form, ObservationId, SchemaId};
 use crate::world_state::WorldState;
 
@@ -43,6 +44,83 @@ impl Perceived {
 
     fn shared(&self, observation: &Observation) -> u32 {
         observation.properties().iter().filter_map(|pair| self.0.get(pair)).sum()
+    }
+}
+
+/// What everything remembered shares with what is perceived, by observation: to score very many schemas at once.
+#[derive(Debug)]
+pub(crate) struct Resemblance<'a> {
+    memory: &'a Memory,
+    /// How many values it shares.
+    shared: Vec<u32>,
+    /// What it adds where its probability and weight are 1.
+    plain: Vec<f64>,
+}
+
+impl<'a> Resemblance<'a> {
+    pub(crate) fn new(memory: &'a Memory, world: &WorldState) -> Self {
+        let count = memory.content().observations.len();
+        let mut found = Self { memory, shared: vec![0; count], plain: vec![0.0; count] };
+        let mut pairs: Vec<_> = world.observations().iter().flat_map(|o| o.properties()).copied().collect();
+        pairs.sort_unstable();
+        for equal in pairs.chunk_by(|a, b| a == b) {
+            let times = u32::try_from(equal.len()).unwrap_or(u32::MAX);
+            let Some((property, value)) = equal.first() else { continue };
+            for id in memory.index().with_value(*property, *value) {
+                if let Some(shared) = found.shared.get_mut(id.index()) {
+                    *shared += times;
+                    found.plain[id.index()] = found.value(*id, 1.0, 1.0);
+                }
+            }
+        }
+        found
+    }
+
+    fn shared(&self, id: ObservationId) -> u32 {
+        self.shared.get(id.index()).copied().unwrap_or_default()
+    }
+
+    /// What `id` adds to the sum of equation (1).
+    fn value(&self, id: ObservationId, probability: f64, weight: f64) -> f64 {
+        let attention = self.memory.content().attention.get(id.index()).copied().unwrap_or(0);
+        f64::from(self.shared(id)) * probability * weight / (1.0 + f64::from(attention))
+    }
+
+    fn weighed(&self, id: ObservationId, probability: f64, weight: f64) -> f64 {
+        match probability == 1.0 && weight == 1.0 {
+            // Exactly the same, without a division.
+            true => self.plain.get(id.index()).copied().unwrap_or_default(),
+            false if self.shared(id) == 0 => 0.0,
+            false => self.value(id, probability, weight),
+        }
+    }
+
+    /// What pre-conditions that many schemas have in common add to the sum of each whose action has this reliability.
+    pub(crate) fn of_pre(&self, pre: &[ObservationId], reliability: f64) -> f64 {
+        pre.iter().fold(0.0, |sum, id| sum + self.weighed(*id, 1.0, reliability))
+    }
+
+    /// The sum of equation (1) of a concrete schema, as [`sum`] gives it; `pre` is what its pre-conditions add.
+    pub(crate) fn sum(&self, id: SchemaId, outline: &Outline, pre: f64, reliability: f64) -> f64 {
+        let parameters = self.memory.parameters();
+        let mut sum = pre;
+        if parameters.excite_by_post_conditions {
+            for (what, probability) in &outline.post {
+                sum += self.weighed(*what, *probability, reliability);
+            }
+        }
+        if outline.associated
+            && let Some(schema) = self.memory.content().schema(id)
+        {
+            let weight = parameters.association_weight * reliability;
+            for association in &schema.associations {
+                let what = association.observation;
+                if self.shared(what) > 0 && is_associated(self.memory, id, association) {
+                    sum += self.value(what, 1.0, weight);
+                }
+            }
+        }
+        sum
     }
 }
 
@@ -90,7 +168,7 @@ fn visit(
         }
     }
     let weight = memory.parameters().association_weight * reliability;
-    for association in known.associations.iter().filter(|a| is_associated(memory, a)) {
+    for association in known.associations.iter().filter(|a| is_associated(memory, schema, a)) {
         let id = association.observation;
         let observation = content.observation(id);
         let attention = attention(id);

@@ -6,9 +6,12 @@ use std::collections::BTreeMap;
 use crate::bound;
 use crate::effect::Effect;
 use crate::memory::Memory;
-use crate::observation::{Observation, Pattern, PropertyId, Substitution, Term, Value, Variable, bindings};
+use crate::observation::{
+    Observation, Pattern, PropertyId, Substitution, Term, TypeId, Value, Variable, bindings,
+};
+use crate::outline::ClassId;
 use crate::probability::Count;
-use crate::schema::{Concrete, Generalised, PostCondition, SchemaId, signature};
+use crate::schema::{Concrete, Generalised, ObservationId, PostCondition, SchemaId, signature};
 use crate::target_action;
 
 /// A generalised schema before it is kept.
@@ -24,23 +27,22 @@ pub(crate) struct Lifted {
 pub(crate) fn generalise(memory: &Memory, seed: SchemaId) -> Vec<Effect> {
     let Some(concrete) = memory.content().schema(seed).and_then(|s| s.concrete()) else { return Vec::new() };
     let mut effects = Vec::new();
-    let lifted = target_action::target(memory, concrete).map(|target| lift(memory, concrete, &target));
+    let target = target_action::target(memory, concrete).filter(|_| !is_exception(memory, concrete));
+    let lifted = target.map(|target| lift(memory, concrete, &target));
     // What was retired is not made anew: its history speaks against it.
-    let known = memory.index().generalised().iter().chain(memory.index().retired()).any(|id| {
-        let known = memory.content().schema(*id).and_then(|s| s.generalised());
-        known.is_some_and(|known| lifted.as_ref().is_some_and(|lifted| lifted.equals(known)))
-    });
+    let known = lifted.as_ref().is_some_and(|lifted| lifted.is_known(memory));
     for id in memory.index().generalised() {
         let Some(generalised) = memory.content().schema(*id).and_then(|s| s.generalised()) else { continue };
-        if represents(memory, &Lifted::from(generalised), concrete) {
+        if represents(memory, generalised, concrete) {
             effects.push(Effect::Supported { generalised: *id, example: seed });
         }
     }
     let Some(lifted) = lifted.filter(|lifted| !known && lifted.has_variables()) else { return effects };
-    let similar = similar(memory, concrete);
-    let examples: Vec<_> =
-        similar.iter().filter(|(_, other)| represents(memory, &lifted, other)).map(|(id, _)| *id).collect();
-    let share = examples.len() as f64 / similar.len().max(1) as f64;
+    // "The same number of the same type of observations for their pre-conditions and post-conditions".
+    let Some(class) = memory.index().outline(seed).map(|outline| outline.class) else { return effects };
+    let similar = memory.index().classes().size(class);
+    let examples = examples(memory, &lifted, class);
+    let share = examples.len() as f64 / similar.max(1) as f64;
     let parameters = memory.parameters();
     if examples.len() >= parameters.generalisation_support_min && share >= parameters.generalisation_share_min
     {
@@ -50,32 +52,44 @@ pub(crate) fn generalise(memory: &Memory, seed: SchemaId) -> Vec<Effect> {
     effects
 }
 
-/// Concrete schemas with "the same number of the same type of observations for their pre-conditions and
-/// post-conditions", `seed` included.
-fn similar<'a>(memory: &'a Memory, seed: &Concrete) -> Vec<(SchemaId, &'a Concrete)> {
-    let content = memory.content();
-    let kind = |id| content.observation(id).kind();
-    let post_signature = |concrete: &Concrete| {
-        let predicted = |absent: bool| {
-            signature(
-                concrete
-                    .post
-                    .iter()
-                    .filter(|p| p.absent == absent && bound::predicted(p.count, memory.parameters()))
-                    .map(|p| kind(p.what)),
-            )
-        };
-        (predicted(false), predicted(true))
-    };
-    let pre = signature(seed.pre.iter().map(|o| kind(*o)));
-    let post = post_signature(seed);
-    memory
-        .index()
-        .with_pre_types(&pre)
-        .iter()
-        .filter_map(|id| content.schema(*id).and_then(|s| s.concrete()).map(|concrete| (*id, concrete)))
-        .filter(|(_, concrete)| post_signature(concrete) == post)
-        .collect()
+/// Whether `concrete` is a counter-example to a law that is in use: it bounds that law (IV-A: "these are selected
+/// instead"), and founds no rival to it. Else two objects out of reach would make a law of pointing, which
+/// from then on would hold as much as that of touching wherever something is within reach.
+fn is_exception(memory: &Memory, concrete: &Concrete) -> bool {
+    let law = concrete.contradicts.and_then(|law| memory.content().schema(law)?.generalised());
+    law.is_some_and(|law| !law.retired)
+}
+
+/// The schemas of `class` that `lifted` represents, by number. Its variables are bound once for all that have
+/// the same pre-conditions, and of these only those are looked at that have an outcome which it says they have.
+fn examples(memory: &Memory, lifted: &Lifted, class: ClassId) -> Vec<SchemaId> {
+    let index = memory.index();
+    let types = signature(lifted.pre.iter().map(Pattern::kind));
+    let mut found = Vec::new();
+    for group in index.with_pre_types(&types) {
+        let group = index.groups().get(*group);
+        let pre: Vec<_> = group.pre.iter().map(|o| memory.content().observation(*o).clone()).collect();
+        for binding in bindings(&lifted.pre, &pre, BINDINGS_MAX) {
+            let post = lifted.post.iter().map(|(what, absent)| (what, *absent));
+            let Some(law) = Law::new(memory, post, &lifted.target, &binding) else { continue };
+            let of_class = |id: &SchemaId| index.outline(*id).is_some_and(|known| known.class == class);
+            let holds = |id: &SchemaId| {
+                of_class(id)
+                    && memory
+                        .content()
+                        .schema(*id)
+                        .and_then(|s| s.concrete())
+                        .is_some_and(|c| law.holds(memory, c))
+            };
+            match law.post.first() {
+                Some((what, _)) => found.extend(group.with_outcome(*what).filter(holds)),
+                None => found.extend(group.schemas.iter().copied().filter(holds)),
+            }
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
 }
 
 /// Replaces by a variable every (property, value) that occurs in the pre-conditions and also in the target
@@ -127,24 +141,81 @@ fn predicted<'a>(
 /// A test of representation tries every binding; the attempts of [`bindings`] bound the work.
 const BINDINGS_MAX: usize = usize::MAX;
 
-/// Whether some binding turns the lifted pre-conditions into those of `other`, the lifted post-conditions
-/// into just what `other` predicts, and the lifted target into something its action achieves.
-fn represents(memory: &Memory, lifted: &Lifted, other: &Concrete) -> bool {
-    if lifted.pre.len() != other.pre.len() {
+/// What a generalised schema says under a binding, by number.
+struct Law {
+    /// What is predicted, and whether as absent; ordered.
+    post: Vec<(ObservationId, bool)>,
+    target: Vec<ObservationId>,
+}
+
+impl Law {
+    /// None if it speaks of an observation that no schema knows, so that it represents none.
+    fn new<'a>(
+        memory: &Memory,
+        post: impl Iterator<Item = (&'a Pattern, bool)>,
+        target: &[Pattern],
+        binding: &Substitution,
+    ) -> Option<Self> {
+        let number = |pattern: &Pattern| memory.index().id(&pattern.apply(binding)?);
+        let mut post: Vec<_> =
+            post.map(|(what, absent)| Some((number(what)?, absent))).collect::<Option<_>>()?;
+        post.sort_unstable();
+        post.dedup();
+        Some(Self { post, target: target.iter().map(number).collect::<Option<_>>()? })
+    }
+
+    /// Whether `other` predicts just this, and its action achieves the target.
+    fn holds(&self, memory: &Memory, other: &Concrete) -> bool {
+        let predicted = other.post.iter().filter(|p| bound::predicted(p.count, memory.parameters()));
+        let mut predicted: Vec<_> = predicted.map(|p| (p.what, p.absent)).collect();
+        predicted.sort_unstable();
+        predicted == self.post && target_action::achieves(memory, other, &self.target)
+    }
+}
+
+/// Whether some binding turns the pre-conditions into those of `other`, the post-conditions into just what `other`
+/// predicts, and the target into something its action achieves.
+fn represents(memory: &Memory, generalised: &Generalised, other: &Concrete) -> bool {
+    if generalised.pre.len() != other.pre.len() {
         return false;
     }
     let pre: Vec<_> = other.pre.iter().map(|o| memory.content().observation(*o).clone()).collect();
-    let mut post: Vec<_> = predicted(memory, other).map(|p| (p.what, p.absent)).collect();
-    post.sort_unstable();
-    bindings(&lifted.pre, &pre, BINDINGS_MAX).into_iter().any(|binding| {
-        let expected: Option<Vec<_>> =
-            lifted.post.iter().map(|(p, absent)| Some((p.apply(&binding)?, *absent))).collect();
-        let target: Option<Vec<_>> = lifted.target.iter().map(|p| p.apply(&binding)).collect();
-        let (Some(mut expected), Some(target)) = (expected, target) else { return false };
-        expected.sort_unstable();
-        expected.dedup();
-        expected == post && target_action::achieves(memory, other, &target)
+    bindings(&generalised.pre, &pre, BINDINGS_MAX).into_iter().any(|binding| {
+        let post = generalised.post.iter().map(|p| (&p.what, p.absent));
+        Law::new(memory, post, &generalised.target, &binding).is_some_and(|law| law.holds(memory, other))
     })
+}
+
+/// What generalised schemas that differ only in the names of variables and the order of conditions have in common:
+/// their pre-conditions, targets and post-conditions, each without its variables.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Shape([Vec<Nameless>; 3]);
+
+/// A pattern, whether it is an absence, and where it has variables.
+type Nameless = (TypeId, bool, Vec<(PropertyId, Option<Value>)>);
+
+impl Shape {
+    fn new<'a>(pre: &[Pattern], target: &[Pattern], post: impl Iterator<Item = (&'a Pattern, bool)>) -> Self {
+        let nameless = |(pattern, absent): (&Pattern, bool)| {
+            let value = |term: Term| match term {
+                Term::Constant(value) => Some(value),
+                Term::Variable(_) => None,
+            };
+            (pattern.kind(), absent, pattern.terms().iter().map(|(p, term)| (*p, value(*term))).collect())
+        };
+        let mut lists: [Vec<Nameless>; 3] = [
+            pre.iter().map(|p| nameless((p, false))).collect(),
+            target.iter().map(|p| nameless((p, false))).collect(),
+            post.map(nameless).collect(),
+        ];
+        lists.iter_mut().for_each(|list| list.sort_unstable());
+        Self(lists)
+    }
+
+    pub(crate) fn of(generalised: &Generalised) -> Self {
+        let post = generalised.post.iter().map(|p| (&p.what, p.absent));
+        Self::new(&generalised.pre, &generalised.target, post)
+    }
 }
 
 impl From<&Generalised> for Lifted {
@@ -158,6 +229,16 @@ impl From<&Generalised> for Lifted {
 }
 
 impl Lifted {
+    /// Whether the same is in memory, in use or retired.
+    fn is_known(&self, memory: &Memory) -> bool {
+        let post = self.post.iter().map(|(what, absent)| (what, *absent));
+        let alike = memory.index().with_shape(&Shape::new(&self.pre, &self.target, post));
+        alike.iter().any(|id| {
+            let known = memory.content().schema(*id).and_then(|s| s.generalised());
+            known.is_some_and(|known| self.equals(known))
+        })
+    }
+
     fn has_variables(&self) -> bool {
         let variable = |p: &Pattern| p.terms().iter().any(|(_, term)| matches!(term, Term::Variable(_)));
         self.pre.iter().any(variable)

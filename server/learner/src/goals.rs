@@ -1,31 +1,22 @@
-//! Goals: what a primitive would do here, how to bring something about, and with what probability. Only what
-//! the goal asks for counts (paper, II-A): that a ball may fall does not matter to who moves a block.
+//! Goals: what they are, whether they hold, and what a primitive would do here. How to bring one about is in
+//! [`crate::plan`].
 
-use crate::bound::Bound;
-use crate::chaining::{self, Access, BINDINGS_MAX, Reach, can_do};
-use crate::effect::ChainLink;
-use crate::memory::Memory;
-use crate::notation;
-use crate::observation::{Observation, Pattern, Substitution, bindings};
-use crate::schema::{PostCondition, SchemaId};
-use crate::target_action::reliability;
+use crate::bound::{self, Bound};
+use crate::chaining::{BINDINGS_MAX, can_do};
+use crate::curriculum::Curriculum;
+use crate::memory::{Content, Memory};
+use crate::observation::{MATCH_ATTEMPTS_MAX, Observation, Pattern, Substitution, Term, bindings};
+use crate::schema::{Concrete, PostCondition, SchemaId};
+use crate::stages;
 use crate::vocabulary::{BodyId, PrimitiveId};
 use crate::world_state::WorldState;
 
-/// What is to be brought about: observations that match all of these patterns, each some observation; what a
-/// pattern leaves out may be anything.
+/// What is to be brought about: an observation for each of these patterns (one may do for several). What a
+/// pattern leaves out may be anything; a variable is the same value wherever it occurs in the goal.
 pub type Goal = [Pattern];
 
-/// A way to bring a goal about.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
-    /// The schemas to execute, in order; none when the goal holds already.
-    pub chain: Vec<ChainLink>,
-    /// The probability that the chain brings the goal about, counting only what it relies on.
-    pub probability: f64,
-    /// Whether the search used up its budget, so that there may be a better one.
-    pub search_truncated: bool,
-}
+/// Patterns in one goal.
+pub const GOAL_PATTERNS_MAX: usize = 8;
 
 /// What a primitive is expected to do here.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,43 +30,116 @@ pub struct Prediction {
     pub outcomes: Vec<PostCondition<Observation>>,
 }
 
+/// The world state that these observations make in the present stage, which may not lift all of their types.
+#[must_use]
+pub fn perceived(content: &Content, curriculum: &Curriculum, observations: &[Observation]) -> WorldState {
+    let at = content.progress.stage.min(curriculum.stages.len().saturating_sub(1));
+    let stage = curriculum.stages.get(at);
+    let lifted = stage.map_or_else(Vec::new, |stage| stages::lifted(&content.vocabulary, stage));
+    WorldState::new(observations.iter().filter(|o| stages::is_lifted(&lifted, o.kind())).cloned())
+}
+
 /// Whether `world` has a match for every pattern of `goal`.
 #[must_use]
 pub fn holds(goal: &Goal, world: &WorldState) -> bool {
-    goal.iter().all(|pattern| world.observations().iter().any(|o| fits(pattern, o)))
+    let all: Vec<_> = world.observations().iter().map(|o| (o, 1.0)).collect();
+    best_match(goal, &all).is_some()
 }
 
-fn fits(pattern: &Pattern, observation: &Observation) -> bool {
-    notation::matches(pattern, &Pattern::from(observation))
+/// Whether `observation` matches `pattern` by itself.
+pub(crate) fn fits(pattern: &Pattern, observation: &Observation) -> bool {
+    extended(pattern, observation, &Substitution::new()).is_some()
+}
+
+/// `binding` with what it takes to make `pattern` match `observation`.
+fn extended(pattern: &Pattern, observation: &Observation, binding: &Substitution) -> Option<Substitution> {
+    if pattern.kind() != observation.kind() {
+        return None;
+    }
+    let mut binding = binding.clone();
+    let mut terms = pattern.terms().iter();
+    let agrees = terms.all(|(property, term)| {
+        let seen = observation.properties().iter().find(|(known, _)| known == property);
+        seen.is_some_and(|(_, value)| match term {
+            Term::Constant(constant) => constant == value,
+            Term::Variable(variable) => binding.bind(*variable, *value),
+        })
+    });
+    agrees.then_some(binding)
+}
+
+/// Observations that together match `goal`, one for each pattern, as indexes into `options`, and the product of
+/// their probabilities (each counted once): the most probable such choice, of equals the first.
+pub(crate) fn best_match(goal: &Goal, options: &[(&Observation, f64)]) -> Option<(f64, Vec<usize>)> {
+    let mut search = Search { goal, options, budget: MATCH_ATTEMPTS_MAX, best: None };
+    search.extend(&mut Vec::new(), &Substitution::new(), 1.0);
+    search.best
+}
+
+struct Search<'a> {
+    goal: &'a Goal,
+    options: &'a [(&'a Observation, f64)],
+    budget: usize,
+    best: Option<(f64, Vec<usize>)>,
+}
+
+impl Search<'_> {
+    fn extend(&mut self, taken: &mut Vec<usize>, binding: &Substitution, probability: f64) {
+        // Products only fall, so that what is no better already never will be.
+        if probability <= 0.0 || self.best.as_ref().is_some_and(|(best, _)| probability <= *best) {
+            return;
+        }
+        let Some(pattern) = self.goal.get(taken.len()) else {
+            self.best = Some((probability, taken.clone()));
+            return;
+        };
+        for (at, (observation, likely)) in self.options.iter().enumerate() {
+            if self.budget == 0 {
+                return;
+            }
+            self.budget -= 1;
+            if let Some(binding) = extended(pattern, observation, binding) {
+                let factor = if taken.contains(&at) { 1.0 } else { *likely };
+                taken.push(at);
+                self.extend(taken, &binding, probability * factor);
+                taken.pop();
+            }
+        }
+    }
 }
 
 /// What `action` would do in `world`; none if nothing that is known holds here.
 #[must_use]
 pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: PrimitiveId) -> Option<Prediction> {
+    if !can_do(memory, body, action) {
+        return None;
+    }
     let content = memory.content();
-    let mut known: Vec<(SchemaId, Substitution, Bound)> = memory
+    let here: Vec<(SchemaId, &Concrete)> = memory
         .index()
         .with_action(action)
         .iter()
-        .filter_map(|id| Some((*id, Substitution::new(), Bound::new(content, *id, &Substitution::new())?)))
+        .filter_map(|id| Some((*id, content.schema(*id)?.concrete()?)))
+        .filter(|(_, concrete)| world.satisfies(concrete.pre.iter().map(|o| content.observation(*o))))
         .collect();
-    let reach = Reach::search(memory, body, world);
+    let none = Substitution::new();
+    let mut known: Vec<(SchemaId, Substitution, Bound)> = here
+        .iter()
+        .filter_map(|(id, _)| Some((*id, none.clone(), Bound::new(content, *id, &none)?)))
+        .collect();
     for id in memory.index().generalised() {
         let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
         for binding in bindings(&generalised.pre, world.observations(), BINDINGS_MAX) {
             let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
-            let carried = target.and_then(|target| chaining::achieve(memory, &reach, body, &target));
-            let carrier = carried.filter(|found| found.access.preceding == 0).map(|found| found.carrier);
-            let does =
-                carrier.and_then(|id| content.schema(id)?.concrete()).is_some_and(|c| c.action == action);
-            if let Some(bound) = does.then(|| Bound::new(content, *id, &binding)).flatten() {
+            let achieved =
+                target.is_some_and(|target| here.iter().any(|(_, c)| predicts(memory, c, &target)));
+            if let Some(bound) = achieved.then(|| Bound::new(content, *id, &binding)).flatten() {
                 known.push((*id, binding, bound));
             }
         }
     }
     known
         .into_iter()
-        .filter(|(_, _, bound)| world.satisfies(&bound.pre))
         .max_by_key(|(id, _, bound)| {
             let schema = content.schema(*id);
             let concrete = schema.is_some_and(|s| s.concrete().is_some());
@@ -85,109 +149,11 @@ pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: Primit
         .map(|(schema, binding, bound)| Prediction { schema, binding, outcomes: bound.post })
 }
 
-/// The most probable way to bring `goal` about from `world`; of equals the shortest, then the one whose last
-/// schema is oldest. None if nothing known leads there.
-#[must_use]
-pub fn plan(memory: &Memory, body: BodyId, world: &WorldState, goal: &Goal) -> Option<Plan> {
-    if holds(goal, world) {
-        return Some(Plan { chain: Vec::new(), probability: 1.0, search_truncated: false });
-    }
-    let reach = Reach::search(memory, body, world);
-    let finals = concrete_finals(memory, body, &reach, goal)
-        .into_iter()
-        .chain(generalised_finals(memory, body, &reach, goal));
-    let best = finals.max_by(|a, b| {
-        a.probability
-            .total_cmp(&b.probability)
-            .then_with(|| b.access.preceding.cmp(&a.access.preceding))
-            .then_with(|| b.link.schema.cmp(&a.link.schema))
-    })?;
-    let mut chain = reach.chain(best.access);
-    chain.push(best.link);
-    Some(Plan { chain, probability: best.probability, search_truncated: reach.truncated })
-}
-
-/// The last schema of a possible plan.
-struct Final {
-    link: ChainLink,
-    access: Access,
-    probability: f64,
-}
-
-fn concrete_finals(memory: &Memory, body: BodyId, reach: &Reach, goal: &Goal) -> Vec<Final> {
-    let content = memory.content();
-    let mut found = Vec::new();
-    for (at, schema) in content.schemas.iter().enumerate() {
-        let Some(concrete) = schema.concrete() else { continue };
-        let id = SchemaId(u32::try_from(at).unwrap_or(u32::MAX));
-        let Some(bound) = Bound::new(content, id, &Substitution::new()) else { continue };
-        if !can_do(memory, body, concrete.action) || !touches(memory, &bound, goal) {
-            continue;
-        }
-        let Some(access) = reach.access(&concrete.pre) else { continue };
-        let Some(sure) = brings_about(memory, &bound, reach.context(access), goal) else { continue };
-        let link = ChainLink { schema: id, binding: Substitution::new(), carrier: None };
-        let probability = sure * access.probability * reliability(memory, concrete.action);
-        found.push(Final { link, access, probability });
-    }
-    found
-}
-
-fn generalised_finals(memory: &Memory, body: BodyId, reach: &Reach, goal: &Goal) -> Vec<Final> {
-    let content = memory.content();
-    let mut found = Vec::new();
-    for id in memory.index().generalised() {
-        let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
-        for access in reach.all() {
-            let context = reach.context(access);
-            for binding in bindings(&generalised.pre, context.observations(), BINDINGS_MAX) {
-                let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
-                let carried = target.and_then(|t| reach.carrier(memory, body, &t, access));
-                let (Some(bound), Some((carrier, sure))) = (Bound::new(content, *id, &binding), carried)
-                else {
-                    continue;
-                };
-                let pre: Vec<_> = bound.pre.iter().collect();
-                let action = content.schema(carrier).and_then(|s| s.concrete()).map(|c| c.action);
-                let masked = action.is_some_and(|action| memory.index().exact(&pre, action).is_some());
-                if masked || !touches(memory, &bound, goal) {
-                    continue;
-                }
-                let Some(known) = brings_about(memory, &bound, context, goal) else { continue };
-                let link = ChainLink { schema: *id, binding, carrier: Some(carrier) };
-                found.push(Final { link, access, probability: known * sure * access.probability });
-            }
-        }
-    }
-    found
-}
-
-/// Whether the schema predicts anything of the goal: a plan does not end with what has no part in it.
-fn touches(memory: &Memory, bound: &Bound, goal: &Goal) -> bool {
-    bound
-        .predicted(memory.parameters())
-        .any(|post| !post.absent && goal.iter().any(|pattern| fits(pattern, &post.what)))
-}
-
-/// The probability that executing the schema in `context` makes all of `goal` hold: the product over just
-/// the outcomes that the goal needs; what it needs and the context has already must not be taken away.
-fn brings_about(memory: &Memory, bound: &Bound, context: &WorldState, goal: &Goal) -> Option<f64> {
-    let mut probability = 1.0;
-    for pattern in goal {
-        let caused = bound
-            .predicted(memory.parameters())
-            .filter(|post| !post.absent && fits(pattern, &post.what))
-            .map(|post| post.count.ratio())
-            .max_by(f64::total_cmp);
-        let kept = || {
-            let taken = |o: &Observation| bound.post.iter().any(|p| p.absent && p.what == *o);
-            context.observations().iter().any(|o| fits(pattern, o) && !taken(o))
-        };
-        match caused {
-            Some(ratio) => probability *= ratio,
-            None if kept() => (),
-            None => return None,
-        }
-    }
-    Some(probability)
+/// Whether `concrete` predicts all of `target`.
+fn predicts(memory: &Memory, concrete: &Concrete, target: &[Observation]) -> bool {
+    target.iter().all(|wanted| {
+        let id = memory.index().id(wanted);
+        let post = concrete.post.iter().find(|post| Some(post.what) == id && !post.absent);
+        post.is_some_and(|post| bound::predicted(post.count, memory.parameters()))
+    })
 }

@@ -6,14 +6,17 @@ use crate::chunks::Chunks;
 use crate::effect::{Effect, Execution, Seen};
 use crate::index::Index;
 use crate::observation::Observation;
+use crate::outline::Basis;
 use crate::parameters::{Parameters, TypeRules};
 use crate::probability::Count;
 use crate::progress::{Progress, StageEffect};
+use crate::pursuit::{self, Pursuit};
 use crate::random::Random;
 use crate::schema::{
     ASSOCIATIONS_MAX, Association, Concrete, EXAMPLES_MAX, Form, Generalised, ObservationId, PostCondition,
     Schema, SchemaId,
 };
+use crate::target_action::reliability;
 use crate::vocabulary::{DeclarationError, PrimitiveId, Vocabulary};
 
 /// What is known, without the indexes that make it fast to ask. Cheap to clone, for those who inspect it.
@@ -27,12 +30,16 @@ pub struct Content {
     pub observations: Chunks<Observation>,
     /// N(x) for each of them.
     pub attention: Chunks<u32>,
+    /// For each of them that is an event, before or after how many executions it was perceived.
+    pub happened: Chunks<u32>,
     /// For each primitive, how often it was asked for and how often carried out.
     pub attempts: Chunks<Count>,
     /// For each body, the execution under way.
     pub pending: Vec<Option<Box<Execution>>>,
     /// Where the curriculum stands.
     pub progress: Progress,
+    /// The goal that is pursued, or was the last to be.
+    pub pursuit: Option<Pursuit>,
     /// The state of the generator.
     pub random: Random,
     /// Steps taken.
@@ -81,6 +88,9 @@ pub enum EffectError {
     /// No such body.
     #[error("effect refers to body {0}, which never attached")]
     Body(u16),
+    /// No goal is pursued, or one is already.
+    #[error("effect speaks of a goal that is not pursued, or begins one while another is")]
+    Goal,
     /// A number from a pool that was not the next in it.
     #[error("effect draws {0}, which is not the next of its pool")]
     Draw(i64),
@@ -96,9 +106,6 @@ pub struct Memory {
     index: Index,
     rules: TypeRules,
     parameters: Parameters,
-    /// Counts changes of any probability or reliability, so that what was worked out from them can be kept
-    /// while none changed. Never part of a digest.
-    evidence: u64,
 }
 
 impl Memory {
@@ -110,14 +117,16 @@ impl Memory {
             schemas: Chunks::default(),
             observations: Chunks::default(),
             attention: Chunks::default(),
+            happened: Chunks::default(),
             attempts: Chunks::default(),
             pending: Vec::new(),
             progress: Progress::default(),
+            pursuit: None,
             random: Random::from_seed(seed),
             step: 0,
             generalised_count: 0,
         };
-        Self { content, index: Index::default(), rules: TypeRules::default(), parameters, evidence: 0 }
+        Self { content, index: Index::default(), rules: TypeRules::default(), parameters }
     }
 
     /// The memory of which `content` was taken, its indexes built anew: to ask it more than content can
@@ -125,8 +134,8 @@ impl Memory {
     #[must_use]
     pub fn restore(content: Content, parameters: Parameters) -> Self {
         let rules = TypeRules::new(&content.vocabulary, &parameters);
-        let index = Index::build(&content, &rules);
-        Self { content, index, rules, parameters, evidence: 0 }
+        let index = Index::build(Basis { content: &content, rules: &rules, parameters: &parameters });
+        Self { content, index, rules, parameters }
     }
 
     /// What is known.
@@ -153,11 +162,6 @@ impl Memory {
         &self.parameters
     }
 
-    /// How often a probability or reliability has changed.
-    pub(crate) fn evidence(&self) -> u64 {
-        self.evidence
-    }
-
     /// N(x).
     #[must_use]
     pub fn attention(&self, observation: &Observation) -> u32 {
@@ -178,6 +182,7 @@ impl Memory {
                     self.content.attempts.push(Count::default());
                 }
                 self.content.pending.resize(self.content.vocabulary.bodies().len(), None);
+                self.index.edges_changed();
                 Ok(())
             }
             Effect::SymbolsMet(symbols) => {
@@ -188,13 +193,15 @@ impl Memory {
                 Ok(())
             }
             Effect::Attempted { primitive, carried_out } => {
-                self.evidence += 1;
+                let before = reliability(self, *primitive);
                 let count = self.content.attempts.get_mut(primitive.0 as usize);
                 count.ok_or(EffectError::Primitive(primitive.0))?.observe(*carried_out);
+                if reliability(self, *primitive) != before {
+                    self.index.edges_changed();
+                }
                 Ok(())
             }
             Effect::Executed { schema, success, post, associations } => {
-                self.evidence += 1;
                 self.score(*schema, *success, post, associations)
             }
             Effect::OutcomeAdded { schema, observation, absent } => {
@@ -220,16 +227,22 @@ impl Memory {
             Effect::Associated { schema, observation, replaces } => {
                 self.associate(*schema, observation, *replaces)
             }
+            Effect::Happened(events) => {
+                for event in events {
+                    let id = self.intern(event);
+                    rise(self.content.happened.get_mut(id.index()));
+                }
+                Ok(())
+            }
             Effect::Attended(observations) => {
                 for observation in observations {
                     let id = self.intern(observation);
-                    if let Some(count) = self.content.attention.get_mut(id.index()) {
-                        *count = count.saturating_add(1);
-                    }
+                    rise(self.content.attention.get_mut(id.index()));
                 }
                 Ok(())
             }
             Effect::Stage(effect) => self.progress(effect),
+            Effect::Pursuit(effect) => pursuit::apply(&mut self.content, effect),
             Effect::StepEnded { body, random, pending } => {
                 let slot = self.content.pending.get_mut(usize::from(body.0));
                 slot.ok_or(EffectError::Body(body.0))?.clone_from(pending);
@@ -243,7 +256,9 @@ impl Memory {
     fn progress(&mut self, effect: &StageEffect) -> Result<(), EffectError> {
         self.content.progress.apply(effect, self.content.step)?;
         match effect {
-            StageEffect::Begun { random, .. } => self.content.random = Random::from_seed(*random),
+            StageEffect::Begun { random, .. } | StageEffect::Spoken { random, .. } => {
+                self.content.random = Random::from_seed(*random)
+            }
             // What is under way was decided under other constraints: what is sensed for the first time
             // when a constraint is lifted must not be put down to it.
             StageEffect::Entered { .. } => self.content.pending.iter_mut().for_each(|slot| *slot = None),
@@ -259,8 +274,15 @@ impl Memory {
         let id = ObservationId(u32::try_from(self.content.observations.len()).unwrap_or(u32::MAX));
         self.content.observations.push(observation.clone());
         self.content.attention.push(0);
+        self.content.happened.push(0);
         self.index.add_observation(observation, id);
         id
+    }
+
+    /// The index, and what it is made from.
+    fn indexed(&mut self) -> (&mut Index, Basis<'_>) {
+        let Self { content, index, rules, parameters } = self;
+        (index, Basis { content, rules, parameters })
     }
 
     fn expect_schema(&self, id: SchemaId) -> Result<&Schema, EffectError> {
@@ -302,22 +324,37 @@ impl Memory {
                 return Err(EffectError::Length { schema: id.0, given, known });
             }
         }
-        let observe = |count: &mut Count, seen: &Seen| match seen {
-            Seen::Held => count.observe(true),
-            Seen::Missed => count.observe(false),
-            Seen::Constrained => (),
-        };
         schema.executions.observe(success);
+        let before: Vec<f64>;
         match &mut schema.form {
             Form::Concrete(concrete) => {
-                concrete.post.iter_mut().zip(post).for_each(|(p, seen)| observe(&mut p.count, seen));
+                before = concrete.post.iter().map(|p| p.count.ratio()).collect();
+                concrete.post.iter_mut().zip(post).for_each(|(p, seen)| observe(&mut p.count, *seen));
             }
             Form::Generalised(generalised) => {
-                generalised.post.iter_mut().zip(post).for_each(|(p, seen)| observe(&mut p.count, seen));
+                before = generalised.post.iter().map(|p| p.count.ratio()).collect();
+                generalised.post.iter_mut().zip(post).for_each(|(p, seen)| observe(&mut p.count, *seen));
             }
         }
-        schema.associations.iter_mut().zip(associations).for_each(|(a, seen)| observe(&mut a.count, seen));
+        if !schema.associations.is_empty() {
+            self.score_associations(id, associations);
+        }
+        let (index, basis) = self.indexed();
+        index.scored(id, &before, basis);
         Ok(())
+    }
+
+    fn score_associations(&mut self, id: SchemaId, seen: &[Seen]) {
+        let Self { content, index, rules, .. } = self;
+        let Some(before) = content.schema(id) else { return };
+        let held = |at: usize| seen.get(at) == Some(&Seen::Held);
+        let held_at: Vec<usize> = (0..before.associations.len()).filter(|at| held(*at)).collect();
+        held_at.iter().for_each(|at| index.unrank(id, before, &before.associations[*at]));
+        if let Some(schema) = content.schemas.get_mut(id.index()) {
+            schema.associations.iter_mut().zip(seen).for_each(|(a, seen)| observe(&mut a.count, *seen));
+        }
+        let Some(after) = content.schema(id) else { return };
+        held_at.iter().for_each(|at| index.rank(id, after, &after.associations[*at], content, rules));
     }
 
     fn add_outcome(
@@ -333,7 +370,8 @@ impl Memory {
         let count = Count { occurrences: 1, trials };
         let concrete = self.concrete_mut(id)?;
         concrete.post.push(PostCondition { what, absent, count });
-        self.index.reindex_post(id, &self.content, &self.rules);
+        let (index, basis) = self.indexed();
+        index.outcome_added(id, basis);
         Ok(())
     }
 
@@ -371,7 +409,8 @@ impl Memory {
             parent,
             created_step: self.content.step,
         });
-        self.index.add_schema(id, &self.content, &self.rules);
+        let (index, basis) = self.indexed();
+        index.add_schema(id, basis);
         Ok(())
     }
 
@@ -403,7 +442,8 @@ impl Memory {
             created_step: self.content.step,
         });
         self.content.generalised_count += 1;
-        self.index.add_schema(id, &self.content, &self.rules);
+        let (index, basis) = self.indexed();
+        index.add_schema(id, basis);
         Ok(())
     }
 
@@ -418,13 +458,34 @@ impl Memory {
             return Err(EffectError::Length { schema: id.0, given: replaces.unwrap_or(known), known });
         }
         let observation = self.intern(observation);
-        let schema = self.schema_mut(id)?;
         if let Some(at) = replaces {
-            let gone = schema.associations.remove(at).observation;
-            self.index.forget_association(id, gone);
+            let schema = self.schema_mut(id)?;
+            let gone = schema.associations.remove(at);
+            if let Some(schema) = self.content.schema(id) {
+                self.index.unrank(id, schema, &gone);
+            }
         }
-        self.schema_mut(id)?.associations.push(Association { observation, count: Count::ONCE });
-        self.index.add_association(id, observation);
+        let association = Association { observation, count: Count::ONCE, since_step: self.content.step };
+        self.schema_mut(id)?.associations.push(association.clone());
+        let (index, basis) = self.indexed();
+        index.refresh(id, basis);
+        if let Some(schema) = self.content.schema(id) {
+            self.index.rank(id, schema, &association, &self.content, &self.rules);
+        }
         Ok(())
+    }
+}
+
+fn rise(count: Option<&mut u32>) {
+    if let Some(count) = count {
+        *count = count.saturating_add(1);
+    }
+}
+
+fn observe(count: &mut Count, seen: Seen) {
+    match seen {
+        Seen::Held => count.observe(true),
+        Seen::Missed => count.observe(false),
+        Seen::Constrained => (),
     }
 }

@@ -175,6 +175,24 @@ pub enum PatternError {
 /// What is wrong with it, and what there is instead. A symbol that was never met is not an error of form but
 /// matches nothing that is known; it is reported too.
 pub fn parse_pattern(vocabulary: &Vocabulary, text: &str) -> Result<Pattern, PatternError> {
+    parse_with(vocabulary, text, &mut Vec::new())
+}
+
+/// Reads the patterns of a goal. A variable is the same in all of them.
+///
+/// # Errors
+/// As [`parse_pattern`].
+pub fn parse_goal(vocabulary: &Vocabulary, texts: &[String]) -> Result<Vec<Pattern>, PatternError> {
+    let mut variables = Vec::new();
+    texts.iter().map(|text| parse_with(vocabulary, text, &mut variables)).collect()
+}
+
+/// Reads a pattern whose variables are numbered by their place among `variables`.
+fn parse_with(
+    vocabulary: &Vocabulary,
+    text: &str,
+    variables: &mut Vec<String>,
+) -> Result<Pattern, PatternError> {
     let form = || PatternError::Form(text.to_owned());
     let (name, rest) = text.trim().split_once('{').ok_or_else(form)?;
     let inner = rest.trim_end().strip_suffix('}').ok_or_else(form)?;
@@ -185,7 +203,6 @@ pub fn parse_pattern(vocabulary: &Vocabulary, text: &str) -> Result<Pattern, Pat
         known: list(vocabulary.types().iter().map(|t| t.declared.name.as_str()).collect()),
     })?;
     let declared = &vocabulary.types()[usize::from(kind.0)];
-    let mut variables: Vec<String> = Vec::new();
     let mut terms = Vec::new();
     for part in inner.split(',').map(str::trim).filter(|part| !part.is_empty()) {
         let (property, given) = part.split_once('=').ok_or_else(form)?;
@@ -260,4 +277,81 @@ pub fn matches(pattern: &Pattern, candidate: &Pattern) -> bool {
                 },
             }
         })
+}
+
+/// Why a text is none of a body's primitives.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PrimitiveError {
+    /// Not of the form `action(parameter=value, …)`.
+    #[error("{0:?} is not an action; write it as it prints, such as move(j1=0.43, j2=0.84)")]
+    Form(String),
+    /// The body can do nothing of that name.
+    #[error("the body has no action named {name:?}; it has {known}")]
+    Action {
+        /// The name given.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The body can do that, but not so.
+    #[error("the body can't do {given}; the nearest that it can do: {nearest}")]
+    Parameters {
+        /// What was given.
+        given: String,
+        /// Primitives like it.
+        nearest: String,
+    },
+}
+
+/// Primitives like the one given that an error names.
+const NEAREST_NAMED: usize = 3;
+
+/// Finds the primitive among `repertoire` that prints like `text`, whatever the spaces.
+///
+/// # Errors
+/// What is wrong with it, and what there is instead.
+pub fn parse_primitive(
+    vocabulary: &Vocabulary,
+    repertoire: &[PrimitiveId],
+    text: &str,
+) -> Result<PrimitiveId, PrimitiveError> {
+    let squeeze = |text: &str| text.chars().filter(|c| !c.is_whitespace()).collect::<String>();
+    let given = squeeze(text);
+    let form = || PrimitiveError::Form(text.to_owned());
+    let (name, rest) = given.split_once('(').ok_or_else(form)?;
+    let inner = rest.strip_suffix(')').ok_or_else(form)?;
+    let printed: Vec<_> = repertoire.iter().map(|id| (*id, primitive(vocabulary, *id))).collect();
+    if let Some((id, _)) = printed.iter().find(|(_, printed)| squeeze(printed) == given) {
+        return Ok(*id);
+    }
+    let mut like: Vec<(f64, &String)> = printed
+        .iter()
+        .filter_map(|(_, printed)| {
+            let (known, rest) = printed.split_once('(')?;
+            (known == name).then_some((apart(inner, &squeeze(rest.strip_suffix(')')?)), printed))
+        })
+        .collect();
+    if like.is_empty() {
+        let mut known: Vec<_> = printed.iter().filter_map(|(_, p)| Some(p.split_once('(')?.0)).collect();
+        known.sort_unstable();
+        known.dedup();
+        return Err(PrimitiveError::Action { name: name.to_owned(), known: known.join(", ") });
+    }
+    like.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let nearest: Vec<_> = like.iter().take(NEAREST_NAMED).map(|(_, printed)| printed.as_str()).collect();
+    Err(PrimitiveError::Parameters { given: text.to_owned(), nearest: nearest.join(", ") })
+}
+
+/// How far apart two lists of parameters are, as they print: squares of differences of numbers, and much for
+/// anything else that differs.
+fn apart(one: &str, other: &str) -> f64 {
+    const OTHERWISE: f64 = 1e12;
+    let number = |part: &str| part.split_once('=').and_then(|(_, value)| value.parse::<f64>().ok());
+    let (one, other): (Vec<_>, Vec<_>) = (one.split(',').collect(), other.split(',').collect());
+    let pairs = one.iter().zip(&other).map(|(a, b)| match (number(a), number(b)) {
+        (Some(a), Some(b)) => ((a - b) * (a - b)).min(OTHERWISE),
+        _ if a == b => 0.0,
+        _ => OTHERWISE,
+    });
+    pairs.sum::<f64>() + OTHERWISE * one.len().abs_diff(other.len()) as f64
 }

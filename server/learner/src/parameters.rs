@@ -32,6 +32,9 @@ pub struct Parameters {
     /// Whether attention is counted, so that N(x) lowers excitation (the denominator of equation 1). Off only to
     /// measure its effect.
     pub attention: bool,
+    /// Whether what is heard decays like any other sensation: "if a command driven system was desired the excitation from auditory
+    /// input could simply be excluded from the decay applied to other forms of sensory input" (VI-B).
+    pub heard_decays: bool,
     /// The longest chain of schemas considered.
     pub chain_length_max: u32,
     /// States that one search for chains may expand; a search that used them up says so.
@@ -63,6 +66,7 @@ impl Default for Parameters {
             prediction_ratio_min: 0.5,
             association_low_min: 0.5,
             attention: true,
+            heard_decays: true,
             chain_length_max: 8,
             chain_expansions_max: 256,
             type_overrides: Vec::new(),
@@ -128,6 +132,7 @@ pub struct TypeRules {
 struct TypeRule {
     own: bool,
     transient: bool,
+    heard: bool,
     precondition: bool,
     postcondition: bool,
 }
@@ -141,6 +146,7 @@ impl TypeRules {
             TypeRule {
                 own: declared.own,
                 transient: declared.transient,
+                heard: declared.heard,
                 precondition: given
                     .and_then(|o| o.precondition)
                     .unwrap_or(!(declared.own || declared.transient || declared.heard)),
@@ -170,6 +176,12 @@ impl TypeRules {
     #[must_use]
     pub fn transient(&self, kind: TypeId) -> bool {
         self.rule(kind).is_some_and(|rule| rule.transient)
+    }
+
+    /// Comes from others.
+    #[must_use]
+    pub fn heard(&self, kind: TypeId) -> bool {
+        self.rule(kind).is_some_and(|rule| rule.heard)
     }
 
     /// Caused by the body itself.

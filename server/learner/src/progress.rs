@@ -27,6 +27,12 @@ pub struct Progress {
     pub trial_open: bool,
     /// Actions in the present trial.
     pub trial_actions: u32,
+    /// Actions in a row in the present trial after which what it ends without was not observed.
+    pub absent_actions: u32,
+    /// Whether no frame has come since the present trial was begun.
+    pub trial_fresh: bool,
+    /// How often each utterance of the stage was said in the present trial; empty before the first.
+    pub said: Vec<u32>,
     /// Actions in a row with nothing new and nothing exciting.
     pub quiet_actions: u32,
     /// Whether the stage is saturated and being habituated to.
@@ -56,6 +62,8 @@ pub struct StageReport {
     pub trials_met: u32,
     /// Of these, those that needed one action.
     pub trials_met_first: u32,
+    /// Actions of each trial that is over.
+    pub actions_of_trial: Vec<u32>,
     /// Generalised schemas there were at the end of each trial.
     pub generalised_after_trial: Vec<u32>,
     /// What was drawn for each trial.
@@ -98,6 +106,15 @@ pub enum StageEffect {
         generalised_new: u32,
         /// Counter-examples among the concrete ones.
         counter_examples_new: u32,
+        /// Whether the trial ends when something is not observed, and it was not.
+        absent: bool,
+    },
+    /// A frame came in a trial of a stage in which a teacher speaks.
+    Spoken {
+        /// What was said, by its place in the stage.
+        utterances: Vec<usize>,
+        /// The state of the generator after what was drawn for it.
+        random: u64,
     },
     /// The top excitation after an action was below the saturation level, or not.
     Quiet(bool),
@@ -155,16 +172,18 @@ impl Progress {
                         return Err(EffectError::Draw(*number));
                     }
                 }
+                self.close_trial();
                 self.trial_open = true;
+                self.trial_fresh = true;
                 self.trial_actions = 0;
-                self.quiet_actions = 0;
                 self.in_report(|report| {
                     report.trials += 1;
                     report.drawn.extend(drawn.iter().map(|(_, number)| *number));
                 });
             }
-            StageEffect::Acted { concrete_new, generalised_new, counter_examples_new } => {
+            StageEffect::Acted { concrete_new, generalised_new, counter_examples_new, absent } => {
                 self.trial_actions = self.trial_actions.saturating_add(1);
+                self.absent_actions = if *absent { self.absent_actions.saturating_add(1) } else { 0 };
                 self.in_report(|report| {
                     report.actions += 1;
                     report.concrete_new += concrete_new;
@@ -172,15 +191,24 @@ impl Progress {
                     report.counter_examples_new += counter_examples_new;
                 });
             }
+            StageEffect::Spoken { utterances, random: _ } => {
+                self.trial_fresh = false;
+                for at in utterances {
+                    if self.said.len() <= *at {
+                        self.said.resize(*at + 1, 0);
+                    }
+                    self.said[*at] = self.said[*at].saturating_add(1);
+                }
+            }
             StageEffect::Quiet(quiet) => {
                 self.quiet_actions = if *quiet { self.quiet_actions.saturating_add(1) } else { 0 };
             }
             StageEffect::TrialEnded { met, generalised } => {
-                let first = self.trial_actions == 1;
-                self.trial_open = false;
-                self.quiet_actions = 0;
-                self.habituating = false;
+                let actions = self.trial_actions;
+                let first = actions == 1;
+                self.close_trial();
                 self.in_report(|report| {
+                    report.actions_of_trial.push(actions);
                     report.trials_met += u32::from(*met);
                     report.trials_met_first += u32::from(*met && first);
                     report.generalised_after_trial.push(*generalised);
@@ -202,8 +230,15 @@ impl Progress {
     }
 
     fn close_stage(&mut self) {
-        self.trial_open = false;
+        self.close_trial();
         self.trial_actions = 0;
+    }
+
+    fn close_trial(&mut self) {
+        self.trial_open = false;
+        self.trial_fresh = false;
+        self.said.clear();
+        self.absent_actions = 0;
         self.quiet_actions = 0;
         self.habituating = false;
     }

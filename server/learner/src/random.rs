@@ -43,6 +43,15 @@ impl Random {
             }
         }
     }
+
+    /// True with this probability; 0 and 1 do not use up the sequence.
+    pub fn happens(&mut self, probability: f64) -> bool {
+        if probability <= 0.0 || probability >= 1.0 {
+            return probability >= 1.0;
+        }
+        // The 53 bits that a float holds, as a share of all.
+        ((self.next_u64() >> 11) as f64) < probability * (1u64 << 53) as f64
+    }
 }
 
 #[cfg(test)]

@@ -47,6 +47,8 @@ pub struct Association {
     pub observation: ObservationId,
     /// In how many executions it was there, of those since it was first there.
     pub count: Count,
+    /// The step in which it was first there.
+    pub since_step: u64,
 }
 
 /// What a schema says.

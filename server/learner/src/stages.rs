@@ -1,7 +1,7 @@
 //! Developmental control (paper, II-F): lift a constraint, act, saturate (LCAS). Follows a curriculum; all
 //! that it remembers is in [`crate::progress::Progress`].
 
-use crate::curriculum::{Afterwards, Argument, Curriculum, Lift, SceneCommand, Stage, Until};
+use crate::curriculum::{Afterwards, Argument, Curriculum, Lift, SceneCommand, Stage, Until, Utterance};
 use crate::draft::Draft;
 use crate::effect::Effect;
 use crate::memory::Memory;
@@ -81,19 +81,91 @@ fn leave(draft: &mut Draft<'_>, curriculum: &Curriculum) {
     }
 }
 
+/// What a teacher says in this frame of the student, as observations: heard in the very frame that gives the occasion.
+pub(crate) fn spoken(
+    draft: &mut Draft<'_>,
+    curriculum: &Curriculum,
+    observations: &[Observation],
+) -> Vec<Observation> {
+    let progress = &draft.memory().content().progress;
+    let stage = present(draft.memory(), curriculum);
+    let silent = progress.held || progress.finished || progress.stuck.is_some() || !progress.trial_open;
+    if stage.say.is_empty() || silent {
+        return Vec::new();
+    }
+    let mut random = draft.memory().content().random;
+    let mut utterances = Vec::new();
+    let mut said = Vec::new();
+    for (at, utterance) in stage.say.iter().enumerate() {
+        let times = progress.said.get(at).copied().unwrap_or(0);
+        let vocabulary = &draft.memory().content().vocabulary;
+        let occasion = is_occasion(vocabulary, utterance, progress.trial_fresh, observations);
+        if occasion && times < utterance.times_max && random.happens(utterance.probability) {
+            utterances.push(at);
+            said.extend(utterance.heard.get(random.below(utterance.heard.len())));
+        }
+    }
+    let unknown = said.iter().flat_map(|words| &words.properties).filter_map(|(_, value)| match value {
+        Argument::Symbol(symbol) => Some(symbol),
+        _ => None,
+    });
+    for symbol in unknown {
+        if draft.memory().content().vocabulary.symbol_named(symbol).is_none() {
+            draft.emit(Effect::SymbolsMet(vec![symbol.clone()]));
+        }
+    }
+    draft.emit(Effect::Stage(StageEffect::Spoken { utterances, random: random.state() }));
+    let vocabulary = &draft.memory().content().vocabulary;
+    said.into_iter().filter_map(|heard| as_observation(vocabulary, heard)).collect()
+}
+
+fn is_occasion(
+    vocabulary: &Vocabulary,
+    utterance: &Utterance,
+    fresh: bool,
+    observations: &[Observation],
+) -> bool {
+    let observed = |what: &Until| observed(vocabulary, what, observations);
+    utterance.when.as_ref().map_or(fresh, observed) && !utterance.unless.as_ref().is_some_and(observed)
+}
+
+/// What is heard, if the body has a sense that hears it.
+fn as_observation(vocabulary: &Vocabulary, heard: &Until) -> Option<Observation> {
+    let kind = vocabulary.type_named(&heard.kind)?;
+    let properties: Option<Vec<_>> = heard
+        .properties
+        .iter()
+        .map(|(name, argument)| {
+            let value = match argument {
+                Argument::Integer(value) => Value::Integer(*value),
+                Argument::Symbol(symbol) => Value::Symbol(vocabulary.symbol_named(symbol)?),
+                Argument::Draw(_) => return None,
+            };
+            Some((vocabulary.property_named(name)?, value))
+        })
+        .collect();
+    Some(Observation::new(kind, properties?))
+}
+
 /// Counts an action of the student and ends the trial if it is over.
 pub(crate) fn acted(draft: &mut Draft<'_>, curriculum: &Curriculum, novelty: Novelty, world: &WorldState) {
+    let vocabulary = &draft.memory().content().vocabulary;
+    let absence = present(draft.memory(), curriculum).until_absent.as_ref();
+    let absent = absence.is_some_and(|a| !observed(vocabulary, &a.observation, world.observations()));
     draft.emit(Effect::Stage(StageEffect::Acted {
         concrete_new: novelty.concrete,
         generalised_new: novelty.generalised,
         counter_examples_new: novelty.counter_examples,
+        absent,
     }));
     let content = draft.memory().content();
     let (progress, stage) = (&content.progress, present(draft.memory(), curriculum));
     if !progress.trial_open {
         return;
     }
-    let met = stage.until.as_ref().is_some_and(|until| observed(&content.vocabulary, until, world));
+    let met =
+        stage.until.as_ref().is_some_and(|until| observed(&content.vocabulary, until, world.observations()));
+    let met = met || stage.until_absent.as_ref().is_some_and(|a| progress.absent_actions >= a.actions);
     let used_up = stage.trial_actions_max > 0 && progress.trial_actions >= stage.trial_actions_max;
     if met || used_up {
         let generalised = content.generalised_count;
@@ -126,21 +198,20 @@ pub(crate) fn demand(draft: &mut Draft<'_>, curriculum: &Curriculum, student: bo
         let stage = present(draft.memory(), curriculum);
         let trials = progress.report().map_or(0, |report| report.trials);
         if trials < stage.trials {
-            return arrange(draft, curriculum, stage);
+            match arrange(draft, curriculum, stage) {
+                // Nothing to arrange: the trial goes on from here.
+                Demand::Arrange(commands) if commands.is_empty() => return Demand::Free,
+                demand => return demand,
+            }
         }
         // With trials that end by saturation, the last one's end is the stage's end.
-        let by_trials = stage.trials > 0 && (stage.saturation.is_none() || ends_by_saturation(stage));
+        let by_trials = stage.trials > 0 && (stage.saturation.is_none() || stage.ends_by_saturation());
         if !by_trials {
             return Demand::Free;
         }
         leave(draft, curriculum);
     }
     Demand::Hold
-}
-
-/// Whether the trials of `stage` end when there is little novel left, and not by what is observed.
-fn ends_by_saturation(stage: &Stage) -> bool {
-    stage.until.is_none() && stage.trial_actions_max == 0
 }
 
 fn arrange(draft: &mut Draft<'_>, curriculum: &Curriculum, stage: &Stage) -> Demand {
@@ -184,7 +255,7 @@ pub(crate) fn saturate(
     let progress = &draft.memory().content().progress;
     let stage = present(draft.memory(), curriculum);
     let Some(saturation) = &stage.saturation else { return false };
-    if progress.finished || (progress.trial_open && !ends_by_saturation(stage)) {
+    if progress.finished || (progress.trial_open && !stage.ends_by_saturation()) {
         return false;
     }
     if !progress.habituating {
@@ -208,7 +279,7 @@ pub(crate) fn saturate(
 }
 
 /// Whether `until` is observed: its type, with at least its properties.
-fn observed(vocabulary: &Vocabulary, until: &Until, world: &WorldState) -> bool {
+fn observed(vocabulary: &Vocabulary, until: &Until, observations: &[Observation]) -> bool {
     let Some(kind) = vocabulary.type_named(&until.kind) else { return false };
     let has = |observation: &Observation| {
         until.properties.iter().all(|(name, argument)| {
@@ -221,7 +292,7 @@ fn observed(vocabulary: &Vocabulary, until: &Until, world: &WorldState) -> bool 
             wanted.zip(property).is_some_and(|(value, p)| observation.properties().contains(&(p, value)))
         })
     };
-    world.observations().iter().any(|observation| observation.kind() == kind && has(observation))
+    observations.iter().any(|observation| observation.kind() == kind && has(observation))
 }
 
 /// Obeys an operator.

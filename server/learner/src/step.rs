@@ -4,7 +4,7 @@
 //! that it returns, through [`Memory::apply`]; applying them to a copy of the earlier memory gives the same
 //! memory. No clock, no I/O, no thread; the only randomness is the seeded generator in memory.
 
-use crate::association::associate;
+use crate::association::{associate, happened};
 use crate::attention::attend;
 use crate::babbling::executable;
 use crate::bound::Bound;
@@ -19,9 +19,10 @@ use crate::excitation::Perceived;
 use crate::generalisation;
 use crate::habituation::unhabituated;
 use crate::memory::Memory;
-use crate::observation::{Observation, Substitution, SymbolId, TypeId};
+use crate::observation::{Observation, Pattern, Substitution, SymbolId, TypeId};
 use crate::parameters::{ParameterError, Parameters};
 use crate::progress::{StageCommand, StageCommandError, StageEffect};
+use crate::pursuit::{self, PursueError};
 use crate::random::Random;
 use crate::schema::SchemaId;
 use crate::stages::{self, Demand, Novelty, is_lifted};
@@ -151,6 +152,32 @@ impl Learner {
         Ok(draft.effects())
     }
 
+    /// Takes up a goal: `body` pursues it, with at most `actions_max` actions, until it holds or nothing known
+    /// leads there. One goal at a time.
+    ///
+    /// # Errors
+    /// When it can't be pursued; memory is then as it was.
+    pub fn pursue(
+        &mut self,
+        body: BodyId,
+        goal: Vec<Pattern>,
+        actions_max: u32,
+    ) -> Result<Vec<Effect>, PursueError> {
+        let mut draft = Draft::new(&mut self.memory);
+        pursuit::begin(&mut draft, &self.curriculum, body, goal, actions_max)?;
+        Ok(draft.effects())
+    }
+
+    /// Calls off the goal that is pursued.
+    ///
+    /// # Errors
+    /// When none is.
+    pub fn cancel_goal(&mut self) -> Result<Vec<Effect>, PursueError> {
+        let mut draft = Draft::new(&mut self.memory);
+        pursuit::cancel(&mut draft)?;
+        Ok(draft.effects())
+    }
+
     /// One step. The numbers are those of the cycle in `docs/LEARNING.md`. A frame of a body that was never
     /// declared is answered with [`Output::Hold`] and changes nothing.
     pub fn step(&mut self, frame: &Frame) -> Step {
@@ -163,10 +190,23 @@ impl Learner {
         let pending = draft.memory().content().pending[usize::from(frame.body.0)].clone();
         stages::begin(&mut draft, curriculum, frame.body);
         let student = draft.memory().content().progress.student == Some(frame.body);
+        // While a goal is pursued the curriculum waits, its teacher included.
+        let led = student && pursuit::of(draft.memory().content(), frame.body).is_none();
+        let heard =
+            if led { stages::spoken(&mut draft, curriculum, &frame.observations) } else { Vec::new() };
+        let with_heard;
+        let frame = if heard.is_empty() {
+            frame
+        } else {
+            let observations = frame.observations.iter().cloned().chain(heard).collect();
+            with_heard = Frame { observations, ..frame.clone() };
+            &with_heard
+        };
         let (world, lifted) = lift(draft.memory(), curriculum, frame);
         // 2 to 7. Learn from the execution that it ends.
         let mut chain = Vec::new();
         let mut acted = None;
+        let for_goal = pending.as_ref().is_some_and(|execution| execution.for_goal);
         match (pending, frame.outcome) {
             (Some(execution), Some(outcome)) => {
                 let carried_out = outcome == ActionOutcome::Done;
@@ -191,13 +231,19 @@ impl Learner {
             _ => (),
         }
         // 8. Where the curriculum stands.
-        if let Some(novelty) = acted.filter(|_| student) {
+        let novelty = acted.filter(|_| student && !for_goal);
+        if let Some(novelty) = novelty {
             stages::acted(&mut draft, curriculum, novelty, &world);
         }
-        // 9 and 10. Choose, and resolve to a primitive.
-        let novelty = acted.filter(|_| student);
-        let (output, decision, execution, random) =
-            choose(&mut draft, curriculum, reach, frame, novelty, &chain);
+        pursuit::observed(&mut draft, curriculum, frame, &world, acted.is_some());
+        // 9 and 10. Choose, and resolve to a primitive: for the goal, if one is pursued.
+        let outcome = frame.outcome.filter(|_| for_goal);
+        let before = pursuit::Before { outcome, chain: &chain };
+        let (output, decision, execution, random) = pursue(&mut draft, reach, frame.body, &world, &before)
+            .unwrap_or_else(|| {
+                let chain = if for_goal { &[][..] } else { &chain };
+                choose(&mut draft, curriculum, reach, frame, novelty, chain)
+            });
         draft.emit(Effect::StepEnded {
             body: frame.body,
             random: random.state(),
@@ -237,6 +283,8 @@ fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifte
     let Creation { created, updated, counter_example } =
         creation::create(draft, execution, &surprise, after, &lifted);
     // 5. Associate.
+    let happened = happened(draft.memory(), before, after);
+    draft.emit_all(happened);
     let mut concerned = executed.clone();
     concerned.extend(created.into_iter().chain(updated).map(|schema| (schema, &none)));
     let content = draft.memory().content();
@@ -268,6 +316,24 @@ fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifte
 
 type Chosen = (Output, Option<Decision>, Option<Execution>, Random);
 
+/// Steps 9 and 10 in pursuit of a goal; none when there is none, or when it is given up.
+fn pursue(
+    draft: &mut Draft<'_>,
+    reach: &mut Option<Reach>,
+    body: BodyId,
+    world: &WorldState,
+    before: &pursuit::Before<'_>,
+) -> Option<Chosen> {
+    let memory = draft.memory();
+    if memory.content().progress.held || pursuit::of(memory.content(), body).is_none() {
+        return None;
+    }
+    let reach = Reach::renew(reach, memory, body, world);
+    let random = memory.content().random;
+    let (execution, decision) = pursuit::next(draft, body, world, reach, before)?;
+    Some((Output::Act(execution.action), Some(decision), Some(execution), random))
+}
+
 /// Steps 8 to 10: follows the curriculum, then goes on with the chain or takes the most exciting schema.
 fn choose(
     draft: &mut Draft<'_>,
@@ -280,7 +346,7 @@ fn choose(
     let student = draft.memory().content().progress.student == Some(frame.body);
     let entered = |draft: &Draft<'_>| {
         let progress = &draft.memory().content().progress;
-        (progress.stage, progress.report().map(|report| (report.trials, report.ended)))
+        (progress.stage, progress.finished)
     };
     let at_first = entered(draft);
     loop {
@@ -292,8 +358,7 @@ fn choose(
         }
         let (world, _) = lift(draft.memory(), curriculum, frame);
         let memory = draft.memory();
-        let current = reach.take().filter(|known| known.is_current(memory, frame.body, &world));
-        let reach = &*reach.insert(current.unwrap_or_else(|| Reach::search(memory, frame.body, &world)));
+        let reach = Reach::renew(reach, memory, frame.body, &world);
         let executable = executable(memory, frame.body, &known_ids(memory, &world));
         let perceived = &Perceived::new(&world);
         let wanting = |memory: &Memory| {

@@ -3,20 +3,23 @@
 use crate::bound;
 use crate::memory::Memory;
 use crate::observation::Observation;
-use crate::schema::{Concrete, SchemaId};
+use crate::schema::{Concrete, ObservationId, SchemaId};
 use crate::vocabulary::PrimitiveId;
 
 /// "The simplest context": of the schemas with this action whose pre-conditions are among those of
 /// `seed`, the one with the fewest, and fewer than `seed` has; of equals the oldest.
 pub(crate) fn simplest(memory: &Memory, seed: &Concrete) -> Option<SchemaId> {
-    memory
-        .index()
-        .with_action(seed.action)
-        .iter()
-        .filter_map(|id| memory.content().schema(*id).and_then(|s| s.concrete()).map(|c| (*id, c)))
-        .filter(|(_, c)| c.pre.len() < seed.pre.len() && c.pre.iter().all(|o| seed.pre.contains(o)))
-        .min_by_key(|(id, c)| (c.pre.len(), *id))
-        .map(|(id, _)| id)
+    let groups = memory.index().groups();
+    let mut pre = seed.pre.to_vec();
+    pre.sort_unstable();
+    groups
+        .holding(&pre)
+        .into_iter()
+        .map(|group| (groups.get(group).pre.len(), group))
+        .filter(|(len, _)| *len < seed.pre.len())
+        .filter_map(|(len, group)| Some((len, groups.exact(group, seed.action)?)))
+        .min()
+        .map(|(_, id)| id)
 }
 
 /// The target that stands for the action of `seed`: what the action achieves in the simplest context, in
@@ -34,8 +37,14 @@ pub(crate) fn target(memory: &Memory, seed: &Concrete) -> Option<Vec<Observation
 }
 
 /// Whether the action of `schema`, known in a simpler context, achieves all of `target`.
-pub(crate) fn achieves(memory: &Memory, schema: &Concrete, target: &[Observation]) -> bool {
-    self::target(memory, schema).is_some_and(|known| target.iter().all(|o| known.contains(o)))
+pub(crate) fn achieves(memory: &Memory, schema: &Concrete, target: &[ObservationId]) -> bool {
+    let simplest = simplest(memory, schema).and_then(|id| memory.content().schema(id)?.concrete());
+    simplest.is_some_and(|known| {
+        target.iter().all(|wanted| {
+            let post = known.post.iter().find(|post| post.what == *wanted && !post.absent);
+            post.is_some_and(|post| bound::predicted(post.count, memory.parameters()))
+        })
+    })
 }
 
 /// Of times asked for, the share that the body carried the action out, counting one success in advance:

@@ -206,8 +206,8 @@ fn a_generalised_schema_that_keeps_failing_is_retired_and_kept() {
 }
 
 /// Pushing: from field f, `move(0)` takes the block from 0 to 1, `move(1)` from 1 to 2; at 2 it is felt.
-fn pusher() -> Table {
-    let mut table = new(3);
+fn pusher(parameters: Parameters) -> Table {
+    let mut table = Table::new(3, 3, 3, common::free(), parameters);
     for field in 0..3 {
         loop {
             let step = table.learner.step(&frame(&table, None, &[]));
@@ -243,7 +243,7 @@ fn pusher() -> Table {
 
 #[test]
 fn distance_counts_the_schemas_of_the_chain() {
-    let mut table = pusher();
+    let mut table = pusher(Parameters::default());
     let step = table.learner.step(&frame(&table, None, &[object(1, 0), finger(9)]));
     let decision = step.decision.unwrap();
     let touching = decision
@@ -264,8 +264,10 @@ fn distance_counts_the_schemas_of_the_chain() {
 
 #[test]
 fn a_chain_goes_on_while_it_can_and_is_planned_anew_when_it_cannot() {
-    let mut table = pusher();
-    // Make the touch at 2 the most exciting thing by a word that was heard with it.
+    // Make the touch at 2 the most exciting thing by a word that was heard with it so often that it keeps its meaning
+    // and its interest, whatever else is done about it below.
+    let lasting = Parameters { association_low_min: 1.0, heard_decays: false, ..Parameters::default() };
+    let mut table = pusher(lasting);
     let (word, _) = table.learner.symbol("push");
     let property = table.learner.memory().content().vocabulary.property_named("text").unwrap();
     let word = Observation::new(common::WORD, [(property, Value::Symbol(word))]);
@@ -275,7 +277,7 @@ fn a_chain_goes_on_while_it_can_and_is_planned_anew_when_it_cannot() {
         if primitive.0 == 2 {
             let seen = [object(1, 2), finger(2), touch(), word.clone()];
             table.learner.step(&frame(&table, Some(ActionOutcome::Done), &seen));
-            break;
+            continue;
         }
         table.learner.step(&frame(
             &table,

@@ -14,7 +14,7 @@ mod plans;
 mod worlds;
 
 use checks::{counted, explained, only_what_was_attended};
-use plans::{Setup, setup};
+use plans::{GoalOrder, Setup, setup};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -43,9 +43,10 @@ fn born(setup: &Setup) -> (Learner, Vec<Effect>) {
 enum Input {
     Frame(Frame),
     Command(StageCommand),
+    Goal(GoalOrder),
 }
 
-/// Gives it. An operator's command is a step that asks nothing of a body.
+/// Gives it. An operator's command or goal is a step that asks nothing of a body.
 fn give(learner: &mut Learner, input: &Input) -> Step {
     match input {
         Input::Frame(frame) => learner.step(frame),
@@ -53,6 +54,13 @@ fn give(learner: &mut Learner, input: &Input) -> Step {
             // A refused command changes nothing.
             let effects = learner.stage(command).unwrap_or_default();
             Step { output: Output::Hold, effects, decision: None }
+        }
+        Input::Goal(order) => {
+            let effects = match order.clone() {
+                Some((body, goal, actions_max)) => learner.pursue(body, goal, actions_max),
+                None => learner.cancel_goal(),
+            };
+            Step { output: Output::Hold, effects: effects.unwrap_or_default(), decision: None }
         }
     }
 }
@@ -73,6 +81,9 @@ fn live(
     for _ in 0..setup.steps {
         for command in setup.operator(&mut world) {
             give(learner, &Input::Command(command))?;
+        }
+        if let Some(order) = setup.goal(&mut world) {
+            give(learner, &Input::Goal(order))?;
         }
         let body = world.random.below(bodies);
         let (outcome, observations) = world.perceive(body);
@@ -152,8 +163,10 @@ proptest! {
 
     #[test]
     fn decisions_explain_themselves_counts_are_possible_and_bystanders_are_not_attended_to(
-        setup in setup(150)
+        mut setup in setup(150)
     ) {
+        // What a teacher says is perceived without being in the body's frame.
+        setup.curriculum.stages.iter_mut().for_each(|stage| stage.say.clear());
         let (mut learner, _) = born(&setup);
         live(&mut learner, &setup, |input, before, step, learner| {
             if let Some(decision) = &step.decision {
@@ -162,7 +175,7 @@ proptest! {
             let after = learner.memory().content();
             let frame = match input {
                 Input::Frame(frame) => Some(frame),
-                Input::Command(_) => None,
+                Input::Command(_) | Input::Goal(_) => None,
             };
             let pending = frame.and_then(|frame| before.pending[usize::from(frame.body.0)].as_ref());
             match (frame, pending) {

@@ -24,6 +24,8 @@ mod learning;
 mod memory;
 #[path = "reference/plans.rs"]
 mod plans;
+#[path = "reference/pursuing.rs"]
+mod pursuing;
 #[path = "reference/schema.rs"]
 mod schema;
 #[path = "reference/staging.rs"]
@@ -49,6 +51,9 @@ fn live(setup: &Setup) -> Result<(), TestCaseError> {
     for at in 0..setup.steps {
         for command in setup.operator(&mut world) {
             pair.command(at, &command)?;
+        }
+        if let Some(order) = setup.goal(&mut world) {
+            pair.goal(at, &order)?;
         }
         let body = world.random.below(bodies);
         let (outcome, observations) = world.perceive(body);

@@ -25,6 +25,7 @@ pub(super) struct Written {
     prediction_ratio_min: Option<Spanned<f64>>,
     association_low_min: Option<Spanned<f64>>,
     attention: Option<bool>,
+    heard_decays: Option<bool>,
     chain_length_max: Option<Spanned<u32>>,
     chain_expansions_max: Option<Spanned<u32>>,
     types: BTreeMap<Spanned<String>, WrittenType>,
@@ -79,6 +80,7 @@ pub(super) fn take_over(
         written.excite_by_post_conditions.unwrap_or(parameters.excite_by_post_conditions);
     parameters.generalisation = written.generalisation.unwrap_or(parameters.generalisation);
     parameters.attention = written.attention.unwrap_or(parameters.attention);
+    parameters.heard_decays = written.heard_decays.unwrap_or(parameters.heard_decays);
     if written.types.len() > TYPE_OVERRIDES_MAX {
         let problem = format!("{} types, at most {TYPE_OVERRIDES_MAX} are allowed", written.types.len());
         return Err(source.wrong(Mistake::new(0..0, problem)));

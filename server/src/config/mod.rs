@@ -2,7 +2,9 @@
 //! with the file, the line and the column; unknown keys are mistakes.
 
 mod curriculum;
+mod experiment;
 mod learner;
+mod stage;
 mod until;
 
 use std::io::Read;
@@ -10,6 +12,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 pub use curriculum::{BUILT_IN, curriculum, lesson};
+pub use experiment::{
+    Experiment, FieldMap, Measure, Of, Peak, Published, Sweep, Variant, experiment, experiments,
+};
 pub use learner::parameters;
 
 /// Longest file read, in bytes: far more than any curriculum needs.
@@ -53,6 +58,14 @@ pub enum ConfigError {
         name: String,
         /// The names there are.
         built_in: String,
+    },
+    /// A curriculum that is no experiment.
+    #[error(
+        "{name} is a curriculum and no experiment: give it a table [experiment] with at least `title` and `world`"
+    )]
+    NoExperiment {
+        /// The curriculum.
+        name: String,
     },
 }
 

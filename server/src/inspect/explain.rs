@@ -1,13 +1,11 @@
 //! Why an action was chosen.
 
-use pschema_learner::decision::{Candidate, Decision, Reason, Role, Subject, Term as LearntTerm};
+use pschema_learner::decision::{Candidate, Decision, Role, Subject, Term as LearntTerm};
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
-use pschema_learner::observation::{Term, Variable};
-use pschema_learner::schema::Generalised;
-use pschema_protocol::inspect::{self, ExcitationTerm, Explanation, ValueText};
+use pschema_protocol::inspect::{self, ExcitationTerm, Explanation};
 
-use super::text;
+use super::{goals, text, trace};
 use crate::mind::View;
 
 /// The explanation of the decision of `step`, or of the last one, with at most `candidates_max` candidates.
@@ -44,11 +42,7 @@ fn explanation(content: &Content, decision: &Decision, candidates_max: u32) -> E
     });
     let candidates = listed.iter().filter_map(|at| decision.candidates.get(*at));
     let body = vocabulary.bodies().get(usize::from(decision.body.0));
-    let reason = match decision.reason {
-        Reason::Excitation => "excitation",
-        Reason::Tie => "tie",
-        Reason::Chain => "chain",
-    };
+    let reason = trace::reason(decision.reason);
     Explanation {
         step: decision.step,
         body: body.map(|body| body.name.clone()).unwrap_or_default(),
@@ -59,46 +53,26 @@ fn explanation(content: &Content, decision: &Decision, candidates_max: u32) -> E
         ties: u32::try_from(decision.ties).unwrap_or(u32::MAX),
         candidates_total: u32::try_from(decision.candidates_total).unwrap_or(u32::MAX),
         candidates: candidates.map(|one| candidate(content, one)).collect(),
+        goal: decision.goal.as_ref().map(|goal| goals::followed(content, goal)),
     }
 }
 
 fn candidate(content: &Content, from: &Candidate) -> inspect::Candidate {
-    let (schema, text) = match from.subject {
+    let (schema, text, binding) = match from.subject {
         Subject::Schema(id) => {
             let text = content.schema(id).map(|schema| notation::schema(content, schema));
-            (Some(id.0), text.unwrap_or_default())
+            (Some(id.0), text.unwrap_or_default(), text::binding(content, id, &from.binding))
         }
-        Subject::Primitive(id) => (None, notation::primitive(&content.vocabulary, id)),
+        Subject::Primitive(id) => (None, notation::primitive(&content.vocabulary, id), Vec::new()),
     };
     inspect::Candidate {
         schema,
         text,
-        binding: binding(content, from),
+        binding,
         distance: from.distance,
         excitation: from.excitation,
         terms: from.terms.iter().map(|one| term(content, one)).collect(),
     }
-}
-
-/// The values of a generalised schema's variables. How a value prints depends on its property, so that is
-/// looked up where the variable occurs.
-fn binding(content: &Content, from: &Candidate) -> Vec<(String, ValueText)> {
-    let Subject::Schema(id) = from.subject else { return Vec::new() };
-    let Some(generalised) = content.schema(id).and_then(|schema| schema.generalised()) else {
-        return Vec::new();
-    };
-    let bindings = from.binding.bindings().iter();
-    let shown = bindings.filter_map(|(variable, value)| {
-        let property = property_of(generalised, *variable)?;
-        Some((notation::variable(*variable), text::value(&content.vocabulary, property, *value)))
-    });
-    shown.collect()
-}
-
-fn property_of(schema: &Generalised, wanted: Variable) -> Option<pschema_learner::observation::PropertyId> {
-    let post = schema.post.iter().map(|post| &post.what);
-    let mut terms = schema.pre.iter().chain(&schema.target).chain(post).flat_map(|pattern| pattern.terms());
-    terms.find(|(_, term)| *term == Term::Variable(wanted)).map(|(property, _)| *property)
 }
 
 fn term(content: &Content, from: &LearntTerm) -> ExcitationTerm {

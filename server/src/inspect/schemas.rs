@@ -115,7 +115,7 @@ fn sort(view: &View, by: SchemaSort, found: &mut [(u32, &Schema)]) {
     }
 }
 
-fn kind(schema: &Schema) -> &'static str {
+pub(super) fn kind(schema: &Schema) -> &'static str {
     match &schema.form {
         Form::Generalised(generalised) if generalised.retired => "retired",
         Form::Generalised(_) => "generalised",

@@ -1,8 +1,10 @@
 //! Observations, patterns and bindings as tools get them.
 
+use pschema_learner::memory::Content;
 use pschema_learner::notation;
-use pschema_learner::observation::{Observation, Pattern, PropertyId, Term, Value};
+use pschema_learner::observation::{Observation, Pattern, PropertyId, Substitution, Term, Value, Variable};
 use pschema_learner::probability::Count;
+use pschema_learner::schema::{Generalised, SchemaId};
 use pschema_learner::vocabulary::{ValueKind, Vocabulary, bin_middle};
 use pschema_protocol::inspect::{Condition, ObservationText, ValueText};
 
@@ -49,4 +51,23 @@ pub(super) fn condition(observation: ObservationText, absent: bool, count: Count
         low,
         high,
     }
+}
+
+/// The values of a generalised schema's variables. How a value prints depends on its property, so that is
+/// looked up where the variable occurs.
+pub(super) fn binding(content: &Content, id: SchemaId, from: &Substitution) -> Vec<(String, ValueText)> {
+    let Some(generalised) = content.schema(id).and_then(|schema| schema.generalised()) else {
+        return Vec::new();
+    };
+    let shown = from.bindings().iter().filter_map(|(variable, bound)| {
+        let property = property_of(generalised, *variable)?;
+        Some((notation::variable(*variable), value(&content.vocabulary, property, *bound)))
+    });
+    shown.collect()
+}
+
+fn property_of(schema: &Generalised, wanted: Variable) -> Option<PropertyId> {
+    let post = schema.post.iter().map(|post| &post.what);
+    let mut terms = schema.pre.iter().chain(&schema.target).chain(post).flat_map(|pattern| pattern.terms());
+    terms.find(|(_, term)| *term == Term::Variable(wanted)).map(|(property, _)| *property)
 }

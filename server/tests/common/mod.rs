@@ -114,6 +114,8 @@ fn stage(name: &str, lift: &[&str]) -> Stage {
         trial_actions_max: 0,
         saturation: None,
         habituation: None,
+        until_absent: None,
+        say: Vec::new(),
     }
 }
 

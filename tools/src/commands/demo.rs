@@ -2,66 +2,64 @@
 
 use std::path::Path;
 
-use pschema_protocol::inspect::{Answer, Request, SchemaDetail, SchemaQuery};
-
-use crate::cli::{DemoArgs, ExperimentName};
+use crate::cli::DemoArgs;
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for};
 use crate::output::{self, Style};
 use crate::render::figures;
 use crate::render::schema::{capital, wrapped};
 use crate::render::story::Story;
 use crate::render::words::{duration, missing, probability, schema_notation, schema_sentence};
-use crate::run::{Experiment, Figures, Pair, Progress, Stop};
+use crate::report::{self, Group, Section};
+use crate::run::{Asked, Bars, Condition, Experiment, Figures, Learnt, Outcome, Pair, Progress, Stop};
 
-/// Generalised schemas, and counter-examples, printed at most.
-const SHOWN_MAX: usize = 4;
+use super::experiment::write_report;
 
-/// What was learnt that is worth showing.
-struct Learnt {
-    generalised: Vec<SchemaDetail>,
-    exceptions: Vec<SchemaDetail>,
-}
+/// The experiment that a demo is.
+const EXPERIMENT: &str = "exp1-s1";
 
 pub(crate) fn run(args: &DemoArgs, quiet: bool) -> Result<(), Failure> {
     let stop = Stop::on_signals()?;
-    let experiment = Experiment::new(ExperimentName::Exp1S1, "wide");
-    let (figures, learnt) = learn(&experiment, args.seed, &stop, quiet || args.json)?;
-    if args.json {
-        return output::print_json(&figures);
+    let experiment = Experiment::new(EXPERIMENT, Asked::default())?;
+    let Some(condition) = experiment.conditions.first() else {
+        return Err(Failure::Failed(format!("{EXPERIMENT} has no run")));
+    };
+    if let Some(folder) = &args.out {
+        report::prepare(folder)?;
     }
-    output::print(&told(&figures, &learnt, Style::of_stdout()))
+    let outcome = learn(&experiment, condition, args.seed, &stop, quiet || args.json)?;
+    if args.json {
+        output::print_json(&outcome.figures)?;
+    } else {
+        output::print(&told(&outcome.figures, &outcome.learnt, Style::of_stdout()))?;
+    }
+    let Some(folder) = &args.out else { return Ok(()) };
+    let group = Group::new(condition, std::slice::from_ref(&outcome));
+    let section = Section { told: &experiment.told, groups: vec![group] };
+    write_report(folder, &[section], quiet)
 }
 
 /// The whole run; when it returns, both processes have ended and nothing of theirs is left.
-fn learn(experiment: &Experiment, seed: u64, stop: &Stop, quiet: bool) -> Result<(Figures, Learnt), Failure> {
-    let size = experiment.size();
-    let mut story = Story::new(experiment.object, size.postures);
-    let progress = Progress::new(String::new(), size, quiet);
+fn learn(
+    experiment: &Experiment,
+    condition: &Condition,
+    seed: u64,
+    stop: &Stop,
+    quiet: bool,
+) -> Result<Outcome, Failure> {
+    let size = condition.size();
+    let mut story = Story::new(experiment.told.object.clone(), size.postures);
+    let progress = Progress::new(&Bars::new(quiet), String::new(), size);
     let say = |line: &str| {
         if !quiet {
             progress.say(line);
         }
     };
     say("A robot arm, a camera, a table. It knows nothing, not even what its own moves do.");
-    let mut pair = Pair::start(experiment, seed, stop)?;
-    let report = pair.watch(stop, |report| {
+    let mut pair = Pair::start(condition, seed, stop)?;
+    pair.watch(&experiment.told, condition, stop, |report| {
         story.news(report).iter().for_each(|line| say(&format!("  {line}")));
         progress.show(report);
-    })?;
-    let wall_s = pair.elapsed().as_secs_f64();
-    let learnt = ask(pair.learner())?;
-    Ok((Figures::new(experiment, &report, wall_s), learnt))
-}
-
-fn ask(learner: &mut Learner) -> Result<Learnt, Failure> {
-    let query = SchemaQuery { generalised: true, limit: SHOWN_MAX as u32, ..SchemaQuery::default() };
-    let list = ask_for!(learner, &Request::Schemas(query), Answer::Schemas)?;
-    let mut show = |id: u32| ask_for!(learner, &Request::Show { id }, Answer::Schema).map(|schema| *schema);
-    let generalised = list.schemas.iter().map(|s| show(s.id)).collect::<Result<Vec<_>, _>>()?;
-    let exceptions = generalised.iter().flat_map(|s| s.counter_examples.iter().copied()).take(SHOWN_MAX);
-    let exceptions = exceptions.map(&mut show).collect::<Result<Vec<_>, _>>()?;
-    Ok(Learnt { generalised, exceptions })
+    })
 }
 
 fn told(figures: &Figures, learnt: &Learnt, style: Style) -> String {

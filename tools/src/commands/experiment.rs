@@ -1,42 +1,143 @@
 //! `pschema experiment NAME`: the paper's runs, as figures.
 
+use std::path::Path;
+use std::time::SystemTime;
+
 use crate::cli::ExperimentArgs;
 use crate::failure::Failure;
 use crate::output;
+use crate::render::comparison::{self, Runs};
 use crate::render::figures;
-use crate::run::{Experiment, Figures, Pair, Progress, Stop, in_process};
+use crate::render::schema::wrapped;
+use crate::report::{self, Facts, Group, Section};
+use crate::run::{Asked, Experiment, Figures, How, Job, Outcome, Seeds, Stop, Trace, carry_out};
+use crate::talk;
+
+/// Seeds of `experiment all` unless others are asked for: enough for a 95 % interval.
+const SEEDS_OF_ALL: (u64, u64) = (1, 10);
+
+/// What stands for every experiment there is.
+const ALL: &str = "all";
 
 pub(crate) fn run(args: &ExperimentArgs, quiet: bool) -> Result<(), Failure> {
     let stop = Stop::on_signals()?;
-    let experiment = Experiment::new(args.experiment, &args.world);
-    let Some(seeds) = args.seeds else {
-        let figures = once(&experiment, args.seed, args.in_process, &stop, quiet)?;
-        return if args.json { output::print_json(&figures) } else { output::print(&figures::one(&figures)) };
-    };
-    let mut runs = Vec::new();
-    for seed in seeds.iter() {
-        let figures = once(&experiment, seed, args.in_process, &stop, quiet)?;
-        if args.json {
-            // As soon as it is known: a sweep may be long.
-            output::print_json_line(&figures)?;
-        }
-        runs.push(figures);
+    let experiments = experiments(args)?;
+    let seeds = seeds(args);
+    if let Some(folder) = &args.out {
+        // Before anything is run: a slip must not cost an hour.
+        report::prepare(folder)?;
     }
-    if args.json { Ok(()) } else { output::print(&figures::several(&runs)) }
+    let mut jobs = Vec::new();
+    for experiment in &experiments {
+        for condition in &experiment.conditions {
+            jobs.extend(seeds.iter().map(|seed| Job { told: &experiment.told, condition, seed: *seed }));
+        }
+    }
+    let how = How { in_process: args.in_process, jobs: args.jobs.into(), quiet };
+    let several = jobs.len() > 1 || args.seeds.is_some();
+    let mut outcomes: Vec<Outcome> = Vec::with_capacity(jobs.len());
+    carry_out(&jobs, how, &stop, |_, mut outcome| {
+        if args.json && several {
+            // As soon as it is known: a sweep may be long.
+            output::print_json_line(&outcome.figures)?;
+        }
+        if args.out.is_none() {
+            outcome.trace = Trace::default();
+        }
+        outcomes.push(outcome);
+        Ok(())
+    })?;
+    let sections = sections(&experiments, &outcomes, seeds.len());
+    print(args, several, &sections)?;
+    match &args.out {
+        Some(folder) => write_report(folder, &sections, quiet),
+        None => Ok(()),
+    }
 }
 
-fn once(
-    experiment: &Experiment,
-    seed: u64,
-    in_one_process: bool,
-    stop: &Stop,
-    quiet: bool,
-) -> Result<Figures, Failure> {
-    let progress = Progress::new(format!("seed {seed}, "), experiment.size(), quiet);
-    if in_one_process {
-        return in_process(experiment, seed, stop, |report| progress.show(report));
+fn experiments(args: &ExperimentArgs) -> Result<Vec<Experiment>, Failure> {
+    let asked = Asked { world: args.world.as_deref(), variant: args.variant.as_deref() };
+    if args.experiment != ALL {
+        return Ok(vec![Experiment::new(&args.experiment, asked)?]);
     }
-    let mut pair = Pair::start(experiment, seed, stop)?;
-    let report = pair.watch(stop, |report| progress.show(report))?;
-    Ok(Figures::new(experiment, &report, pair.elapsed().as_secs_f64()))
+    if asked.world.is_some() || asked.variant.is_some() {
+        let problem = "`experiment all` runs each as its file says: name one experiment to change its world or to \
+                       run one variant of it";
+        return Err(Failure::Usage(problem.to_owned()));
+    }
+    Experiment::all()
+}
+
+fn seeds(args: &ExperimentArgs) -> Vec<u64> {
+    match (args.seeds, args.seed) {
+        (Some(seeds), _) => seeds.iter().collect(),
+        (None, Some(seed)) => vec![seed],
+        (None, None) if args.experiment == ALL => Seeds::from(SEEDS_OF_ALL).iter().collect(),
+        (None, None) => vec![1],
+    }
+}
+
+/// The outcomes, which are in the order of their jobs, by experiment and condition.
+fn sections<'a>(
+    experiments: &'a [Experiment],
+    mut outcomes: &'a [Outcome],
+    seeds: usize,
+) -> Vec<Section<'a>> {
+    let mut sections = Vec::new();
+    for experiment in experiments {
+        let mut groups = Vec::new();
+        for condition in &experiment.conditions {
+            let (own, rest) = outcomes.split_at(seeds.min(outcomes.len()));
+            outcomes = rest;
+            groups.push(Group::new(condition, own));
+        }
+        sections.push(Section { told: &experiment.told, groups });
+    }
+    sections
+}
+
+fn print(args: &ExperimentArgs, several: bool, sections: &[Section<'_>]) -> Result<(), Failure> {
+    let figures: Vec<&Figures> = sections.iter().flat_map(Section::figures).collect();
+    if args.json {
+        return match figures.first() {
+            Some(figures) if !several => output::print_json(figures),
+            _ => Ok(()),
+        };
+    }
+    let lines: Vec<_> = sections.iter().filter_map(Section::base).flat_map(comparison::lines).collect();
+    let compared = || sections.iter().filter(|section| section.groups.len() > 1);
+    if args.markdown {
+        let mut text = comparison::markdown(&lines);
+        for section in compared() {
+            let runs: Vec<Runs<'_>> = section.runs().collect();
+            text.push_str(&format!("\n{}\n\n{}", section.told.title, comparison::variants_markdown(&runs)));
+        }
+        return output::print(&text);
+    }
+    let mut text = match sections {
+        [section] => match section.groups.as_slice() {
+            [group] if !several => group.figures.first().map_or_else(String::new, figures::one),
+            [group] => figures::several(&group.figures),
+            _ => comparison::table(&lines),
+        },
+        _ => comparison::table(&lines),
+    };
+    for section in compared() {
+        let runs: Vec<Runs<'_>> = section.runs().collect();
+        text.push_str(&format!("\n{}\n\n{}", section.told.title, comparison::variants(&runs)));
+    }
+    let grouped = sections.len() > 1 || compared().next().is_some();
+    if grouped && let Some(group) = sections.first().and_then(|section| section.groups.first()) {
+        text.push_str(&format!("\n{}", wrapped(&comparison::footnote(group.figures.len()), "")));
+    }
+    output::print(&text)
+}
+
+/// Writes the report, and says where its page is.
+pub(super) fn write_report(folder: &Path, sections: &[Section<'_>], quiet: bool) -> Result<(), Failure> {
+    let page = report::write(folder, sections, &Facts::now(SystemTime::now()))?;
+    if !quiet {
+        talk::say(&format!("report: {}", page.display()));
+    }
+    Ok(())
 }

@@ -1,10 +1,13 @@
 //! The subcommands, one file each.
 
+mod achieve;
 mod completions;
 mod demo;
 mod doctor;
 mod experiment;
 mod explain;
+mod plan;
+mod predict;
 mod say;
 mod schemas;
 mod server;
@@ -30,6 +33,9 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Schemas(args) => schemas::run(&learner(&args.name)?, args),
         Command::Show(args) => show::run(&learner(&args.name)?, &args),
         Command::Explain(args) => explain::run(&learner(&args.name)?, &args),
+        Command::Predict(args) => predict::run(&learner(&args.name)?, args),
+        Command::Plan(args) => plan::run(&learner(&args.name)?, args),
+        Command::Achieve(args) => achieve::run(&learner(&args.name)?, args, quiet),
         Command::Say(args) => say::run(&learner(&args.name)?, args),
         Command::Stage(args) => stage::run(&learner(&args.name)?, args),
         Command::Experiment(args) => experiment::run(&args, quiet),

@@ -2,6 +2,7 @@
 
 use pschema_protocol::inspect::{Candidate, ExcitationTerm, Explanation, ObservationText};
 
+use super::goals;
 use super::schema::wrapped;
 use super::table::Columns;
 use super::words::{binding, notation, plain};
@@ -14,12 +15,16 @@ pub(crate) fn explanation(e: &Explanation) -> String {
     let mut text = wrapped(&sentence(e, chosen), "");
     text.push_str(&format!("\n{}", perceived(&e.world)));
     text.push_str(&format!("\n{}\n{}", heading(chosen), terms(chosen, &e.world)));
+    if let Some(goal) = &e.goal {
+        text.push_str(&format!("\n{}", goals::chain(goal)));
+    }
     text.push_str(&others(e));
     text
 }
 
 fn sentence(e: &Explanation, chosen: &Candidate) -> String {
     let because = match e.reason.as_str() {
+        "goal" => e.goal.as_ref().map_or_else(|| "for a goal".to_owned(), goals::followed),
         "chain" => "because it is the next of a chain begun before".to_owned(),
         "tie" => format!(
             "because {} candidates were equally exciting (E = {:.3}) and the lot fell on it",
@@ -30,7 +35,9 @@ fn sentence(e: &Explanation, chosen: &Candidate) -> String {
         }
         other => format!("because of {} (E = {:.3})", plain(other), chosen.excitation),
     };
-    let why = strongest(chosen).map_or_else(String::new, |term| format!("; above all, {}", told(term)));
+    // What is done for a goal is done whatever it excites.
+    let exciting = strongest(chosen).filter(|_| e.goal.is_none());
+    let why = exciting.map_or_else(String::new, |term| format!("; above all, {}", told(term)));
     let (step, body, action) = (e.step, plain(&e.body), plain(&e.action));
     format!("In step {step}, {body} was sent to {action}, {because}{why}.")
 }

@@ -6,10 +6,9 @@ use std::path::Path;
 use pschema_protocol::inspect::*;
 use serde::Serialize;
 
-use super::{explanation, figures, json, schema, status};
-use crate::cli::ExperimentName;
+use super::{explanation, figures, goals, json, json_goals, schema, status};
+use crate::run::Figures;
 use crate::run::tests::{report, stage};
-use crate::run::{Experiment, Figures};
 
 fn check(name: &str, text: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
@@ -85,6 +84,7 @@ fn a_status() -> Status {
         memory_digest: "9b1f".repeat(16),
         excitation_top: 1.75,
         world: vec!["object{colour=blue, field=17}".to_owned(), "finger{field=4}".to_owned()],
+        goal: None,
     }
 }
 
@@ -193,6 +193,7 @@ fn an_explanation() -> Explanation {
         ties: 1,
         candidates_total: 224,
         candidates: vec![touching, reaching],
+        goal: None,
     }
 }
 
@@ -208,7 +209,7 @@ fn a_report() -> Report {
 fn a_run(seed: u64) -> Figures {
     let mut report = a_report();
     report.seed = seed;
-    Figures::new(&Experiment::new(ExperimentName::Exp1S1, "wide"), &report, 4.25)
+    crate::run::tests::figures("wide", &report)
 }
 
 #[test]
@@ -255,4 +256,121 @@ fn a_run_as_table_and_json() {
     check("experiment.txt", &figures::one(&a_run(7)));
     check_json("experiment.json", &a_run(7));
     check("experiments.txt", &figures::several(&[a_run(1), a_run(2)]));
+}
+
+fn in_use(id: u32, kind: &str, field: i64) -> SchemaInUse {
+    SchemaInUse {
+        id,
+        kind: kind.to_owned(),
+        text: "object{colour=$a, field=$b} / achieve finger{field=$b} / touch{}".to_owned(),
+        binding: vec![("a".to_owned(), symbol("blue")), ("b".to_owned(), ValueText::Integer(field))],
+        action: "move(j1=0.43, j2=0.84)".to_owned(),
+        carrier: Some(4),
+    }
+}
+
+fn a_prediction() -> Prediction {
+    let gone = Condition { absent: true, ..condition(blue_in(ValueText::Integer(17)), 2, 15) };
+    Prediction {
+        body: "arm".to_owned(),
+        action: "move(j1=0.43, j2=0.84)".to_owned(),
+        world: vec![blue_in(ValueText::Integer(17))],
+        attempts: 16,
+        carried_out: 15,
+        schema: Some(in_use(226, "generalised", 17)),
+        outcomes: vec![condition(observation("touch", &[]), 14, 15), gone],
+    }
+}
+
+fn a_plan() -> Plan {
+    let stays = Condition { absent: true, ..condition(blue_in(ValueText::Integer(17)), 2, 15) };
+    let step = PlanStep {
+        schema: in_use(226, "generalised", 17),
+        relies_on: vec![condition(observation("touch", &[]), 14, 15), stays],
+        through: vec![condition(finger_in(ValueText::Integer(17)), 15, 15)],
+        reliability: 0.94,
+        probability: 0.76,
+    };
+    Plan {
+        body: "arm".to_owned(),
+        goal: vec!["touch{}".to_owned(), "object{field=17}".to_owned()],
+        world: vec![blue_in(ValueText::Integer(17))],
+        state: "found".to_owned(),
+        probability: Some(0.76),
+        steps: vec![step],
+        search_truncated: true,
+    }
+}
+
+fn a_pursuit() -> Pursuit {
+    let made = |after_actions, because: &str| PlanMade {
+        after_actions,
+        because: because.to_owned(),
+        probability: 0.76,
+        chain: vec![in_use(226, "generalised", 17), in_use(12, "concrete", 17)],
+        search_truncated: false,
+    };
+    Pursuit {
+        number: 3,
+        body: "arm".to_owned(),
+        goal: vec!["touch{}".to_owned()],
+        state: "achieved".to_owned(),
+        actions: 3,
+        actions_max: 50,
+        plans_made: 2,
+        plans: vec![made(0, "first"), made(1, "next not allowed")],
+    }
+}
+
+#[test]
+fn a_prediction_as_text_and_json() {
+    check("predict.txt", &goals::prediction(&a_prediction()));
+    check_json("predict.json", &json_goals::Prediction::from(&a_prediction()));
+    let unknown = Prediction { schema: None, outcomes: Vec::new(), attempts: 0, ..a_prediction() };
+    let told = goals::prediction(&unknown);
+    assert!(told.contains("Nothing that is known") && told.contains("never tried"), "{told}");
+}
+
+#[test]
+fn a_plan_as_text_and_json() {
+    check("plan.txt", &goals::plan(&a_plan()));
+    check_json("plan.json", &json_goals::Plan::from(&a_plan()));
+    let none = Plan { probability: None, steps: Vec::new(), ..a_plan() };
+    let told = goals::plan(&none);
+    assert!(told.starts_with("Nothing known leads") && told.contains("budget"), "{told}");
+    let holds = Plan { probability: Some(1.0), ..none };
+    assert_eq!(goals::plan(&holds), "touch{} & object{field=17} holds already.\n");
+}
+
+#[test]
+fn a_pursuit_as_talk_and_json() {
+    let pursuit = a_pursuit();
+    let talk: Vec<_> = pursuit.plans.iter().map(goals::plan_made).collect();
+    check("achieve.talk", &(talk.join("\n") + "\n" + &goals::ending(&pursuit) + "\n"));
+    check_json("achieve.json", &json_goals::Pursuit::from(&pursuit));
+    for state in ["nothing known leads there", "actions used up", "constrained", "cancelled", "\x1b[2J"] {
+        let told = goals::ending(&Pursuit { state: state.to_owned(), ..a_pursuit() });
+        assert!(told.contains("3 actions") && !told.contains('\x1b'), "{told}");
+    }
+}
+
+#[test]
+fn a_decision_for_a_goal_says_which_and_what_step_of_the_plan_it_is() {
+    let goal = GoalFollowed {
+        goal: vec!["touch{}".to_owned()],
+        chain: a_pursuit().plans[0].chain.clone(),
+        at: 1,
+        probability: 0.76,
+    };
+    let explained = Explanation { reason: "goal".to_owned(), goal: Some(goal), ..an_explanation() };
+    check("explain-goal.txt", &explanation::explanation(&explained));
+    let mut pursuing = a_status();
+    pursuing.goal = Some(GoalSummary {
+        number: 3,
+        body: "arm".to_owned(),
+        goal: vec!["touch{}".to_owned()],
+        actions: 1,
+        actions_max: 50,
+    });
+    assert!(status::status(&pursuing).contains("3, pursued by arm: touch{}; 1 action of at most 50"));
 }

@@ -7,6 +7,8 @@ use pschema_protocol::inspect::{
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
+use super::json_goals::Followed;
+
 /// `{"type": "object", "properties": {"colour": "blue", "field": 4}}`.
 #[derive(Debug, Serialize)]
 pub(crate) struct Observation<'a> {
@@ -17,7 +19,7 @@ pub(crate) struct Observation<'a> {
 
 /// Names with values, as an object. A variable is `{"var": "x"}`.
 #[derive(Debug)]
-struct Values<'a>(&'a [(String, ValueText)]);
+pub(super) struct Values<'a>(pub(super) &'a [(String, ValueText)]);
 
 #[derive(Serialize)]
 #[serde(untagged)]
@@ -54,7 +56,7 @@ impl<'a> From<&'a ObservationText> for Observation<'a> {
 
 /// An observation with its statistics; `"absent": true` only where it says what is no longer observed.
 #[derive(Debug, Serialize)]
-struct Counted<'a> {
+pub(super) struct Counted<'a> {
     observation: Observation<'a>,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     absent: bool,
@@ -101,7 +103,7 @@ pub(crate) struct Schema<'a> {
     created_step: u64,
 }
 
-fn all<'a, T: 'a, U: From<&'a T>>(list: &'a [T]) -> Vec<U> {
+pub(super) fn all<'a, T: 'a, U: From<&'a T>>(list: &'a [T]) -> Vec<U> {
     list.iter().map(U::from).collect()
 }
 
@@ -142,6 +144,8 @@ pub(crate) struct Reasons<'a> {
     ties: u32,
     candidates_total: u32,
     candidates: Vec<CandidateJson<'a>>,
+    /// The goal followed, when that is the reason.
+    goal: Option<Followed<'a>>,
 }
 
 /// One thing that could have been done.
@@ -179,6 +183,7 @@ impl<'a> From<&'a Explanation> for Reasons<'a> {
             ties: e.ties,
             candidates_total: e.candidates_total,
             candidates: all(&e.candidates),
+            goal: e.goal.as_ref().map(Followed::from),
         }
     }
 }

@@ -1,11 +1,15 @@
 //! From what a daemon answers to what a person or a program reads. Pure: values in, text out.
 
+pub(crate) mod comparison;
 pub(crate) mod explanation;
 pub(crate) mod figures;
+pub(crate) mod goals;
 #[cfg(test)]
 mod golden;
 pub(crate) mod json;
+pub(crate) mod json_goals;
 pub(crate) mod schema;
+pub(crate) mod statistics;
 pub(crate) mod status;
 pub(crate) mod story;
 pub(crate) mod table;

@@ -2,6 +2,7 @@
 
 use pschema_protocol::inspect::{BodyStatus, Report, Status};
 
+use super::goals;
 use super::schema::wrapped;
 use super::table::Columns;
 use super::words::{bytes, count, duration, plain};
@@ -21,6 +22,11 @@ pub(crate) fn status(s: &Status) -> String {
     );
     fact("memory", format!("{} resident", bytes(s.memory_bytes)));
     fact("digest", plain(&s.memory_digest));
+    if let Some(goal) = &s.goal {
+        let (number, wanted, body) = (goal.number, goals::goal(&goal.goal), plain(&goal.body));
+        let actions = format!("{} of at most {}", count(goal.actions, "action"), goal.actions_max);
+        fact("goal", format!("{number}, pursued by {body}: {wanted}; {actions}"));
+    }
     fact("excitation", format!("{:.2} at the last decision", s.excitation_top));
     let world: Vec<_> = s.world.iter().map(|o| plain(o)).collect();
     fact("perceived", if world.is_empty() { "nothing".to_owned() } else { world.join(" ") });

@@ -9,7 +9,7 @@ use super::words::{count, plain};
 #[derive(Debug)]
 pub(crate) struct Story {
     /// What is put before the robot.
-    object: &'static str,
+    object: String,
     /// Stages told.
     told: usize,
     /// Learning placements told.
@@ -22,7 +22,7 @@ pub(crate) struct Story {
 
 impl Story {
     /// The story of a robot that knows so many postures, if known, and is given `object`.
-    pub(crate) fn new(object: &'static str, postures: Option<u64>) -> Self {
+    pub(crate) fn new(object: String, postures: Option<u64>) -> Self {
         Self { object, told: 0, placements: 0, generalised: false, postures }
     }
 
@@ -55,7 +55,7 @@ impl Story {
     }
 
     fn placed(&mut self, stage: &StageSummary) -> String {
-        let object = self.object;
+        let object = self.object.clone();
         let generalised = self.generalisation(stage);
         let given = match (stage.trials, self.placements) {
             (1, 0) => format!("given a {object}"),
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn the_story_of_scenario_1() {
-        let mut story = Story::new("blue block", Some(224));
+        let mut story = Story::new("blue block".to_owned(), Some(224));
         let mut babbling = stage("motor babbling", true, &[], &[]);
         (babbling.actions, babbling.schemas_new) = (229, 224);
         let mut first = stage("first touches", true, &[true, true], &[0, 1]);

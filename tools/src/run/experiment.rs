@@ -1,56 +1,157 @@
-//! What an experiment is made of.
+//! An experiment as it is carried out: the runs that a curriculum's `[experiment]` table asks for.
 
 use clap::{Args, Parser};
 use pschema_protocol::body::Body;
+use pschema_server::config::{self, ConfigError, Variant};
 use pschema_sim::SimArgs;
 
-use crate::cli::ExperimentName;
 use crate::failure::Failure;
 
-use super::published::{Published, SCENARIO_1_PHYSICAL, SCENARIO_1_SIMULATED, SCENARIO_2};
-
-/// A repeatable run: which curriculum, in which world, and what the paper reports of it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// An experiment, and the conditions it is run under.
+#[derive(Clone, Debug)]
 pub(crate) struct Experiment {
-    /// Its name, as reported.
-    pub(crate) name: &'static str,
-    /// The daemon's curriculum.
-    pub(crate) curriculum: &'static str,
+    /// What the curriculum's file says.
+    pub(crate) told: config::Experiment,
+    /// The run as it stands, or its variants, or one for each value swept.
+    pub(crate) conditions: Vec<Condition>,
+}
+
+/// Everything that decides a run but its seed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Condition {
+    /// What it is called beside the others; none when there are no others.
+    pub(crate) name: Option<String>,
+    /// The daemon's curriculum: a built-in one or a file.
+    pub(crate) curriculum: String,
     /// The body's world: a built-in one or a file.
     pub(crate) world: String,
-    /// What is put before the robot.
-    pub(crate) object: &'static str,
-    /// The published figures; none for a world of one's own.
-    pub(crate) published: Option<Published>,
+    /// Settings of the daemon.
+    pub(crate) settings: Vec<String>,
+    /// Noise of the body.
+    pub(crate) noise: Vec<(String, f64)>,
+    /// What a swept value is set to.
+    pub(crate) swept: Option<f64>,
+}
+
+/// What is asked of an experiment beyond what its file says.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Asked<'a> {
+    /// Another world.
+    pub(crate) world: Option<&'a str>,
+    /// Only this variant.
+    pub(crate) variant: Option<&'a str>,
 }
 
 impl Experiment {
-    /// `name` in `world`: `wide`, `narrow` or a world file.
-    pub(crate) fn new(name: ExperimentName, world: &str) -> Self {
-        // The paper's figures are for its own set-ups: scenario 2 was run in simulation only.
-        let (name, published) = match (name, world) {
-            (ExperimentName::Exp1S1, "wide") => ("exp1-s1", Some(SCENARIO_1_SIMULATED)),
-            (ExperimentName::Exp1S1, "narrow") => ("exp1-s1-narrow", Some(SCENARIO_1_PHYSICAL)),
-            (ExperimentName::Exp1S1, _) => ("exp1-s1", None),
-            (ExperimentName::Exp1S2, "wide") => ("exp1-s2", Some(SCENARIO_2)),
-            (ExperimentName::Exp1S2, _) => ("exp1-s2", None),
+    /// The experiment that the curriculum `name` (built in, or a file) is.
+    pub(crate) fn new(name: &str, asked: Asked<'_>) -> Result<Self, Failure> {
+        let told = config::experiment(name).map_err(|error| match error {
+            ConfigError::NoCurriculum { .. } => Failure::Usage(format!(
+                "no experiment {name:?}: it is none of the built-in ones ({}), and there is no such file",
+                built_in()
+            )),
+            ConfigError::NoExperiment { .. } => Failure::Usage(format!("{error}; there are: {}", built_in())),
+            error => Failure::of(error),
+        })?;
+        Self::told(told, asked)
+    }
+
+    /// All that come with this binary, the quickest first.
+    pub(crate) fn all() -> Result<Vec<Self>, Failure> {
+        let all = config::experiments().map_err(Failure::of)?;
+        all.into_iter().map(|told| Self::told(told, Asked::default())).collect()
+    }
+
+    fn told(mut told: config::Experiment, asked: Asked<'_>) -> Result<Self, Failure> {
+        if let Some(world) = asked.world.filter(|world| *world != told.world) {
+            // The paper's figures are for its own set-ups.
+            world.clone_into(&mut told.world);
+            told.published = None;
+            told.why = None;
+            told.measures.iter_mut().for_each(|measure| (measure.published, measure.why) = (None, None));
+        }
+        let mut conditions = conditions(&told, asked.world);
+        if let Some(name) = asked.variant {
+            conditions.retain(|condition| condition.name.as_deref() == Some(name));
+            if conditions.is_empty() {
+                let known: Vec<_> =
+                    self::conditions(&told, None).into_iter().filter_map(|c| c.name).collect();
+                let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+                return Err(Failure::Usage(format!(
+                    "{} has no variant {name:?}; there are: {known}",
+                    told.name
+                )));
+            }
+        }
+        Ok(Self { told, conditions })
+    }
+}
+
+/// The run as it stands and its variants, each for every value swept.
+fn conditions(told: &config::Experiment, world: Option<&str>) -> Vec<Condition> {
+    let alone = told.variants.is_empty();
+    let base = Variant { name: told.base.clone(), ..Variant::default() };
+    let variants = [&base].into_iter().chain(&told.variants);
+    let condition = |variant: &Variant| Condition {
+        name: (!alone).then(|| variant.name.clone()),
+        curriculum: variant.curriculum.clone().unwrap_or_else(|| told.curriculum.clone()),
+        world: world
+            .map(str::to_owned)
+            .or_else(|| variant.world.clone())
+            .unwrap_or_else(|| told.world.clone()),
+        settings: variant.settings.clone(),
+        noise: variant.noise.clone(),
+        swept: None,
+    };
+    let Some(sweep) = &told.sweep else { return variants.map(condition).collect() };
+    let swept = |variant: &Variant| {
+        let condition = condition(variant);
+        let at = |value: &f64| {
+            let mut condition = condition.clone();
+            let set = format!("{} = {value}", sweep.name);
+            condition.name =
+                Some(condition.name.map_or_else(|| set.clone(), |name| format!("{name}, {set}")));
+            condition.settings.push(format!("values.{}={value:?}", sweep.name));
+            condition.swept = Some(*value);
+            condition
         };
-        Self { name, curriculum: name, world: world.to_owned(), object: "blue block", published }
+        sweep.values.iter().map(at).collect::<Vec<_>>()
+    };
+    variants.flat_map(swept).collect()
+}
+
+/// The names there are.
+fn built_in() -> String {
+    let names = config::BUILT_IN.iter().map(|(name, _)| *name);
+    names.filter(|name| config::experiment(name).is_ok()).collect::<Vec<_>>().join(", ")
+}
+
+impl Condition {
+    /// Whether the paper's figures are about this: nothing is changed that the experiment's file does not say itself.
+    pub(crate) fn is_as_published(&self, told: &config::Experiment) -> bool {
+        let own = self.world == told.world && self.curriculum == told.curriculum;
+        own && self.settings.is_empty() && self.noise.is_empty()
     }
 
     /// How the daemon is started: the same for a process of its own and for a run in one process.
     pub(crate) fn daemon(&self, seed: u64) -> Vec<String> {
-        ["--curriculum", self.curriculum, "--seed", &seed.to_string()].map(str::to_owned).into()
+        let seed = seed.to_string();
+        let own = ["--curriculum", &self.curriculum, "--seed", &seed].map(str::to_owned);
+        let settings = self.settings.iter().flat_map(|setting| ["--set".to_owned(), setting.clone()]);
+        own.into_iter().chain(settings).collect()
     }
 
     /// How the body is started.
     pub(crate) fn body(&self, seed: u64) -> Vec<String> {
-        ["--world", &self.world, "--seed", &seed.to_string()].map(str::to_owned).into()
+        let own = ["--world", &self.world, "--seed", &seed.to_string()].map(str::to_owned);
+        let noise =
+            self.noise.iter().flat_map(|(name, value)| ["--noise".to_owned(), format!("{name}={value}")]);
+        own.into_iter().chain(noise).collect()
     }
 
     /// How much there is to do.
     pub(crate) fn size(&self) -> Size {
-        let curriculum = pschema_server::config::curriculum(self.curriculum).ok();
+        let curriculum = config::curriculum(&self.curriculum).ok();
         let trials =
             curriculum.map_or_else(Vec::new, |c| c.stages.iter().map(|stage| stage.trials).collect());
         let body = read::<SimArgs>(self.body(1)).ok().and_then(|args| pschema_sim::build(&args).ok());
@@ -79,4 +180,64 @@ pub(super) fn read<A: Args>(arguments: Vec<String>) -> Result<A, Failure> {
     let read = Read::try_parse_from(arguments);
     read.map(|read| read.args)
         .map_err(|error| Failure::Failed(format!("arguments of the experiment: {error}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pschema_server::config::Sweep;
+
+    #[test]
+    fn a_run_alone_has_no_name_and_starts_as_its_file_says() {
+        let experiment = Experiment::new("exp1-s1", Asked::default()).unwrap();
+        let [only] = experiment.conditions.as_slice() else { panic!("{:?}", experiment.conditions) };
+        assert_eq!(only.name, None);
+        assert_eq!(only.daemon(7), ["--curriculum", "exp1-s1", "--seed", "7"]);
+        assert_eq!(only.body(7), ["--world", "wide", "--seed", "7"]);
+    }
+
+    #[test]
+    fn another_world_is_not_what_the_paper_reports_of() {
+        let asked = Asked { world: Some("narrow"), variant: None };
+        let experiment = Experiment::new("exp1-s1", asked).unwrap();
+        assert_eq!(experiment.told.published, None);
+        assert!(experiment.told.measures.iter().all(|measure| measure.published.is_none()));
+        assert_eq!(experiment.conditions[0].world, "narrow");
+    }
+
+    #[test]
+    fn variants_and_values_are_conditions_of_their_own() {
+        let mut told = Experiment::new("exp1-s1", Asked::default()).unwrap().told;
+        told.base = "whole".to_owned();
+        told.variants.push(Variant {
+            name: "deaf".to_owned(),
+            settings: vec!["learner.attention=false".to_owned()],
+            noise: vec![("finger_misplaced".to_owned(), 0.1)],
+            ..Variant::default()
+        });
+        let names = |told: &config::Experiment| -> Vec<_> {
+            conditions(told, None).into_iter().map(|condition| condition.name.unwrap_or_default()).collect()
+        };
+        assert_eq!(names(&told), ["whole", "deaf"]);
+        let deaf = &conditions(&told, None)[1];
+        assert_eq!(deaf.daemon(1)[4..], ["--set", "learner.attention=false"]);
+        assert_eq!(deaf.body(1)[4..], ["--noise", "finger_misplaced=0.1"]);
+        told.sweep = Some(Sweep { name: "rate".to_owned(), values: vec![0.0, 0.5] });
+        assert_eq!(
+            names(&told),
+            ["whole, rate = 0", "whole, rate = 0.5", "deaf, rate = 0", "deaf, rate = 0.5"]
+        );
+        assert_eq!(conditions(&told, None)[1].settings, ["values.rate=0.5"]);
+        let asked = Asked { variant: Some("mute"), world: None };
+        let refused = Experiment::told(told, asked).unwrap_err().to_string();
+        assert!(refused.contains("whole, rate = 0"), "{refused}");
+    }
+
+    #[test]
+    fn an_unknown_experiment_is_answered_with_those_there_are() {
+        for name in ["exp9", "free"] {
+            let error = Experiment::new(name, Asked::default()).unwrap_err();
+            assert!(matches!(&error, Failure::Usage(said) if said.contains("exp1-s2")), "{error}");
+        }
+    }
 }

@@ -1,16 +1,21 @@
 //! The figures of a run, as `experiment --json` prints them.
 
 use pschema_protocol::inspect::{Report, StageSummary};
+use pschema_server::config;
 use serde::Serialize;
 
-use super::experiment::Experiment;
-use super::published::Published;
+use super::experiment::Condition;
+use super::measures::Measure;
 
 /// Everything an experiment is judged by.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Figures {
     /// Its name.
     pub(crate) experiment: String,
+    /// Which of its variants, when it has any.
+    pub(crate) variant: Option<String>,
+    /// What a swept value was set to.
+    pub(crate) swept: Option<f64>,
     /// The world it was run in.
     pub(crate) world: String,
     /// The seed of learner and body.
@@ -33,6 +38,8 @@ pub(crate) struct Figures {
     pub(crate) stages: Vec<Stage>,
     /// What was measured afterwards, learning frozen.
     pub(crate) probe: Probe,
+    /// What else the curriculum asks to be read off the run.
+    pub(crate) measures: Vec<Measure>,
     /// How long the run took, from starting the processes to the last report.
     pub(crate) wall_s: f64,
     /// Median time of a step in the daemon.
@@ -43,6 +50,15 @@ pub(crate) struct Figures {
     pub(crate) memory_digest: String,
     /// The paper's figures for this run.
     pub(crate) published: Option<Published>,
+}
+
+/// What the paper reports of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct Published {
+    /// Schemas produced.
+    pub(crate) schemas_total: Option<u32>,
+    /// Object placements that learning took.
+    pub(crate) placements: Option<u32>,
 }
 
 /// One stage's figures.
@@ -66,6 +82,8 @@ pub(crate) struct Stage {
     pub(crate) trials_met: u32,
     /// Of these, after one action.
     pub(crate) trials_met_first: u32,
+    /// Actions of each trial that is over.
+    pub(crate) actions_of_trial: Vec<u32>,
     /// Whether it ended by saturation.
     pub(crate) saturated: bool,
 }
@@ -83,30 +101,46 @@ pub(crate) struct Probe {
 
 impl Figures {
     /// The figures in a run's last report.
-    pub(crate) fn new(experiment: &Experiment, report: &Report, wall_s: f64) -> Self {
-        let generalised = first_generalisation(&report.stages);
-        let learning = report.stages.iter().filter(|stage| stage.learning);
-        let placements = generalised.unwrap_or_else(|| learning.map(|stage| stage.trials).sum());
+    pub(crate) fn new(
+        told: &config::Experiment,
+        condition: &Condition,
+        report: &Report,
+        measures: Vec<Measure>,
+        wall_s: f64,
+    ) -> Self {
+        let published = told.published.as_ref().filter(|_| condition.is_as_published(told));
         Self {
-            experiment: experiment.name.to_owned(),
-            world: experiment.world.clone(),
+            experiment: told.name.clone(),
+            variant: condition.name.clone(),
+            swept: condition.swept,
+            world: condition.world.clone(),
             seed: report.seed,
             schemas_total: report.schemas_total,
             schemas_concrete: report.schemas_concrete,
             schemas_generalised: report.schemas_generalised,
-            placements,
-            generalised_after_placement: generalised,
+            placements: placements(&report.stages),
+            generalised_after_placement: first_generalisation(&report.stages),
             counter_examples: report.stages.iter().map(|stage| stage.counter_examples_new).sum(),
             actions_total: report.actions_total,
             stages: report.stages.iter().map(Stage::from).collect(),
             probe: probe(&report.stages),
+            measures,
             wall_s,
             step_latency_us_p50: report.step_latency_us_p50,
             step_latency_us_p99: report.step_latency_us_p99,
             memory_digest: report.memory_digest.clone().unwrap_or_default(),
-            published: experiment.published,
+            published: published.map(|published| Published {
+                schemas_total: published.schemas_total,
+                placements: published.placements,
+            }),
         }
     }
+}
+
+/// Learning placements until there was a generalised schema; all of them if there never was one.
+pub(super) fn placements(stages: &[StageSummary]) -> u32 {
+    let learning = stages.iter().filter(|stage| stage.learning);
+    first_generalisation(stages).unwrap_or_else(|| learning.map(|stage| stage.trials).sum())
 }
 
 /// The number of the learning placement, from 1, at whose end there was a generalised schema.
@@ -139,6 +173,7 @@ impl From<&StageSummary> for Stage {
             trials: stage.trials,
             trials_met: stage.trials_met,
             trials_met_first: stage.trials_met_first,
+            actions_of_trial: stage.actions_of_trial.clone(),
             saturated: stage.saturated,
         }
     }
@@ -147,7 +182,7 @@ impl From<&StageSummary> for Stage {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::cli::ExperimentName;
+    use crate::run::experiment::{Asked, Experiment};
 
     pub(crate) fn stage(name: &str, learning: bool, met: &[bool], generalised: &[u32]) -> StageSummary {
         let trials = u32::try_from(met.len()).unwrap();
@@ -163,6 +198,7 @@ pub(crate) mod tests {
             trials_met,
             trials_met_first: trials_met,
             generalised_after_trial: generalised.to_vec(),
+            actions_of_trial: vec![1; met.len()],
             drawn: Vec::new(),
             saturated: false,
             ended: true,
@@ -189,6 +225,13 @@ pub(crate) mod tests {
         }
     }
 
+    /// The figures of exp1-s1 in `world`, had it given this report.
+    pub(crate) fn figures(world: &str, report: &Report) -> Figures {
+        let asked = Asked { world: Some(world), variant: None };
+        let experiment = Experiment::new("exp1-s1", asked).unwrap();
+        Figures::new(&experiment.told, &experiment.conditions[0], report, Vec::new(), 4.25)
+    }
+
     #[test]
     fn generalisation_is_counted_in_learning_placements_over_all_stages() {
         let stages = vec![
@@ -197,18 +240,16 @@ pub(crate) mod tests {
             stage("second", true, &[true, true], &[1, 1]),
             stage("probe", false, &[true, false], &[1, 1]),
         ];
-        let experiment = Experiment::new(ExperimentName::Exp1S1, "wide");
-        let figures = Figures::new(&experiment, &report(stages), 4.0);
+        let figures = figures("wide", &report(stages));
         assert_eq!(figures.placements, 2);
         assert_eq!(figures.probe, Probe { placements_tried: 2, touched_first_try: 1, touched: 1 });
-        assert_eq!(figures.published.unwrap().schemas_total, 227);
+        assert_eq!(figures.published.unwrap().schemas_total, Some(227));
     }
 
     #[test]
     fn a_probe_alone_never_counts_as_learning_and_no_generalisation_is_none() {
         let stages = vec![stage("first", true, &[true], &[0]), stage("probe", false, &[true], &[1])];
-        let experiment = Experiment::new(ExperimentName::Exp1S1, "my-world.toml");
-        let figures = Figures::new(&experiment, &report(stages), 4.0);
+        let figures = figures("my-world.toml", &report(stages));
         assert_eq!(
             (figures.placements, figures.generalised_after_placement, figures.published),
             (1, None, None)

@@ -4,21 +4,30 @@ mod child;
 mod experiment;
 mod figures;
 mod in_process;
+mod learnt;
+mod many;
+mod measures;
+mod outcome;
 mod pair;
 mod progress;
-mod published;
 mod seeds;
 mod signals;
+mod trace;
 
 pub(crate) use child::{follow_parent, is_orphan, remove_orphaned};
-pub(crate) use experiment::Experiment;
+pub(crate) use experiment::{Asked, Condition, Experiment};
 pub(crate) use figures::Figures;
-pub(crate) use in_process::in_process;
+pub(crate) use learnt::Learnt;
+pub(crate) use many::{How, Job, carry_out};
+pub(crate) use measures::{Measure, Unit};
+pub(crate) use outcome::Outcome;
 pub(crate) use pair::Pair;
-pub(crate) use progress::Progress;
-pub(crate) use published::Published;
+pub(crate) use progress::{Bars, Progress};
 pub(crate) use seeds::Seeds;
 pub(crate) use signals::Stop;
+#[cfg(test)]
+pub(crate) use trace::Decided;
+pub(crate) use trace::{Row, Trace, Trial};
 
 /// Made-up reports, for tests of whatever reads them.
 #[cfg(test)]

@@ -9,28 +9,35 @@ use std::time::{Duration, Instant};
 
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_protocol::inspect::{Answer, Report, Request};
+use pschema_server::config;
 use tempfile::TempDir;
 
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for};
+use crate::learner::{Asks, Learner, ask_for};
 use crate::render::words::plain;
 
 use super::child::{Child, private_name};
-use super::experiment::Experiment;
+use super::experiment::Condition;
+use super::outcome::Outcome;
 use super::signals::Stop;
+use super::trace::Trace;
 
 /// How long a daemon may take to answer its first question. It takes a few milliseconds; a machine under
 /// load takes its time.
 const READY_WITHIN: Duration = Duration::from_secs(20);
 /// How often to look how far the run is. Each look costs the daemon a copy of what it changes next.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// Steps between two fetches of what was decided in them: far fewer than the daemon keeps.
+const FETCH_EVERY: u64 = 8_192;
+/// How long after a failure to look for its cause.
+const CAUSE_WITHIN: Duration = Duration::from_millis(500);
 /// How long nothing may happen in a run before it counts as failed.
 const STALLED_AFTER: Duration = Duration::from_secs(60);
 
 /// A running pair. Fields are dropped in this order: the tool leaves, then the body, then the daemon; what
 /// is left of the directory goes last.
 pub(crate) struct Pair {
-    learner: Learner,
+    learner: Own,
     body: Child,
     daemon: Child,
     _directory: TempDir,
@@ -38,8 +45,8 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
-    /// Starts the processes of `experiment` and waits until the daemon answers.
-    pub(crate) fn start(experiment: &Experiment, seed: u64, stop: &Stop) -> Result<Self, Failure> {
+    /// Starts the processes of a run and waits until the daemon answers.
+    pub(crate) fn start(condition: &Condition, seed: u64, stop: &Stop) -> Result<Self, Failure> {
         let started = Instant::now();
         let directory = runtime_directory()?;
         let name = private_name(std::process::id());
@@ -48,27 +55,59 @@ impl Pair {
             let command = [command, "--name", &name].map(str::to_owned);
             command.into_iter().chain(own).collect::<Vec<_>>()
         };
-        let daemon = arguments("server", experiment.daemon(seed));
+        let daemon = arguments("server", condition.daemon(seed));
         let mut daemon = Child::start("daemon", directory.path(), daemon)?;
-        let body = arguments("sim", experiment.body(seed));
+        let body = arguments("sim", condition.body(seed));
         let mut body = Child::start("body", directory.path(), body)?;
         let learner = connect(&place, &mut daemon, &mut body, stop)?;
+        let learner = Own { learner, place };
         Ok(Self { learner, body, daemon, _directory: directory, started })
     }
 
-    /// Follows the run to the end of its curriculum; `seen` gets each report. Returns the last one.
-    pub(crate) fn watch(&mut self, stop: &Stop, mut seen: impl FnMut(&Report)) -> Result<Report, Failure> {
+    /// Follows the run to the end of its curriculum; `seen` gets each report. Returns all that is then known of it.
+    pub(crate) fn watch(
+        &mut self,
+        told: &config::Experiment,
+        condition: &Condition,
+        stop: &Stop,
+        seen: impl FnMut(&Report),
+    ) -> Result<Outcome, Failure> {
+        self.watched(told, condition, stop, seen).map_err(|failure| match failure {
+            Failure::Interrupted => failure,
+            failure => self.cause(stop).unwrap_or(failure),
+        })
+    }
+
+    fn watched(
+        &mut self,
+        told: &config::Experiment,
+        condition: &Condition,
+        stop: &Stop,
+        mut seen: impl FnMut(&Report),
+    ) -> Result<Outcome, Failure> {
+        let mut trace = Trace::default();
+        let report = self.follow(stop, |report, learner| {
+            seen(report);
+            // Now and then, so that nothing is lost of a run longer than the daemon keeps.
+            if report.step > trace.last_step() + FETCH_EVERY { trace.fetch(learner, told) } else { Ok(()) }
+        })?;
+        let wall_s = self.started.elapsed().as_secs_f64();
+        Outcome::ask(told, condition, &report, trace, wall_s, &mut self.learner)
+    }
+
+    fn follow(
+        &mut self,
+        stop: &Stop,
+        mut seen: impl FnMut(&Report, &mut Own) -> Result<(), Failure>,
+    ) -> Result<Report, Failure> {
         let mut moved = (0, Instant::now());
         loop {
             stop.check()?;
             // A child that ended explains better what is wrong than an answer that fails to come.
             self.daemon.check()?;
             self.body.check()?;
-            let report = match ask_for!(self.learner, &Request::Report, Answer::Report) {
-                Ok(report) => report,
-                Err(failure) => return Err(self.cause(stop).unwrap_or(failure)),
-            };
-            seen(&report);
+            let report = ask_for!(self.learner, &Request::Report, Answer::Report)?;
+            seen(&report, &mut self.learner)?;
             if report.finished {
                 return Ok(*report);
             }
@@ -84,19 +123,38 @@ impl Pair {
         }
     }
 
-    /// What an answer that did not come is down to, if that is known.
+    /// What an answer that did not come is down to, if that becomes known within a moment: a process that ended is
+    /// noticed later than its silence.
     fn cause(&mut self, stop: &Stop) -> Option<Failure> {
-        stop.check().and_then(|()| self.daemon.check()).and_then(|()| self.body.check()).err()
+        let start = Instant::now();
+        loop {
+            let found =
+                stop.check().and_then(|()| self.daemon.check()).and_then(|()| self.body.check()).err();
+            if found.is_some() || start.elapsed() > CAUSE_WITHIN {
+                return found;
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
     }
+}
 
-    /// The learner, for questions.
-    pub(crate) fn learner(&mut self) -> &mut Learner {
-        &mut self.learner
-    }
+/// The connection to a pair's own daemon. Questions change nothing, so one that was lost is asked once more over a new
+/// connection; if the daemon has really gone, that fails as well.
+struct Own {
+    learner: Learner,
+    place: Place,
+}
 
-    /// Since the processes were started.
-    pub(crate) fn elapsed(&self) -> Duration {
-        self.started.elapsed()
+impl Asks for Own {
+    fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
+        match self.learner.ask(request) {
+            Err(Failure::NoDaemon(problem)) => {
+                tracing::warn!(%problem, "asking once more over a new connection");
+                self.learner = Learner::connect_at(&self.place)?;
+                self.learner.ask(request)
+            }
+            answered => answered,
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! How a run is going: a bar on a terminal, nothing but finished stages elsewhere.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use pschema_protocol::inspect::Report;
 
 use crate::output;
@@ -9,7 +9,18 @@ use crate::talk;
 
 use super::experiment::Size;
 
-/// A bar on stderr, when that is a terminal.
+/// Bars on stderr, when that is a terminal: one for each run under way.
+pub(crate) struct Bars(MultiProgress);
+
+impl Bars {
+    /// Bars, or none when `quiet` or stderr is no terminal.
+    pub(crate) fn new(quiet: bool) -> Self {
+        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        Self(MultiProgress::with_draw_target(target))
+    }
+}
+
+/// The bar of one run.
 pub(crate) struct Progress {
     bar: ProgressBar,
     size: Size,
@@ -18,10 +29,9 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// A bar, or none when `quiet` or stderr is no terminal.
-    pub(crate) fn new(label: String, size: Size, quiet: bool) -> Self {
-        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-        let bar = ProgressBar::with_draw_target(None, target);
+    /// One more bar.
+    pub(crate) fn new(bars: &Bars, label: String, size: Size) -> Self {
+        let bar = bars.0.add(ProgressBar::no_length());
         bar.set_style(style(false));
         Self { bar, size, label }
     }

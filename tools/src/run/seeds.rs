@@ -19,6 +19,12 @@ impl Seeds {
     }
 }
 
+impl From<(u64, u64)> for Seeds {
+    fn from((first, last): (u64, u64)) -> Self {
+        Self { first, last }
+    }
+}
+
 impl FromStr for Seeds {
     type Err = String;
 

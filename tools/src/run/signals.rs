@@ -11,7 +11,11 @@ use crate::failure::Failure;
 
 /// Whether this process was asked to stop.
 #[derive(Clone, Debug)]
-pub(crate) struct Stop(Arc<AtomicBool>);
+pub(crate) struct Stop {
+    raised: Arc<AtomicBool>,
+    /// Whether those who share this were told to stop by one of their own.
+    cancelled: Arc<AtomicBool>,
+}
 
 impl Stop {
     /// From now on, SIGINT, SIGTERM and SIGHUP raise the flag. A second SIGINT or SIGTERM ends the process at
@@ -28,21 +32,41 @@ impl Stop {
             Ok(())
         };
         register().map_err(|error| Failure::Failed(format!("cannot listen to signals: {error}")))?;
-        Ok(Self(raised))
+        Ok(Self { raised, cancelled: Arc::default() })
+    }
+
+    /// One that no signal raises.
+    #[cfg(test)]
+    pub(crate) fn never() -> Self {
+        Self { raised: Arc::default(), cancelled: Arc::default() }
     }
 
     /// Whether it was.
     pub(crate) fn raised(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.raised.load(Ordering::Relaxed)
     }
 
     /// The flag itself, for code that looks at it while it works.
     pub(crate) fn flag(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.0)
+        Arc::clone(&self.raised)
+    }
+
+    /// The same, which can also be raised by those who share it alone.
+    pub(crate) fn cancellable(&self) -> Self {
+        Self { raised: Arc::clone(&self.raised), cancelled: Arc::default() }
+    }
+
+    /// Stops those who share this.
+    pub(crate) fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
     }
 
     /// An interruption, if it was.
     pub(crate) fn check(&self) -> Result<(), Failure> {
-        if self.raised() { Err(Failure::Interrupted) } else { Ok(()) }
+        if self.raised() || self.cancelled.load(Ordering::Relaxed) {
+            Err(Failure::Interrupted)
+        } else {
+            Ok(())
+        }
     }
 }

@@ -58,6 +58,8 @@ pub fn stage(name: &str, lift: &[&str]) -> Stage {
         trial_actions_max: 0,
         saturation: None,
         habituation: None,
+        until_absent: None,
+        say: Vec::new(),
     }
 }
 
@@ -177,6 +179,11 @@ impl Table {
         let step = self.learner.step(&frame);
         let output = step.output.clone();
         self.steps.push(step);
+        self.follow(output)
+    }
+
+    /// Does what the learner says. False when it says to wait.
+    pub fn follow(&mut self, output: Output) -> bool {
         match output {
             Output::Hold => return false,
             Output::Arrange(commands) => {

@@ -75,13 +75,21 @@ impl Reference {
         let here = Reached { probability: 1.0, chain: Vec::new(), ..from.clone() };
         for schema in self.memory.schemas.iter().filter(|s| s.action.is_none() && !s.retired) {
             for binding in bindings(&schema.pre, &from.context, BINDINGS_MAX) {
-                if let Some(way) = self.achieve(repertoire, schema, &binding, std::slice::from_ref(&here)) {
+                if let Some(way) = self.achieve(repertoire, schema, &binding, std::slice::from_ref(&here))
+                    && !self.stands_in(&schema.pre(&binding), way.action)
+                {
                     let link = ChainLink { schema: schema.id, binding, carrier: Some(way.carrier) };
                     edges.push(Edge { link, sureness: way.sureness });
                 }
             }
         }
         edges
+    }
+
+    /// Whether a concrete schema says what this primitive does under exactly these pre-conditions.
+    pub(crate) fn stands_in(&self, pre: &[Observation], action: PrimitiveId) -> bool {
+        let mut schemas = self.memory.schemas.iter();
+        schemas.any(|schema| schema.action == Some(action) && schema.pre(&Substitution::new()) == pre)
     }
 
     /// Where an edge leads, unless it changes nothing.

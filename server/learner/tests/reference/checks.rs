@@ -73,7 +73,12 @@ pub(crate) fn explained(decision: &Decision) -> Result<(), TestCaseError> {
             prop_assert!((term.value - value).abs() <= 1e-12, "{term:?}: equation 1 gives {value}");
         }
     }
-    if *reason != Reason::Chain {
+    if decision.goal.is_some() || *reason == Reason::Goal {
+        let goal = decision.goal.as_ref().filter(|_| *reason == Reason::Goal);
+        let goal = goal.ok_or_else(|| TestCaseError::fail("a goal is a reason of its own"))?;
+        prop_assert!(goal.at < goal.chain.len() && !goal.goal.is_empty(), "{goal:?}");
+        prop_assert!(goal.probability > 0.0 && goal.probability <= 1.0, "{goal:?}");
+    } else if *reason != Reason::Chain {
         prop_assert_eq!(candidates[*chosen].excitation, top, "less exciting than another");
         let equal = candidates.iter().filter(|c| c.excitation == top).count();
         let all_kept = candidates.len() == *candidates_total;

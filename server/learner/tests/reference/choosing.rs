@@ -41,11 +41,8 @@ impl Reference {
         for schema in schemas.iter().filter(|s| s.action.is_none() && !s.retired) {
             for binding in bindings(&schema.pre, &self.context(world), BINDINGS_MAX) {
                 let Some(way) = self.achieve(repertoire, schema, &binding, &reached) else { continue };
-                let bound = WorldState::new(schema.pre(&binding));
-                let stands_in = way.from.chain.is_empty()
-                    && schemas.iter().any(|s| {
-                        s.action == Some(way.action) && s.pre(&Substitution::new()) == bound.observations()
-                    });
+                let stands_in =
+                    way.from.chain.is_empty() && self.stands_in(&schema.pre(&binding), way.action);
                 if !stands_in {
                     let link = ChainLink { schema: schema.id, binding, carrier: Some(way.carrier) };
                     candidates.extend(self.candidate(schema, way.action, link, way.from, world, drive));
@@ -115,8 +112,8 @@ impl Reference {
                 }
             }
         }
-        for (observation, count) in &schema.associations {
-            if self.strong(observation, *count) {
+        for (observation, count, since) in &schema.associations {
+            if self.strong(schema.id, observation, *count, *since) {
                 let weight = reliability * parameters.association_weight;
                 remembered.push((observation.clone(), 1.0, weight));
             }
@@ -164,6 +161,6 @@ impl Reference {
             }
         };
         let action = action.expect("a generalised schema is executed through a concrete one");
-        Execution { schema, binding, carrier, action, before: world.clone(), chain: way }
+        Execution { schema, binding, carrier, action, before: world.clone(), chain: way, for_goal: false }
     }
 }

@@ -5,11 +5,12 @@ use pschema_learner::effect::Effect;
 use pschema_learner::observation::Pattern;
 use pschema_learner::probability::Count;
 use pschema_learner::progress::{StageCommand, StageEffect};
+use pschema_learner::pursuit::PursuitEffect;
 use pschema_learner::schema::{Form, PostCondition};
 use pschema_learner::step::{Frame, Learner, Output};
 
 use super::learner::Reference;
-use super::plans::Setup;
+use super::plans::{GoalOrder, Setup};
 use super::schema::Post;
 
 pub(crate) struct Pair {
@@ -42,6 +43,20 @@ impl Pair {
         };
         if !same {
             let reason = format!("before frame {at}, {command:?}:\n indexed {indexed:?}\n plain   {plain:?}");
+            return Err(difference(reason));
+        }
+        Ok(())
+    }
+
+    /// Takes a goal up, or calls it off.
+    pub(crate) fn goal(&mut self, at: usize, order: &GoalOrder) -> Result<(), TestCaseError> {
+        let indexed = match order.clone() {
+            Some((body, goal, actions_max)) => self.indexed.pursue(body, goal, actions_max),
+            None => self.indexed.cancel_goal(),
+        };
+        let plain = self.plain.order(order.clone());
+        if indexed.as_ref().ok() != plain.as_ref() {
+            let reason = format!("before frame {at}, {order:?}:\n indexed {indexed:?}\n plain   {plain:?}");
             return Err(difference(reason));
         }
         Ok(())
@@ -109,7 +124,7 @@ impl Pair {
             let associations: Vec<_> = indexed
                 .associations
                 .iter()
-                .map(|a| (content.observation(a.observation).clone(), a.count))
+                .map(|a| (content.observation(a.observation).clone(), a.count, a.since_step))
                 .collect();
             if (pre, action, post) != (plain.pre.clone(), plain.action, plain.post.clone())
                 || associations != plain.associations
@@ -135,9 +150,13 @@ fn posted<T>(post: &PostCondition<T>, what: Pattern) -> Post {
     Post { what, absent: post.absent, count: post.count }
 }
 
-/// Why the curriculum can't go on is told in prose, which is nobody's to repeat.
+/// Why the curriculum can't go on is told in prose, which is nobody's to repeat; and whether a search came to its
+/// budget is the searcher's own affair.
 fn without_wording(effect: &mut Effect) {
     if let Effect::Stage(StageEffect::Stuck(reason)) = effect {
         reason.clear();
+    }
+    if let Effect::Pursuit(PursuitEffect::Planned(plan)) = effect {
+        plan.truncated = false;
     }
 }

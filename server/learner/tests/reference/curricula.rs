@@ -4,7 +4,8 @@ use proptest::collection::vec;
 use proptest::option::weighted;
 use proptest::prelude::*;
 use pschema_learner::curriculum::{
-    Afterwards, Argument, Curriculum, Habituation, Lift, Pool, Saturation, SceneCommand, Stage, Until,
+    Absence, Afterwards, Argument, Curriculum, Habituation, Lift, Pool, Saturation, SceneCommand, Stage,
+    Until, Utterance,
 };
 use pschema_learner::parameters::{Parameters, TypeOverride};
 
@@ -27,6 +28,27 @@ fn stage(kinds: usize) -> impl Strategy<Value = Stage> {
         .prop_map(|(level, actions)| Saturation { excitation_below: f64::from(level) / 10.0, actions });
     let habituation = (0..=3_u32, 0..=10_u8)
         .prop_map(|(executions_min, i)| Habituation { executions_min, interval_max: f64::from(i) / 10.0 });
+    let word = (0..kinds, 0..4_i64).prop_map(|(kind, value)| {
+        let properties = vec![(PROPERTIES[0].to_owned(), Argument::Integer(value))];
+        Until { kind: kind_name(kind), properties }
+    });
+    let occasion = (0..kinds).prop_map(|kind| Until { kind: kind_name(kind), properties: Vec::new() });
+    let utterance = (
+        vec(word, 1..=2),
+        weighted(0.7, occasion.clone()),
+        weighted(0.2, occasion.clone()),
+        0..=4_u8,
+        1..=3_u32,
+    )
+        .prop_map(|(heard, when, unless, quarters, times_max)| Utterance {
+            heard,
+            when,
+            unless,
+            probability: f64::from(quarters) / 4.0,
+            times_max,
+        });
+    let absence = (occasion, 1..=3_u32).prop_map(|(observation, actions)| Absence { observation, actions });
+    let said = (weighted(0.2, absence), vec(utterance, 0..=2));
     (
         lift,
         prop::bool::weighted(0.85),
@@ -36,12 +58,26 @@ fn stage(kinds: usize) -> impl Strategy<Value = Stage> {
         0..=6_u32,
         weighted(0.5, saturation),
         weighted(0.4, habituation),
+        said,
     )
-        .prop_map(|(lift, learning, trials, arrange, until, most, saturation, habituation)| {
-            let endless = trials > 0 && until.is_none() && saturation.is_none();
+        .prop_map(|(lift, learning, trials, arrange, until, most, saturation, habituation, said)| {
+            let (until_absent, say) = said;
+            let endless = trials > 0 && until.is_none() && until_absent.is_none() && saturation.is_none();
             let trial_actions_max = if endless { most.max(1) } else { most };
             let name = String::new();
-            Stage { name, lift, learning, trials, arrange, until, trial_actions_max, saturation, habituation }
+            Stage {
+                name,
+                lift,
+                learning,
+                trials,
+                arrange,
+                until,
+                until_absent,
+                trial_actions_max,
+                saturation,
+                habituation,
+                say,
+            }
         })
 }
 
@@ -107,9 +143,11 @@ pub(crate) fn free_play(name: &str) -> Stage {
         trials: 0,
         arrange: Vec::new(),
         until: None,
+        until_absent: None,
         trial_actions_max: 0,
         saturation: None,
         habituation: None,
+        say: Vec::new(),
     }
 }
 
@@ -124,7 +162,12 @@ pub(crate) fn parameters(kinds: usize) -> impl Strategy<Value = Parameters> {
     );
     let tenths = |range: std::ops::RangeInclusive<u8>| range.prop_map(|tenths| f64::from(tenths) / 10.0);
     (
-        (prop_oneof![Just(0.8), tenths(0..=10)], prop::bool::weighted(0.85), prop::bool::weighted(0.9)),
+        (
+            prop_oneof![Just(0.8), tenths(0..=10)],
+            prop::bool::weighted(0.85),
+            prop::bool::weighted(0.9),
+            prop::bool::weighted(0.8),
+        ),
         prop_oneof![2 => Just(1.0), 1 => tenths(0..=30)],
         (prop::bool::weighted(0.85), prop_oneof![Just(0.75), tenths(0..=10)], 2..=3_usize),
         (prop_oneof![2 => Just(0.5), 1 => tenths(0..=10)], prop_oneof![Just(0.5), tenths(0..=10)]),
@@ -135,6 +178,7 @@ pub(crate) fn parameters(kinds: usize) -> impl Strategy<Value = Parameters> {
             association_weight: first.0,
             excite_by_post_conditions: first.1,
             attention: first.2,
+            heard_decays: first.3,
             babbling_excitation: babbling,
             generalisation: generalising.0,
             generalisation_share_min: generalising.1,

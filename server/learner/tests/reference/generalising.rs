@@ -30,6 +30,10 @@ impl Reference {
         for generalised in supporting {
             self.emit(Effect::Supported { generalised, example: new });
         }
+        let mut laws = self.memory.schemas.iter().filter(|s| s.action.is_none() && !s.retired);
+        if laws.any(|law| law.counter_examples.contains(&new)) {
+            return 0;
+        }
         let Some(lifted) = self.lift_values(new) else { return 0 };
         let known = self.memory.schemas.iter().filter(|s| s.action.is_none());
         if known.map(lifted_of).any(|known| same_up_to_renaming(&known, &lifted)) {

@@ -18,6 +18,7 @@ use super::staging::Demand;
 pub(crate) struct Rules {
     pub(crate) own: bool,
     pub(crate) transient: bool,
+    pub(crate) heard: bool,
     pub(crate) pre: bool,
     pub(crate) post: bool,
 }
@@ -49,6 +50,7 @@ impl Reference {
         Rules {
             own: declared.own,
             transient: declared.transient,
+            heard: declared.heard,
             pre: given.and_then(|o| o.precondition).unwrap_or(plain),
             post: given.and_then(|o| o.postcondition).unwrap_or(!declared.heard),
         }
@@ -66,9 +68,13 @@ impl Reference {
         };
         self.begin(body);
         let student = self.memory.standing.student == Some(body);
+        let heard = if student && !self.pursues(body) { self.spoken(frame) } else { Vec::new() };
+        let observations = frame.observations.iter().cloned().chain(heard).collect();
+        let frame = &Frame { observations, ..frame.clone() };
         let world = self.world(frame);
         let mut chain = Vec::new();
         let mut acted = None;
+        let for_goal = pending.as_ref().is_some_and(|execution| execution.for_goal);
         if pending.is_none() && student {
             self.arranged(frame.outcome);
         }
@@ -84,10 +90,17 @@ impl Reference {
                 chain = execution.chain;
             }
         }
+        let done = acted.is_some();
+        let acted = acted.filter(|_| !for_goal);
         if let Some(made) = acted.filter(|_| student) {
             self.acted(made, frame);
         }
-        let (output, pending) = self.decide(frame, student, acted, chain);
+        self.look(body, &world, done);
+        let outcome = frame.outcome.filter(|_| for_goal);
+        let (output, pending) = match self.pursue(body, &world, outcome, &chain) {
+            Some(execution) => (Output::Act(execution.action), Some(Box::new(execution))),
+            None => self.decide(frame, student, acted, if for_goal { Vec::new() } else { chain }),
+        };
         let random = self.memory.random.state();
         self.emit(Effect::StepEnded { body, random, pending });
         (output, std::mem::take(&mut self.effects))

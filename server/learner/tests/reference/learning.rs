@@ -7,7 +7,7 @@ use pschema_learner::schema::{ASSOCIATIONS_MAX, SchemaId};
 use pschema_learner::world_state::WorldState;
 
 use super::learner::Reference;
-use super::schema::put_in;
+use super::schema::{Schema, put_in};
 
 /// What was not expected.
 #[derive(Default)]
@@ -92,6 +92,11 @@ impl Reference {
                 created = Some(id);
             }
         }
+        let event = |o: &Observation| self.rules(o.kind()).transient && !self.rules(o.kind()).own;
+        let events: Vec<_> = both(before, after).into_iter().filter(event).collect();
+        if !events.is_empty() {
+            self.emit(Effect::Happened(events));
+        }
         self.associate(&touched, before, after);
         let attending = if executed.is_empty() { &touched } else { &executed };
         self.attend(attending, before, after);
@@ -130,7 +135,7 @@ impl Reference {
             success &= !(predicted && seen == Seen::Missed);
             post.push(seen);
         }
-        let associations = schema.associations.iter().map(|(observation, _)| {
+        let associations = schema.associations.iter().map(|(observation, ..)| {
             if !self.lifted(observation.kind()) {
                 Seen::Constrained
             } else if before.contains(observation) || after.contains(observation) {
@@ -185,7 +190,7 @@ impl Reference {
         }
         for (id, _) in touched {
             for observation in both(before, after) {
-                let known = self.memory.schema(*id).associations.iter().any(|(o, _)| *o == observation);
+                let known = self.memory.schema(*id).associations.iter().any(|(o, ..)| *o == observation);
                 if self.rules(observation.kind()).own || conditions.contains(&observation) || known {
                     continue;
                 }
@@ -202,15 +207,28 @@ impl Reference {
             return None;
         }
         (0..associations.len()).min_by_key(|at| {
-            let (observation, count) = &associations[*at];
-            (self.strong(observation, *count), count.occurrences, *at)
+            let (observation, count, since) = &associations[*at];
+            (self.strong(id, observation, *count, *since), count.occurrences, *at)
         })
     }
 
-    /// Whether an association counts: an event, or seen alongside often enough.
-    pub(crate) fn strong(&self, observation: &Observation, count: Count) -> bool {
-        self.rules(observation.kind()).transient
-            || count.interval().0 >= self.memory.parameters.association_low_min
+    /// Whether an association counts: seen alongside often enough, or an event that came with no schema more often,
+    /// nor as often and earlier (of those of one step: a generalised schema first, then by number).
+    pub(crate) fn strong(&self, id: SchemaId, observation: &Observation, count: Count, since: u64) -> bool {
+        let known = self.memory.happened.iter().find(|(known, _)| known == observation);
+        let all = known.map_or(0, |(_, n)| *n);
+        let often = 2 * count.occurrences >= all;
+        let others = self.memory.schemas.iter().filter(|other| other.id != id);
+        let firmer = |other: &Schema| {
+            other.associations.iter().any(|(o, n, s)| {
+                let rank = |n: Count, since, schema: &Schema| {
+                    (std::cmp::Reverse(n.occurrences), since, schema.action.is_some(), schema.id)
+                };
+                o == observation && rank(*n, *s, other) < rank(count, since, self.memory.schema(id))
+            })
+        };
+        count.interval().0 >= self.memory.parameters.association_low_min
+            || self.rules(observation.kind()).transient && often && !others.into_iter().any(firmer)
     }
 
     fn attend(&mut self, referring: &[(SchemaId, Substitution)], before: &WorldState, after: &WorldState) {
@@ -219,10 +237,17 @@ impl Reference {
                 let schema = self.memory.schema(*id);
                 schema.pre(binding).contains(observation)
                     || schema.outcomes(binding, false).iter().any(|(o, _)| o == observation)
-                    || schema.associations.iter().any(|(o, n)| o == observation && self.strong(o, *n))
+                    || schema
+                        .associations
+                        .iter()
+                        .any(|(o, n, s)| o == observation && self.strong(*id, o, *n, *s))
             })
         };
-        let attended: Vec<_> = both(before, after).into_iter().filter(refers).collect();
+        let decays = |o: &Observation| self.memory.parameters.heard_decays || !self.rules(o.kind()).heard;
+        let perceived = |o: &Observation| after.contains(o) || !self.rules(o.kind()).transient;
+        let perceived = |o: &Observation| perceived(o) && decays(o);
+        let attended: Vec<_> =
+            both(before, after).into_iter().filter(|o| perceived(o) && refers(o)).collect();
         if !attended.is_empty() && self.memory.parameters.attention {
             self.emit(Effect::Attended(attended));
         }

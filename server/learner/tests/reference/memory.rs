@@ -10,6 +10,7 @@ use pschema_learner::random::Random;
 use pschema_learner::schema::SchemaId;
 use pschema_learner::vocabulary::{Declaration, DeclaredType, Parameter, PrimitiveId};
 
+use super::pursuing::Pursuit;
 use super::schema::{Post, Schema};
 use super::standing::Standing;
 
@@ -25,9 +26,12 @@ pub(crate) struct Memory {
     pub(crate) bodies: Vec<(String, Vec<PrimitiveId>)>,
     pub(crate) schemas: Vec<Schema>,
     pub(crate) attention: Vec<(Observation, u32)>,
+    /// Events, with the number of executions around which each was perceived.
+    pub(crate) happened: Vec<(Observation, u32)>,
     pub(crate) attempts: Vec<Count>,
     pub(crate) pending: Vec<Option<Execution>>,
     pub(crate) standing: Standing,
+    pub(crate) pursuit: Option<Pursuit>,
     pub(crate) random: Random,
     pub(crate) step: u64,
 }
@@ -44,9 +48,11 @@ impl Memory {
             bodies: Vec::new(),
             schemas: Vec::new(),
             attention: Vec::new(),
+            happened: Vec::new(),
             attempts: Vec::new(),
             pending: Vec::new(),
             standing: Standing::default(),
+            pursuit: None,
             random: Random::from_seed(seed),
             step: 0,
         }
@@ -79,7 +85,7 @@ impl Memory {
                 for (post, seen) in schema.post.iter_mut().zip(post) {
                     count(&mut post.count, *seen);
                 }
-                for ((_, known), seen) in schema.associations.iter_mut().zip(associations) {
+                for ((_, known, _), seen) in schema.associations.iter_mut().zip(associations) {
                     count(known, *seen);
                 }
             }
@@ -113,17 +119,14 @@ impl Memory {
                 if let Some(at) = replaces {
                     associations.remove(*at);
                 }
-                associations.push((observation.clone(), Count::ONCE));
+                associations.push((observation.clone(), Count::ONCE, self.step));
             }
             Effect::Attended(observations) => {
-                for observation in observations {
-                    match self.attention.iter_mut().find(|(known, _)| known == observation) {
-                        Some((_, n)) => *n += 1,
-                        None => self.attention.push((observation.clone(), 1)),
-                    }
-                }
+                observations.iter().for_each(|observation| tally(&mut self.attention, observation));
             }
+            Effect::Happened(events) => events.iter().for_each(|event| tally(&mut self.happened, event)),
             Effect::Stage(effect) => self.staged(effect),
+            Effect::Pursuit(effect) => self.pursued(effect),
             Effect::StepEnded { body, random, pending } => {
                 self.random = Random::from_seed(*random);
                 self.pending[usize::from(body.0)] = pending.as_deref().cloned();
@@ -180,6 +183,13 @@ impl Memory {
                 self.pending.push(None);
             }
         }
+    }
+}
+
+fn tally(counts: &mut Vec<(Observation, u32)>, observation: &Observation) {
+    match counts.iter_mut().find(|(known, _)| known == observation) {
+        Some((_, n)) => *n += 1,
+        None => counts.push((observation.clone(), 1)),
     }
 }
 

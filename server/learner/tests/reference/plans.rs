@@ -4,8 +4,10 @@ use proptest::collection::vec;
 use proptest::option::weighted;
 use proptest::prelude::*;
 use pschema_learner::curriculum::Curriculum;
+use pschema_learner::observation::{Pattern, PropertyId, Term, TypeId, Value, Variable};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::StageCommand;
+use pschema_learner::vocabulary::BodyId;
 
 use super::curricula::{curriculum, paper, parameters};
 use super::worlds::{Chances, Kind, Plan, Rule, Thing, World};
@@ -18,8 +20,13 @@ pub(crate) struct Setup {
     pub(crate) parameters: Parameters,
     /// How often, of 256, an operator interferes before a frame.
     pub(crate) commands: u8,
+    /// How often, of 256, a goal is given, or called off, before a frame.
+    pub(crate) goals: u8,
     pub(crate) steps: usize,
 }
+
+/// A goal for a body, with the actions that it may take; none to call off what is pursued.
+pub(crate) type GoalOrder = Option<(BodyId, Vec<Pattern>, u32)>;
 
 impl Setup {
     /// What an operator commands before the next frame: mostly nothing.
@@ -41,9 +48,44 @@ impl Setup {
     }
 }
 
+impl Setup {
+    /// What is asked of the learner before the next frame: mostly nothing.
+    pub(crate) fn goal(&self, world: &mut World) -> Option<GoalOrder> {
+        if self.goals == 0 || !world.happens(self.goals) {
+            return None;
+        }
+        if world.happens(40) {
+            return Some(None);
+        }
+        let bodies = self.plan.declarations().len();
+        let body = BodyId(u16::try_from(world.random.below(bodies)).unwrap());
+        let patterns = 1 + usize::from(world.happens(60));
+        let goal = (0..patterns).map(|_| self.pattern(world)).collect();
+        Some(Some((body, goal, 1 + u32::try_from(world.random.below(8)).unwrap())))
+    }
+
+    fn pattern(&self, world: &mut World) -> Pattern {
+        let kind = world.random.below(self.plan.kinds.len());
+        let mut terms = Vec::new();
+        for property in 0..self.plan.kinds[kind].properties {
+            let term = match world.random.below(4) {
+                0 => continue,
+                1 => Term::Variable(Variable(u8::try_from(world.random.below(2)).unwrap())),
+                _ => Term::Constant(Value::Integer(world.random.below(self.plan.values as usize) as i64)),
+            };
+            terms.push((PropertyId(u16::try_from(property).unwrap()), term));
+        }
+        Pattern::new(TypeId(u16::try_from(kind).unwrap()), terms)
+    }
+}
+
 /// Mostly never, sometimes seldom.
 fn seldom(most: u8) -> impl Strategy<Value = u8> {
     prop_oneof![3 => Just(0), 1 => 0..=most]
+}
+
+fn goals() -> impl Strategy<Value = u8> {
+    prop_oneof![1 => Just(0), 1 => 5..=60_u8]
 }
 
 fn chances() -> impl Strategy<Value = Chances> {
@@ -232,11 +274,14 @@ pub(crate) fn setup(steps: usize) -> impl Strategy<Value = Setup> {
             (Just(plan), paper(), parameters(4), Just(0))
         }),
     ];
-    (world, steps / 4..=steps).prop_map(|((plan, curriculum, parameters, commands), steps)| Setup {
-        plan,
-        curriculum,
-        parameters,
-        commands,
-        steps,
-    })
+    (world, goals(), steps / 4..=steps).prop_map(
+        |((plan, curriculum, parameters, commands), goals, steps)| Setup {
+            plan,
+            curriculum,
+            parameters,
+            commands,
+            goals,
+            steps,
+        },
+    )
 }

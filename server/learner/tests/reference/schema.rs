@@ -22,7 +22,8 @@ pub(crate) struct Schema {
     pub(crate) target: Vec<Pattern>,
     pub(crate) post: Vec<Post>,
     pub(crate) executions: Count,
-    pub(crate) associations: Vec<(Observation, Count)>,
+    /// With how often it was there, and the step in which it first was.
+    pub(crate) associations: Vec<(Observation, Count, u64)>,
     pub(crate) examples: Vec<SchemaId>,
     pub(crate) counter_examples: Vec<SchemaId>,
     pub(crate) retired: bool,

@@ -1,8 +1,8 @@
 //! Step 8 of the cycle: developmental control (II-F, II-G).
 
-use pschema_learner::curriculum::{Afterwards, Argument, Lift, SceneCommand, Stage};
+use pschema_learner::curriculum::{Absence, Afterwards, Argument, Lift, SceneCommand, Stage, Until};
 use pschema_learner::effect::Effect;
-use pschema_learner::observation::{SymbolId, TypeId, Value};
+use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
 use pschema_learner::progress::{StageCommand, StageCommandError, StageEffect};
 use pschema_learner::schema::SchemaId;
 use pschema_learner::step::{ActionOutcome, Frame};
@@ -86,13 +86,19 @@ impl Reference {
 
     /// What an action of the student means for the trial under way.
     pub(crate) fn acted(&mut self, made: Made, frame: &Frame) {
+        let world = self.world(frame).observations().to_vec();
+        let absent =
+            self.stage().until_absent.as_ref().is_some_and(|a| !self.observed(&a.observation, &world));
         self.staged(StageEffect::Acted {
             concrete_new: made.concrete,
             generalised_new: made.generalised,
             counter_examples_new: made.counter_examples,
+            absent,
         });
         let most = self.stage().trial_actions_max;
-        let met = self.until_met(frame);
+        let long = |a: &Absence| self.memory.standing.absent_actions >= a.actions;
+        let met = self.stage().until.as_ref().is_some_and(|until| self.observed(until, &world))
+            || self.stage().until_absent.as_ref().is_some_and(long);
         let used_up = most > 0 && self.memory.standing.trial_actions >= most;
         if self.memory.standing.trial_open && (met || used_up) {
             self.end_trial(met);
@@ -125,10 +131,64 @@ impl Reference {
         self.staged(StageEffect::TrialEnded { met, generalised: u32::try_from(generalised).unwrap() });
     }
 
-    fn until_met(&self, frame: &Frame) -> bool {
-        let Some(until) = &self.stage().until else { return false };
-        self.world(frame).observations().iter().any(|o| {
-            self.memory.types[usize::from(o.kind().0)].name == until.kind
+    /// What the teacher says in a frame of the student.
+    pub(crate) fn spoken(&mut self, frame: &Frame) -> Vec<Observation> {
+        let standing = self.memory.standing.clone();
+        let say = self.stage().say.clone();
+        if say.is_empty() || standing.held || standing.finished || standing.stuck || !standing.trial_open {
+            return Vec::new();
+        }
+        let mut random = self.memory.random;
+        let (mut utterances, mut words) = (Vec::new(), Vec::new());
+        for (at, utterance) in say.iter().enumerate() {
+            let times = standing.said.iter().filter(|said| **said == at).count();
+            let occasion = match &utterance.when {
+                Some(when) => self.observed(when, &frame.observations),
+                None => standing.fresh,
+            };
+            let hushed =
+                utterance.unless.as_ref().is_some_and(|unless| self.observed(unless, &frame.observations));
+            if !occasion || hushed || times >= utterance.times_max as usize {
+                continue;
+            }
+            if random.happens(utterance.probability) {
+                utterances.push(at);
+                words.push(utterance.heard[random.below(utterance.heard.len())].clone());
+            }
+        }
+        for (_, value) in words.iter().flat_map(|words| &words.properties) {
+            if let Argument::Symbol(symbol) = value
+                && !self.memory.symbols.contains(symbol)
+            {
+                self.emit(Effect::SymbolsMet(vec![symbol.clone()]));
+            }
+        }
+        self.staged(StageEffect::Spoken { utterances, random: random.state() });
+        let position = |names: &[String], name: &str| names.iter().position(|known| known == name);
+        let hear = |words: &Until| {
+            let kind = self.memory.types.iter().position(|known| known.name == words.kind)?;
+            let mut properties = Vec::new();
+            for (name, value) in &words.properties {
+                let value = match value {
+                    Argument::Integer(value) => Value::Integer(*value),
+                    Argument::Symbol(symbol) => {
+                        let at = position(&self.memory.symbols, symbol)?;
+                        Value::Symbol(SymbolId(u32::try_from(at).unwrap()))
+                    }
+                    Argument::Draw(_) => return None,
+                };
+                let property = position(&self.memory.properties, name)?;
+                properties.push((PropertyId(u16::try_from(property).unwrap()), value));
+            }
+            Some(Observation::new(TypeId(u16::try_from(kind).unwrap()), properties))
+        };
+        words.iter().filter_map(hear).collect()
+    }
+
+    fn observed(&self, until: &Until, observations: &[Observation]) -> bool {
+        observations.iter().any(|o| {
+            usize::from(o.kind().0) < self.memory.types.len()
+                && self.memory.types[usize::from(o.kind().0)].name == until.kind
                 && until.properties.iter().all(|(name, value)| {
                     let value = match value {
                         Argument::Integer(value) => Some(Value::Integer(*value)),
@@ -161,7 +221,7 @@ impl Reference {
             }
         }
         self.staged(StageEffect::TrialBegun { drawn });
-        Demand::Arrange(commands)
+        if commands.is_empty() { Demand::Act } else { Demand::Arrange(commands) }
     }
 
     /// Schemas made in this stage that can be executed here and are not known well enough.
@@ -183,7 +243,9 @@ impl Reference {
     /// whether that alters the choice.
     pub(crate) fn saturate(&mut self, world: &WorldState, body: BodyId, quiet: bool) -> bool {
         let Some(rule) = self.stage().saturation.clone() else { return false };
-        let ends_otherwise = self.stage().until.is_some() || self.stage().trial_actions_max > 0;
+        let stage = self.stage();
+        let ends_otherwise =
+            stage.until.is_some() || stage.until_absent.is_some() || stage.trial_actions_max > 0;
         if self.memory.standing.trial_open && ends_otherwise {
             return false;
         }

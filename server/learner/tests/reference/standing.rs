@@ -20,6 +20,12 @@ pub(crate) struct Standing {
     pub(crate) trials: u32,
     pub(crate) trial_open: bool,
     pub(crate) trial_actions: u32,
+    /// Actions in a row after which what the trial ends without was not observed.
+    pub(crate) absent_actions: u32,
+    /// Whether no frame of the student has come since the trial was begun.
+    pub(crate) fresh: bool,
+    /// What was said in the trial, each time.
+    pub(crate) said: Vec<usize>,
     pub(crate) quiet_actions: u32,
     pub(crate) habituating: bool,
     /// The step in which the stage was entered.
@@ -57,8 +63,19 @@ impl Memory {
                 standing.trial_open = true;
                 standing.trial_actions = 0;
                 standing.quiet_actions = 0;
+                standing.absent_actions = 0;
+                standing.said.clear();
+                standing.fresh = true;
             }
-            StageEffect::Acted { .. } => standing.trial_actions += 1,
+            StageEffect::Acted { absent, .. } => {
+                standing.trial_actions += 1;
+                standing.absent_actions = if *absent { standing.absent_actions + 1 } else { 0 };
+            }
+            StageEffect::Spoken { utterances, random } => {
+                standing.fresh = false;
+                standing.said.extend(utterances);
+                self.random = Random::from_seed(*random);
+            }
             StageEffect::Quiet(true) => standing.quiet_actions += 1,
             StageEffect::Quiet(false) => standing.quiet_actions = 0,
             StageEffect::TrialEnded { .. } => {

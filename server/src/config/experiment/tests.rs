@@ -1,0 +1,96 @@
+use super::*;
+
+const HEAD: &str = "name = \"mine\"\nafterwards = \"hold\"\n[values]\nrate = 0.0\n\
+                    [[stage]]\nname = \"one\"\nlift = \"all\"\n\
+                    [[stage]]\nname = \"two\"\nlift = \"all\"\n";
+const TABLE: &str = "[experiment]\ntitle = \"Mine\"\nworld = \"wide\"\n";
+
+/// What a file with these lines after [`HEAD`] gives.
+fn written(lines: &str) -> Result<Experiment, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    std::fs::write(&path, format!("{HEAD}{lines}")).unwrap();
+    let name = path.to_str().unwrap();
+    let experiment = experiment(name).map_err(|error| error.to_string().replace(name, "mine.toml"));
+    experiment.map(|experiment| Experiment {
+        world: experiment.world.replace(folder.path().to_str().unwrap(), "FOLDER"),
+        ..experiment
+    })
+}
+
+#[test]
+fn every_built_in_curriculum_but_the_free_one_is_a_sound_experiment() {
+    let names: Vec<_> = experiments().unwrap().into_iter().map(|experiment| experiment.name).collect();
+    for (name, _) in BUILT_IN {
+        assert_eq!(names.iter().any(|known| known == name), name != "free", "{name}");
+    }
+    assert!(matches!(experiment("free"), Err(ConfigError::NoExperiment { .. })));
+}
+
+#[test]
+fn a_table_says_all_there_is_about_a_run() {
+    let all = "peaks = { a = \"one\", b = { stage = \"two\", trial = 2 } }\n\
+               published = { schemas_total = 227, table = \"VI-A\" }\nwhy = \"because\"\n\
+               [[experiment.measure]]\nname = \"right\"\nof = \"precision\"\nstage = \"one\"\nagainst = [\"two\"]\n\
+               [[experiment.variant]]\nname = \"no attention\"\nlearner = { attention = false }\n\
+               values = { rate = 1.0 }\nnoise = { finger_misplaced = 0.1 }\n\
+               [experiment.sweep]\nrate = [0.0, 0.5]\n";
+    let experiment = written(&format!("{TABLE}{all}")).unwrap();
+    let peak = |label: &str, stage: &str, trial| Peak { label: label.into(), stage: stage.into(), trial };
+    assert_eq!(experiment.peaks, [peak("a", "one", None), peak("b", "two", Some(2))]);
+    assert_eq!(experiment.published.unwrap().schemas_total, Some(227));
+    assert_eq!(experiment.measures[0].against, ["two"]);
+    let variant = &experiment.variants[0];
+    assert_eq!(variant.settings, ["learner.attention=false", "values.rate=1.0"]);
+    assert_eq!(variant.noise, [("finger_misplaced".to_owned(), 0.1)]);
+    assert_eq!(experiment.sweep, Some(Sweep { name: "rate".to_owned(), values: vec![0.0, 0.5] }));
+}
+
+#[test]
+fn a_world_file_is_looked_for_beside_the_curriculum() {
+    assert_eq!(written(TABLE).unwrap().world, "wide");
+    let own = TABLE.replace("wide", "mine-too.toml");
+    assert_eq!(written(&own).unwrap().world, "FOLDER/mine-too.toml");
+}
+
+#[test]
+fn mistakes_are_located() {
+    let cases = [
+        ("", "mine.toml is a curriculum and no experiment", "[experiment]"),
+        ("[experiment]\ntitle = \"Mine\"\n", "mine.toml:11:1:", "missing field `world`"),
+        (&format!("{TABLE}wolrd = 1\n"), "mine.toml:14:1:", "unknown field `wolrd`"),
+        (&format!("{TABLE}peaks = {{ a = \"three\" }}\n"), "mine.toml:14:15:", "there are: one, two"),
+        (
+            &format!("{TABLE}peaks = {{ a = {{ stage = \"one\", trial = 0 }} }}\n"),
+            "mine.toml:14:15:",
+            "counted from 1",
+        ),
+        (&format!("{TABLE}figure_from = \"zero\"\n"), "mine.toml:14:15:", "no stage is named"),
+        (&format!("{TABLE}[experiment.sweep]\nrat = [0.1]\n"), "mine.toml:15:1:", "there are: rate"),
+        (&format!("{TABLE}[experiment.sweep]\nrate = []\n"), "mine.toml:15:8:", "1 to 64 numbers"),
+        (
+            &format!("{TABLE}[[experiment.measure]]\nname = \"m\"\nof = \"precision\"\nstage = \"one\"\n"),
+            "mine.toml:14:1:",
+            "needs `stage` and `against`",
+        ),
+        (
+            &format!("{TABLE}[[experiment.measure]]\nname = \"m\"\nof = \"beauty\"\n"),
+            "mine.toml:16:6:",
+            "unknown variant `beauty`",
+        ),
+        (
+            &format!("{TABLE}[[experiment.variant]]\nname = \"v\"\nlearner = {{ atention = true }}\n"),
+            "mine.toml:14:1:",
+            "unknown field `atention`",
+        ),
+        (
+            &format!("{TABLE}[[experiment.variant]]\nname = \"as it is\"\n"),
+            "mine.toml:14:1:",
+            "two variants are named",
+        ),
+    ];
+    for (lines, place, complaint) in cases {
+        let error = written(lines).unwrap_err();
+        assert!(error.starts_with(place) && error.contains(complaint), "{lines}\ngave {error}");
+    }
+}

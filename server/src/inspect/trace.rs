@@ -1,0 +1,90 @@
+//! What was decided in each step, page by page.
+
+use pschema_learner::decision::Reason;
+use pschema_learner::notation;
+use pschema_learner::observation::{Observation, TypeId, Value};
+use pschema_learner::vocabulary::Vocabulary;
+use pschema_protocol::inspect::{TracePage, TraceRecord, TracedDecision};
+use pschema_protocol::limits::ANSWER_BYTES_MAX;
+
+use super::text;
+use crate::mind::View;
+use crate::trace::{Decided, RECORDS_KEPT_MAX, Record};
+
+/// Records in one page.
+pub(crate) const PAGE_MAX: usize = 256;
+/// No record is longer: 16 observations of 8 properties, each with names of at most 64 bytes, all of them words.
+const RECORD_BYTES_MAX: usize = 32 * 1024;
+
+// Room for the stages' names is left as well.
+const _: () = assert!(PAGE_MAX * RECORD_BYTES_MAX <= ANSWER_BYTES_MAX / 2);
+
+/// The records from the number `from` on.
+pub(super) fn page(view: &View, from: u64) -> TracePage {
+    let vocabulary = &view.content.vocabulary;
+    let (from, records) = view.trace.from(from, PAGE_MAX);
+    TracePage {
+        from,
+        total: view.trace.total(),
+        kept_max: RECORDS_KEPT_MAX as u64,
+        stages: view.curriculum.stages.iter().map(|stage| stage.name.clone()).collect(),
+        records: records.map(|one| record(vocabulary, one)).collect(),
+    }
+}
+
+fn record(vocabulary: &Vocabulary, from: &Record) -> TraceRecord {
+    TraceRecord {
+        step: from.step,
+        stage: u32::try_from(from.stage).unwrap_or(u32::MAX),
+        trial: from.trial,
+        drawn: from.drawn.clone(),
+        trial_met: from.trial_met,
+        actions: from.actions,
+        schemas_total: from.schemas_total,
+        schemas_generalised: from.schemas_generalised,
+        perceived: from.perceived.iter().map(|one| text::observation(vocabulary, one)).collect(),
+        heard: from.perceived.iter().flat_map(|one| heard(vocabulary, one)).collect(),
+        decision: from.decision.as_ref().map(|decided| decision(vocabulary, decided)),
+        quiet_actions: from.quiet_actions,
+        habituating: from.habituating,
+        latency_us: from.latency.as_secs_f64() * 1e6,
+    }
+}
+
+/// The symbols of an observation that comes from others, such as a word.
+fn heard(vocabulary: &Vocabulary, observation: &Observation) -> Vec<String> {
+    let kind = vocabulary.types().get(usize::from(observation.kind().0));
+    if !kind.is_some_and(|kind| kind.declared.heard) {
+        return Vec::new();
+    }
+    let symbols = observation.properties().iter().filter(|(_, value)| matches!(value, Value::Symbol(_)));
+    symbols.map(|(property, value)| notation::value(vocabulary, *property, *value)).collect()
+}
+
+fn decision(vocabulary: &Vocabulary, from: &Decided) -> TracedDecision {
+    let name = |kind: &TypeId| {
+        vocabulary.types().get(usize::from(kind.0)).map(|kind| kind.declared.name.clone()).unwrap_or_default()
+    };
+    let mut predicts: Vec<_> = from.predicts.iter().map(name).collect();
+    predicts.sort_unstable();
+    TracedDecision {
+        excitation_top: from.excitation_top,
+        excitation: from.excitation,
+        schema: from.schema.map(|schema| schema.0),
+        generalised: from.generalised,
+        distance: from.distance,
+        action: notation::primitive(vocabulary, from.action),
+        reason: reason(from.reason).to_owned(),
+        predicts,
+    }
+}
+
+/// What made a choice, for tools.
+pub(super) fn reason(reason: Reason) -> &'static str {
+    match reason {
+        Reason::Excitation => "excitation",
+        Reason::Tie => "tie",
+        Reason::Chain => "chain",
+        Reason::Goal => "goal",
+    }
+}

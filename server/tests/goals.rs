@@ -1,0 +1,285 @@
+//! Predicting, planning and pursuing goals, as tools ask for it: in one process, and over shared memory.
+
+#![allow(clippy::unwrap_used)] // A test panics to fail.
+
+mod common;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use common::{Row, curriculum, free, setup};
+use pschema_learner::progress::StageCommand;
+use pschema_protocol::body::RunOptions;
+use pschema_protocol::client::Client;
+use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
+use pschema_protocol::inspect::{
+    Answer, Condition, Plan, Prediction, Pursuit, Request, StageOrder, Status, ValueText,
+};
+use pschema_server::in_process::{InProcess, Progress};
+use pschema_server::serve;
+
+/// A learner that has touched blocks on a row, generalised, and is through with its curriculum.
+fn finished(seed: u64) -> InProcess<Row> {
+    let mut run = InProcess::new(Row::new("row"), setup(seed, curriculum())).unwrap();
+    while run.advance().unwrap() == Progress::Running {}
+    run
+}
+
+fn patterns(texts: &[&str]) -> Vec<String> {
+    texts.iter().map(|text| (*text).to_owned()).collect()
+}
+
+fn predict(run: &InProcess<Row>, action: &str) -> Prediction {
+    match run.answer(&Request::Predict { action: action.to_owned() }) {
+        Answer::Prediction(prediction) => *prediction,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn plan(run: &InProcess<Row>, goal: &[&str]) -> Plan {
+    match run.answer(&Request::Plan { goal: patterns(goal) }) {
+        Answer::Plan(plan) => *plan,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn pursuit(run: &InProcess<Row>) -> Pursuit {
+    match run.answer(&Request::Pursuit) {
+        Answer::Pursuit(pursuit) => *pursuit,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn refused(run: &InProcess<Row>, request: &Request) -> String {
+    match run.answer(request) {
+        Answer::Error(problem) => problem,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Where the block is, as the learner saw it last.
+fn block(run: &InProcess<Row>) -> i64 {
+    let plan = plan(run, &["touch{}"]);
+    let block = plan.world.iter().find(|seen| seen.kind == "object").unwrap();
+    match block.properties.iter().find(|(name, _)| name == "field") {
+        Some((_, ValueText::Integer(field))) => *field,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn what_an_action_would_do_is_told_with_counts_and_the_schema_that_says_so() {
+    let run = finished(1);
+    let field = block(&run);
+    let action = format!("move(reach={:.2})", field as f64 / 8.0);
+    let touching = predict(&run, &action);
+    let schema = touching.schema.as_ref().unwrap();
+    assert_eq!(schema.action.split('(').next(), Some("move"));
+    let touch = touching.outcomes.iter().find(|outcome| outcome.observation.kind == "touch").unwrap();
+    assert!(touch.trials > 0 && touch.occurrences <= touch.trials && touch.low < touch.high, "{touch:?}");
+    assert!(touching.attempts > 0 && touching.carried_out == touching.attempts);
+
+    // Elsewhere only the babbled schema holds: the finger is there, and nothing is felt.
+    let other = predict(&run, &format!("move(reach={:.2})", ((field + 1) % 8) as f64 / 8.0));
+    assert!(other.outcomes.iter().all(|outcome| outcome.observation.kind != "touch"), "{other:?}");
+    assert!(other.outcomes.iter().any(|outcome| outcome.observation.kind == "finger"));
+
+    let step = run.learner().memory().content().step;
+    assert_eq!(run.report().step, step, "asking changes nothing");
+}
+
+#[test]
+fn an_action_that_the_body_does_not_have_is_answered_with_those_that_are_near() {
+    let run = finished(1);
+    let mistakes = [
+        ("move(reach=0.41)", "move(reach=0.38)"),
+        ("fly(reach=0.41)", "it has move"),
+        ("move", "write it as it prints"),
+        ("", "write it as it prints"),
+    ];
+    for (action, hint) in mistakes {
+        let problem = refused(&run, &Request::Predict { action: action.to_owned() });
+        assert!(problem.contains(hint), "{action:?}: {problem}");
+    }
+    // Spaces are nobody's mistake.
+    assert!(predict(&run, " move( reach = 0.38 ) ").schema.is_some());
+}
+
+#[test]
+fn a_plan_says_what_it_relies_on_and_how_surely() {
+    let run = finished(2);
+    let field = block(&run);
+    let found = plan(&run, &["object{field=$x}", "finger{field=$x}", "touch{}"]);
+    assert_eq!((found.state.as_str(), found.steps.len(), found.search_truncated), ("found", 1, false));
+    let step = &found.steps[0];
+    let kinds: Vec<_> = step.relies_on.iter().map(|c| c.observation.kind.as_str()).collect();
+    assert!(kinds.contains(&"finger") && kinds.contains(&"touch"), "{kinds:?}");
+    let likely = |c: &Condition| if c.absent { 1.0 - c.probability } else { c.probability };
+    let relied: f64 = step.through.iter().chain(&step.relies_on).map(likely).product();
+    assert!((step.probability - step.reliability * relied).abs() < 1e-9, "{step:?}");
+    assert_eq!(step.through.len(), usize::from(step.schema.carrier.is_some()));
+    assert!((found.probability.unwrap() - step.probability).abs() < 1e-9);
+
+    let here = plan(&run, &[&format!("object{{field={field}}}")]);
+    assert_eq!((here.state.as_str(), here.probability, here.steps.len()), ("holds already", Some(1.0), 0));
+    let nowhere = plan(&run, &[&format!("object{{field={}}}", (field + 1) % 8)]);
+    assert_eq!((nowhere.state.as_str(), nowhere.probability), ("nothing known leads there", None));
+    for (goal, hint) in
+        [(vec![], "1 to 8"), (vec!["cat{}"], "no observation type"), (vec!["touch"], "pattern")]
+    {
+        let problem = refused(&run, &Request::Plan { goal: patterns(&goal) });
+        assert!(problem.contains(hint), "{goal:?}: {problem}");
+    }
+}
+
+#[test]
+fn a_goal_wakes_a_learner_that_is_through_and_lets_it_rest_again() {
+    for seed in 1..=5 {
+        let mut run = finished(seed);
+        assert_eq!(run.advance().unwrap(), Progress::Waiting);
+        assert!(refused(&run, &Request::Pursuit).contains("no goal"));
+        let before = run.report();
+        // Away from the block first, so that the touch is a new one.
+        let away = (block(&run) + 3) % 8;
+        for goal in [format!("finger{{field={away}}}"), "touch{}".to_owned()] {
+            run.achieve(std::slice::from_ref(&goal), 5).unwrap();
+            while run.advance().unwrap() == Progress::Running {}
+            let end = pursuit(&run);
+            assert_eq!((end.state.as_str(), end.actions, end.plans_made), ("achieved", 1, 1), "{end:?}");
+            assert_eq!((end.goal, end.plans[0].because.as_str()), (vec![goal], "first"));
+        }
+        let after = run.report();
+        assert!(after.finished && after.step > before.step);
+        assert_eq!(after.stages, before.stages, "the curriculum took no notice");
+        let Answer::Explanation(why) = run.answer(&Request::Explain { step: None, candidates_max: 5 }) else {
+            panic!("no explanation")
+        };
+        assert_eq!(why.reason, "goal");
+        let goal = why.goal.unwrap();
+        assert_eq!((goal.goal, goal.at, goal.chain.len()), (patterns(&["touch{}"]), 0, 1));
+    }
+}
+
+#[test]
+fn the_seed_and_the_goals_decide_everything() {
+    let digest = || {
+        let mut run = finished(4);
+        run.achieve(&patterns(&["finger{field=0}"]), 5).unwrap();
+        while run.advance().unwrap() == Progress::Running {}
+        run.report().memory_digest
+    };
+    assert_eq!(digest(), digest());
+    assert_ne!(digest(), finished(4).report().memory_digest);
+}
+
+#[test]
+fn goals_that_cannot_be_pursued_are_refused() {
+    let mut run = finished(1);
+    run.achieve(&patterns(&["object{field=7}", "object{field=6}"]), 5).unwrap();
+    let busy = run.achieve(&patterns(&["touch{}"]), 5).unwrap_err().to_string();
+    assert!(busy.contains("goal 1") && busy.contains("object{field=7} & object{field=6}"), "{busy}");
+    assert!(run.cancel(7).is_err());
+    run.cancel(1).unwrap();
+    assert_eq!(pursuit(&run).state, "cancelled");
+    run.cancel(1).unwrap();
+    run.stage(&StageCommand::Hold).unwrap();
+    let held = run.achieve(&patterns(&["touch{}"]), 5).unwrap_err().to_string();
+    assert!(held.contains("stage resume"), "{held}");
+    for (goal, hint) in [("cat{}", "object"), ("object{size=1}", "colour"), ("object{colour=blue", "pattern")]
+    {
+        let problem = run.achieve(&patterns(&[goal]), 5).unwrap_err().to_string();
+        assert!(problem.contains(hint), "{goal}: {problem}");
+    }
+}
+
+/// What any wait of these tests may take; a machine under load takes its time.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn ask(client: &mut Client, request: &Request) -> Answer {
+    client.ask(request).unwrap()
+}
+
+fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(seen) = look() {
+            return seen;
+        }
+        assert!(start.elapsed() < PATIENCE, "{what}");
+        std::thread::yield_now();
+    }
+}
+
+fn status(client: &mut Client) -> Status {
+    match ask(client, &Request::Status) {
+        Answer::Status(status) => *status,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn tools_plan_and_give_goals_to_a_daemon() {
+    let directory = tempfile::Builder::new().prefix("ps").tempdir_in("/tmp").unwrap();
+    let runtime = RuntimeDir::at(&directory.path().join("run")).unwrap();
+    let place = Place::new(runtime, LearnerName::new("goals").unwrap());
+    let stop = Arc::new(AtomicBool::new(false));
+    let daemon = {
+        let (place, stop) = (place.clone(), stop.clone());
+        std::thread::spawn(move || serve(place, setup(3, curriculum()), &stop))
+    };
+    let mut client = until("the daemon answers", || {
+        let mut client = Client::connect(&place, PATIENCE).ok()?;
+        client.ask::<_, Answer>(&Request::Report).ok()?;
+        Some(client)
+    });
+    let touch = patterns(&["touch{}"]);
+    let achieve = Request::Achieve { goal: touch.clone(), actions_max: 5 };
+    for request in [&achieve, &Request::Plan { goal: touch.clone() }] {
+        let answer = ask(&mut client, request);
+        assert!(matches!(&answer, Answer::Error(problem) if problem.contains("no body")), "{answer:?}");
+    }
+    let options = RunOptions { place: place.clone(), exit_when_daemon_gone: true, stop: stop.clone() };
+    let body = std::thread::spawn(move || pschema_protocol::body::run(Row::new("row"), &options));
+    until("the curriculum is over", || (status(&mut client).stage_state == "finished").then_some(()));
+
+    let Answer::Plan(plan) = ask(&mut client, &Request::Plan { goal: touch }) else { panic!("no plan") };
+    assert_eq!((plan.state.as_str(), plan.body.as_str()), ("found", "row"));
+    let Answer::Pursuit(begun) = ask(&mut client, &achieve) else { panic!("not taken up") };
+    assert_eq!(begun.number, 1);
+    let end = until("the goal is over", || match ask(&mut client, &Request::Pursuit) {
+        Answer::Pursuit(now) => (now.state != "pursued").then_some(now),
+        other => panic!("{other:?}"),
+    });
+    assert_eq!((end.state.as_str(), end.actions), ("achieved", 1));
+    assert_eq!(end.plans[0].chain[0].id, plan.steps[0].schema.id);
+    assert_eq!(status(&mut client).goal, None);
+
+    ask(&mut client, &Request::Stage(StageOrder::Hold));
+    let held = ask(&mut client, &achieve);
+    assert!(matches!(&held, Answer::Error(problem) if problem.contains("holds")), "{held:?}");
+    ask(&mut client, &Request::Stage(StageOrder::Resume));
+
+    drop(client);
+    stop.store(true, Ordering::Relaxed);
+    daemon.join().unwrap().unwrap();
+    body.join().unwrap().unwrap();
+}
+
+#[test]
+fn in_free_play_a_goal_interrupts_and_play_goes_on() {
+    let mut run = InProcess::new(Row::new("row"), setup(1, free())).unwrap();
+    for _ in 0..40 {
+        run.advance().unwrap();
+    }
+    run.achieve(&patterns(&["finger{field=5}"]), 5).unwrap();
+    let Answer::Status(status) = run.answer(&Request::Status) else { panic!("no status") };
+    assert_eq!(status.goal.map(|goal| (goal.number, goal.goal)), Some((1, patterns(&["finger{field=5}"]))));
+    while pursuit(&run).state == "pursued" {
+        run.advance().unwrap();
+    }
+    assert_eq!(pursuit(&run).state, "achieved");
+    let step = run.report().step;
+    run.advance().unwrap();
+    assert!(run.report().step > step);
+}

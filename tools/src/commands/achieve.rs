@@ -1,0 +1,97 @@
+//! `pschema achieve PATTERN...`: has the learner pursue a goal, and waits for the end of it.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use pschema_protocol::domain::LearnerName;
+use pschema_protocol::inspect::{Answer, Pursuit, Request};
+
+use crate::cli::AchieveArgs;
+use crate::failure::Failure;
+use crate::learner::{Learner, ask_for};
+use crate::output;
+use crate::render::{goals, json_goals, schema};
+use crate::run::Stop;
+use crate::talk;
+
+/// How often the learner is asked how the goal is doing.
+const ASK_EVERY: Duration = Duration::from_millis(50);
+
+pub(crate) fn run(name: &LearnerName, args: AchieveArgs, quiet: bool) -> Result<(), Failure> {
+    let stop = Stop::on_signals()?;
+    let mut learner = Learner::connect(name)?;
+    let request = Request::Achieve { goal: args.goal, actions_max: args.actions_max };
+    let begun = ask_for!(learner, &request, Answer::Pursuit)?;
+    let waiting = Waiting { number: begun.number, until: Instant::now() + Duration::from_secs(args.wait) };
+    let (end, why) = waiting.follow(&mut learner, begun, &stop, quiet)?;
+    let achieved = end.state == "achieved";
+    if args.json {
+        output::print_json(&json_goals::Pursuit::from(&*end))?;
+    } else if achieved {
+        output::print(&schema::wrapped(&format!("{}.", goals::ending(&end)), ""))?;
+    }
+    if achieved { Ok(()) } else { Err(Failure::Failed(goals::ending(&end) + &why)) }
+}
+
+/// A goal whose end is waited for.
+struct Waiting {
+    number: u64,
+    until: Instant,
+}
+
+impl Waiting {
+    /// Tells of each plan as it is made. Returns how it ended, and why it was called off if it was from here.
+    fn follow(
+        &self,
+        learner: &mut Learner,
+        begun: Box<Pursuit>,
+        stop: &Stop,
+        quiet: bool,
+    ) -> Result<(Box<Pursuit>, String), Failure> {
+        let mut now = begun;
+        let mut told = 0;
+        let mut why = String::new();
+        loop {
+            if !quiet {
+                tell(&now, &mut told);
+            }
+            if now.state != "pursued" {
+                return Ok((now, why));
+            }
+            if stop.raised() {
+                now = self.call_off(learner)?;
+                " because this command was interrupted".clone_into(&mut why);
+            } else if Instant::now() >= self.until {
+                now = self.call_off(learner)?;
+                " because the time was up: allow more with --wait".clone_into(&mut why);
+            } else {
+                thread::sleep(ASK_EVERY);
+                now = self.current(ask_for!(learner, &Request::Pursuit, Answer::Pursuit)?)?;
+            }
+        }
+    }
+
+    fn call_off(&self, learner: &mut Learner) -> Result<Box<Pursuit>, Failure> {
+        self.current(ask_for!(learner, &Request::Cancel { number: self.number }, Answer::Pursuit)?)
+    }
+
+    /// What the learner says, if it is still about this goal.
+    fn current(&self, said: Box<Pursuit>) -> Result<Box<Pursuit>, Failure> {
+        if said.number == self.number {
+            return Ok(said);
+        }
+        let (ours, other) = (self.number, said.number);
+        Err(Failure::Failed(format!(
+            "goal {ours} is over and goal {other} was taken up before its end was seen"
+        )))
+    }
+}
+
+/// Says what has not been told yet of the plans made.
+fn tell(now: &Pursuit, told: &mut u32) {
+    let first = now.plans_made.saturating_sub(u32::try_from(now.plans.len()).unwrap_or(u32::MAX));
+    let before = std::mem::replace(told, now.plans_made);
+    for (_, plan) in (first..).zip(&now.plans).filter(|(number, _)| *number >= before) {
+        talk::say(&goals::plan_made(plan));
+    }
+}

@@ -1,0 +1,169 @@
+//! `predict`, `plan` and `achieve` for people.
+
+use pschema_protocol::inspect::{
+    Condition, GoalFollowed, ObservationText, Plan, PlanMade, Prediction, Pursuit, SchemaInUse,
+};
+
+use super::schema::wrapped;
+use super::table::Columns;
+use super::words::{binding, condition, count, notation, plain, probability, side};
+
+/// What would happen.
+pub(crate) fn prediction(p: &Prediction) -> String {
+    let (body, action) = (plain(&p.body), plain(&p.action));
+    let Some(schema) = &p.schema else {
+        let text = format!("Nothing that is known says what {action} of {body} would do here.");
+        return wrapped(&text, "") + &here(&p.world) + &carried_out(p);
+    };
+    let mut text = wrapped(&format!("{action} of {body}, by {}:", in_use(schema)), "");
+    let mut table = Columns::new(&["then", "probability"]);
+    for outcome in &p.outcomes {
+        table.row([condition(outcome), counted(outcome)]);
+    }
+    text.push_str(&format!("\n{}", table.text(&[1])));
+    text + &here(&p.world) + &carried_out(p)
+}
+
+fn carried_out(p: &Prediction) -> String {
+    match (p.attempts, p.carried_out) {
+        (0, _) => "It was never tried.\n".to_owned(),
+        (all, done) if all == done => format!("It was carried out whenever asked for, {all} of {all}.\n"),
+        (all, done) => format!("It was carried out {done} of the {all} times that it was asked for.\n"),
+    }
+}
+
+fn here(world: &[ObservationText]) -> String {
+    wrapped(&format!("Perceived now: {}.", side(world.iter().map(notation))), "")
+}
+
+fn counted(c: &Condition) -> String {
+    probability(c.probability, c.occurrences, c.trials, c.low, c.high)
+}
+
+/// How a goal could be brought about.
+pub(crate) fn plan(p: &Plan) -> String {
+    let goal = goal(&p.goal);
+    let budget = if p.search_truncated {
+        "The search used up its budget: there may be a way that it did not come to.\n"
+    } else {
+        ""
+    };
+    let Some(likely) = p.probability else {
+        let text = format!("Nothing known leads from here to {goal}.");
+        return wrapped(&text, "") + &here(&p.world) + budget;
+    };
+    if p.steps.is_empty() {
+        return wrapped(&format!("{goal} holds already."), "");
+    }
+    let steps = count(u64::try_from(p.steps.len()).unwrap_or(u64::MAX), "step");
+    let mut text = wrapped(&format!("{goal} by {} in {steps}, probability {likely:.2}:", plain(&p.body)), "");
+    for (at, step) in p.steps.iter().enumerate() {
+        let line = format!("{}. {}: {}", at + 1, plain(&step.schema.action), in_use(&step.schema));
+        text.push_str(&format!("\n{}", wrapped(&line, "   ")));
+        let mut table = Columns::new(&["   relies on", "probability"]);
+        for relied in step.through.iter().chain(&step.relies_on) {
+            table.row([format!("   {}", relied_on(relied)), counted_on(relied)]);
+        }
+        table.row(["   that it is carried out".to_owned(), format!("{:.2}", step.reliability)]);
+        text.push_str(&table.text(&[1]));
+    }
+    format!("{text}\n{}{budget}", here(&p.world))
+}
+
+/// What is relied on: that it holds, or that what sometimes ends it does not happen this time.
+fn relied_on(c: &Condition) -> String {
+    if c.absent { format!("{} stays", notation(&c.observation)) } else { notation(&c.observation) }
+}
+
+fn counted_on(c: &Condition) -> String {
+    if !c.absent {
+        return counted(c);
+    }
+    let stayed = c.trials.saturating_sub(c.occurrences);
+    probability(1.0 - c.probability, stayed, c.trials, 1.0 - c.high, 1.0 - c.low)
+}
+
+/// A goal as it is written.
+pub(crate) fn goal(patterns: &[String]) -> String {
+    side(patterns.iter().map(|pattern| plain(pattern)))
+}
+
+/// A schema with its binding: `schema 226 (generalised), with $a=blue, $b=17`.
+fn in_use(s: &SchemaInUse) -> String {
+    let with = binding(&s.binding);
+    let with = if with.is_empty() { String::new() } else { format!(", with {with}") };
+    let carrier = s.carrier.map_or_else(String::new, |carrier| format!(", through schema {carrier}"));
+    format!("schema {} ({}), {}{with}{carrier}", s.id, plain(&s.kind), plain(&s.text))
+}
+
+/// A plan made in pursuit of a goal, as a line of the talk.
+pub(crate) fn plan_made(plan: &PlanMade) -> String {
+    let why = match plan.because.as_str() {
+        "first" => "Plan".to_owned(),
+        because => {
+            let after = count(plan.after_actions, "action");
+            format!("Another plan after {after}, because {}", told(because))
+        }
+    };
+    let chain: Vec<_> = plan.chain.iter().map(link).collect();
+    let budget = if plan.search_truncated { "; the search used up its budget" } else { "" };
+    format!("{why}: {} (probability {:.2}{budget})", chain.join(", then "), plan.probability)
+}
+
+fn told(because: &str) -> String {
+    match because {
+        "not reached" => "the last one was carried through and the goal does not hold".to_owned(),
+        "next not allowed" => "the last step's outcome does not allow the next".to_owned(),
+        "not carried out" => "the body did not carry out the action".to_owned(),
+        "interrupted" => "it was interrupted".to_owned(),
+        other => plain(other),
+    }
+}
+
+fn link(s: &SchemaInUse) -> String {
+    let with = binding(&s.binding);
+    let with = if with.is_empty() { String::new() } else { format!(" with {with}") };
+    format!("schema {}{with} by {}", s.id, plain(&s.action))
+}
+
+/// How the pursuit of a goal ended, as a sentence without its full stop.
+pub(crate) fn ending(p: &Pursuit) -> String {
+    let (goal, actions) = (goal(&p.goal), count(p.actions, "action"));
+    match p.state.as_str() {
+        "achieved" if p.actions == 0 => format!("{goal} holds already"),
+        "achieved" => format!("{goal} was achieved with {actions}"),
+        "nothing known leads there" => {
+            format!("{goal} was given up after {actions}: nothing known leads there from here")
+        }
+        "actions used up" => {
+            format!("{goal} does not hold after {actions}, all it may take: allow more with --actions-max")
+        }
+        "constrained" => {
+            format!(
+                "{goal} was given up after {actions}: the stage entered meanwhile does not lift what it speaks of"
+            )
+        }
+        "cancelled" => format!("{goal} was called off after {actions}"),
+        "pursued" => format!("{goal} is pursued, {actions} so far"),
+        other => format!("{goal}: {} after {actions}", plain(other)),
+    }
+}
+
+/// The goal that a decision follows, as a clause.
+pub(crate) fn followed(f: &GoalFollowed) -> String {
+    let (at, all) = (f.at.saturating_add(1), f.chain.len());
+    let step = if all == 1 { "the plan".to_owned() } else { format!("step {at} of {all} of the plan") };
+    format!("because it is {step} for the goal {} (probability {:.2})", goal(&f.goal), f.probability)
+}
+
+/// The chain that a decision follows, the schema executed marked.
+pub(crate) fn chain(f: &GoalFollowed) -> String {
+    let mut table = Columns::new(&["", "schema", "plan", "action"]).figures(&[1]);
+    for (at, s) in f.chain.iter().enumerate() {
+        let mark = if u32::try_from(at).is_ok_and(|at| at == f.at) { ">" } else { "" };
+        let with = binding(&s.binding);
+        let text = if with.is_empty() { plain(&s.text) } else { format!("{}, with {with}", plain(&s.text)) };
+        table.row([mark.to_owned(), s.id.to_string(), text, plain(&s.action)]);
+    }
+    table.text(&[0, 1])
+}

@@ -1,0 +1,74 @@
+//! When, how and with what a report was made.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// What a reader needs to make the report again.
+#[derive(Clone, Debug)]
+pub(crate) struct Facts {
+    /// When it was made, as `2026-11-22 07:05 UTC`.
+    pub(super) date: String,
+    /// What was typed.
+    pub(super) command: String,
+    /// This program's version.
+    pub(super) version: String,
+    /// The machine, as far as it matters to figures of time.
+    pub(super) machine: String,
+}
+
+impl Facts {
+    /// As it is.
+    pub(crate) fn now(now: SystemTime) -> Self {
+        let seconds = now.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let build = if cfg!(debug_assertions) { "debug" } else { "release" };
+        let typed: Vec<String> = std::env::args().skip(1).map(|argument| quoted(&argument)).collect();
+        Self {
+            date: date(seconds),
+            command: format!("pschema {}", typed.join(" ")),
+            version: format!("{} ({build} build)", env!("CARGO_PKG_VERSION")),
+            machine: format!("{} {}, {cores} cores", std::env::consts::OS, std::env::consts::ARCH),
+        }
+    }
+}
+
+/// An argument as a shell would take it.
+fn quoted(argument: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,@+".contains(c);
+    if !argument.is_empty() && argument.chars().all(plain) {
+        return argument.to_owned();
+    }
+    format!("'{}'", argument.replace('\'', "'\\''"))
+}
+
+/// Seconds since 1970 as a date in the proleptic Gregorian calendar (Hinnant's days to civil).
+fn date(seconds: u64) -> String {
+    let (days, rest) = (seconds / 86_400, seconds % 86_400);
+    let days = days + 719_468;
+    let (era, day_of_era) = (days / 146_097, days % 146_097);
+    let year_of_era = (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let year = year_of_era + era * 400 + u64::from(month <= 2);
+    format!("{year:04}-{month:02}-{day:02} {:02}:{:02} UTC", rest / 3_600, rest % 3_600 / 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_the_calendars() {
+        assert_eq!(date(0), "1970-01-01 00:00 UTC");
+        assert_eq!(date(951_782_400 + 3_661), "2000-02-29 01:01 UTC");
+        assert_eq!(date(1_795_330_800), "2026-11-22 07:00 UTC");
+    }
+
+    #[test]
+    fn arguments_can_be_typed_again() {
+        assert_eq!(quoted("exp1-s1"), "exp1-s1");
+        assert_eq!(quoted("no attention"), "'no attention'");
+        assert_eq!(quoted("it's"), "'it'\\''s'");
+    }
+}

@@ -1,0 +1,238 @@
+//! The page: everything in one file, without scripts and without anything from elsewhere.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use pschema_protocol::inspect::SchemaDetail;
+
+use crate::render::comparison::{COMPARED, Line, footnote, lines, shown};
+use crate::render::schema::capital;
+use crate::render::statistics::summary;
+use crate::render::words::{missing, probability, schema_notation, schema_sentence};
+use crate::run::Learnt;
+
+use super::facts::Facts;
+use super::{Group, Section, excitation, field_map, growth, stages, sweep, timing};
+
+const STYLE: &str = include_str!("style.css");
+
+/// The whole page.
+pub(super) fn page(sections: &[Section<'_>], facts: &Facts) -> String {
+    let title = match sections {
+        [only] => only.told.title.clone(),
+        _ => "Experiments".to_owned(),
+    };
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                h1 { (title) }
+                p.facts {
+                    (facts.date) " · pschema " (facts.version) " · " (facts.machine) br;
+                    code { (facts.command) }
+                }
+                (compared(sections))
+                @if sections.len() > 1 { (contents(sections)) }
+                @for section in sections { (one(section, sections.len() > 1)) }
+            }
+        }
+    };
+    page.into_string()
+}
+
+fn contents(sections: &[Section<'_>]) -> Markup {
+    html! {
+        nav {
+            ul {
+                @for (at, section) in sections.iter().enumerate() {
+                    li { a href=(format!("#experiment-{}", at + 1)) { (section.told.title) } }
+                }
+            }
+        }
+    }
+}
+
+fn one(section: &Section<'_>, several: bool) -> Markup {
+    let heading = html! { @if several { h2 { (section.told.title) } } };
+    html! {
+        section {
+            (heading)
+            @if section.groups.len() > 1 { (variants(section)) }
+            @if let Some(figures) = sweep::figures(section) { (figures) }
+            @if let Some(figure) = growth::figure(section) { (figure) }
+            @if let Some(figure) = excitation::figure(section) { (figure) }
+            @if let Some(figure) = field_map::figure(section) { (figure) }
+            @if let Some(tables) = stages::tables(section) { (tables) }
+            @if let Some(figure) = timing::figure(section) { (figure) }
+            (learnt(section))
+            (made_of(section))
+        }
+    }
+}
+
+/// The table of published figures and ours.
+fn compared(sections: &[Section<'_>]) -> Markup {
+    let all: Vec<Line> = sections.iter().filter_map(Section::base).flat_map(lines).collect();
+    let runs =
+        sections.iter().filter_map(|section| Some(section.groups.first()?.figures.len())).max().unwrap_or(0);
+    let or_dash = |text: &Option<String>| text.clone().unwrap_or_else(|| "–".to_owned());
+    html! {
+        figure.table {
+            figcaption { b { "Published and here." } " Here: " (footnote(runs)) "." }
+            div.scroll {
+                table {
+                    thead {
+                        tr {
+                            @if sections.len() > 1 { th { "experiment" } }
+                            th { "figure" } th { "published" } th.n { "here" } th { "why they differ" }
+                        }
+                    }
+                    tbody {
+                        @for line in &all {
+                            tr {
+                                @if sections.len() > 1 { td { (line.experiment) } }
+                                td { (line.what()) }
+                                td { (or_dash(&line.published)) }
+                                td.n { (shown(line.ours, line.unit)) }
+                                td { (line.why.as_deref().unwrap_or("")) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Variants side by side.
+fn variants(section: &Section<'_>) -> Markup {
+    let name = |group: &Group<'_>| group.condition.name.clone().unwrap_or_else(|| "as it is".to_owned());
+    html! {
+        figure.table {
+            figcaption {
+                b { "The same run with something changed." } " " (capital(&footnote(most_runs(section))))
+                " Generalised after so many placements; 1st try: the share of places touched with the first action, \
+                learning frozen."
+            }
+            div.scroll {
+                table {
+                    thead { tr { th { "variant" } @for (heading, _, _) in COMPARED { th.n { (heading) } } } }
+                    tbody {
+                        @for group in &section.groups {
+                            tr {
+                                td { (name(group)) }
+                                @for (_, unit, of) in COMPARED {
+                                    td.n { (shown(summary(group.figures.iter().filter_map(of).collect()), unit)) }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        (measures(section, name))
+    }
+}
+
+/// What else was read off the runs, by variant.
+fn measures(section: &Section<'_>, name: impl Fn(&Group<'_>) -> String) -> Markup {
+    let measures = section.figures().next().map_or(&[][..], |figures| &figures.measures);
+    if measures.is_empty() {
+        return html! {};
+    }
+    html! {
+        figure.table {
+            figcaption { b { "Measures." } " Of each variant, as above." }
+            div.scroll {
+                table {
+                    thead { tr { th { "measure" } @for group in &section.groups { th.n { (name(group)) } } } }
+                    tbody {
+                        @for (at, measure) in measures.iter().enumerate() {
+                            tr {
+                                td { (measure.name) }
+                                @for group in &section.groups {
+                                    @let values = group.figures.iter().filter_map(|f| f.measures.get(at)?.value).collect();
+                                    td.n { (shown(summary(values), measure.unit)) }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn most_runs(section: &Section<'_>) -> usize {
+    section.groups.iter().map(|group| group.figures.len()).max().unwrap_or(0)
+}
+
+/// What the first run left in memory, in words.
+fn learnt(section: &Section<'_>) -> Markup {
+    let Some(outcome) = section.groups.first().and_then(|group| group.outcomes.first()) else {
+        return html! {};
+    };
+    let Learnt { generalised, exceptions } = &outcome.learnt;
+    let general = |exception: &SchemaDetail| generalised.iter().find(|g| Some(g.id) == exception.contradicts);
+    html! {
+        h3 { "What it learnt (seed " (outcome.figures.seed) ")" }
+        @if generalised.is_empty() { p { "Nothing was generalised." } }
+        ul.learnt {
+            @for schema in generalised { li { (told(schema, "")) } }
+            @for schema in exceptions {
+                @let missing = general(schema).map_or_else(String::new, |general| missing(general, schema));
+                li { "Exception: " (told(schema, &missing)) }
+            }
+        }
+    }
+}
+
+fn told(schema: &SchemaDetail, missing: &str) -> Markup {
+    let (n, of) = (schema.successes, schema.executions);
+    html! {
+        (capital(&(schema_sentence(schema) + missing)))
+        br;
+        code { "schema " (schema.id) ": " (schema_notation(schema)) }
+        br;
+        span.facts { @if of > 0 { "succeeds " } (probability(schema.probability, n, of, schema.low, schema.high)) }
+    }
+}
+
+/// All that is needed to run it again.
+fn made_of(section: &Section<'_>) -> Markup {
+    let seeds: Vec<_> = section
+        .groups
+        .first()
+        .map_or(&[][..], |group| &group.figures)
+        .iter()
+        .map(|f| f.seed.to_string())
+        .collect();
+    let outcomes = section.groups.iter().flat_map(|group| group.outcomes);
+    let lost: u64 = outcomes.map(|outcome| outcome.trace.lost).sum();
+    html! {
+        h3 { "How it was run" }
+        p.facts { "Curriculum " code { (section.told.curriculum) } ", world " code { (section.told.world) } ", seeds " (seeds.join(", ")) "." }
+        @if lost > 0 {
+            p { (lost) " steps were no longer kept when they were asked for: the figures above leave them out." }
+        }
+        @for group in &section.groups {
+            details {
+                summary { "Parameters of the learner" @if let Some(name) = &group.condition.name { ": " (name) } }
+                pre { (group.parameters) }
+            }
+        }
+        details {
+            summary { "Memory digests" }
+            pre {
+                @for figures in section.figures() {
+                    (figures.variant.as_deref().map_or_else(String::new, |name| format!("{name}, ")))
+                    "seed " (figures.seed) ": " (figures.memory_digest) "\n"
+                }
+            }
+        }
+    }
+}

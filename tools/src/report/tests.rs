@@ -1,0 +1,164 @@
+use std::path::Path;
+use std::sync::Arc;
+
+use super::*;
+use crate::run::tests::{report, stage};
+use crate::run::{Asked, Decided, Experiment, Learnt, Row, Trace};
+
+fn row(step: u64, stage: usize, trial: u32, schemas: u32) -> Row {
+    let text = |text: &str| -> Arc<str> { text.into() };
+    let touching = stage == 1;
+    Row {
+        step,
+        stage,
+        trial,
+        drawn: Vec::new(),
+        trial_met: None,
+        actions: step,
+        schemas_total: schemas,
+        schemas_generalised: 0,
+        perceived: text("finger{field=4}"),
+        object_at: touching.then_some(4),
+        effector_at: Some(4),
+        reached: step == 260,
+        heard: text(if step == 255 { "touch" } else { "" }),
+        decision: Some(Decided {
+            excitation_top: 1.0 + (step % 5) as f64,
+            excitation: 1.0,
+            schema: Some(schemas),
+            generalised: touching,
+            distance: 1,
+            action: text("move(j1=0.43, j2=0.84)"),
+            reason: text("excitation"),
+            predicts: text(if touching { "finger touch" } else { "finger" }),
+            touching,
+        }),
+        quiet_actions: 0,
+        habituating: false,
+        latency_us: 50.0 + (step % 7) as f64,
+    }
+}
+
+fn trace() -> Trace {
+    let mut rows: Vec<Row> = (0..240).map(|step| row(step, 0, 0, step as u32)).collect();
+    rows.push(Row { drawn: vec![17], decision: None, ..row(240, 1, 1, 240) });
+    rows.extend((240..260).map(|step| row(step, 1, 1, 241)));
+    rows.push(Row { trial_met: Some(true), decision: None, ..row(260, 1, 1, 241) });
+    let mut trace = Trace::default();
+    trace.stages = vec!["motor babbling".to_owned(), "first <touches> & \"more\"".to_owned()];
+    trace.rows = rows;
+    trace
+}
+
+/// An experiment that names itself in a way that no page should take at its word.
+fn experiment() -> Experiment {
+    let mut experiment = Experiment::new("exp1-s1", Asked::default()).unwrap();
+    let told = &mut experiment.told;
+    told.title = "Touching <script>alert('&')</script>".to_owned();
+    told.stages = trace().stages;
+    told.peaks = vec![config::Peak { label: "a<b".to_owned(), stage: told.stages[1].clone(), trial: None }];
+    told.map = None;
+    told.measures.clear();
+    experiment
+}
+
+fn outcome(experiment: &Experiment, seed: u64) -> Outcome {
+    let summaries = vec![
+        stage("motor babbling", true, &[], &[]),
+        stage("first <touches> & \"more\"", true, &[true], &[1]),
+    ];
+    let mut report = report(summaries);
+    report.seed = seed;
+    let figures = Figures::new(&experiment.told, &experiment.conditions[0], &report, Vec::new(), 4.25);
+    Outcome { figures, trace: trace(), learnt: Learnt::default() }
+}
+
+fn facts() -> Facts {
+    Facts {
+        date: "2011-08-24 12:00 UTC".to_owned(),
+        command: "pschema experiment exp1-s1 --seeds 1..2 --out report".to_owned(),
+        version: "0.0.0".to_owned(),
+        machine: "a machine".to_owned(),
+    }
+}
+
+fn group<'a>(experiment: &'a Experiment, outcomes: &'a [Outcome]) -> Group<'a> {
+    let parameters = "Parameters { generalisation: true }".to_owned();
+    Group { parameters, ..Group::new(&experiment.conditions[0], outcomes) }
+}
+
+fn made() -> String {
+    let experiment = experiment();
+    let outcomes = [outcome(&experiment, 1), outcome(&experiment, 2)];
+    let section = Section { told: &experiment.told, groups: vec![group(&experiment, &outcomes)] };
+    page::page(&[section], &facts())
+}
+
+/// To accept a change, run the tests with `UPDATE_GOLDEN=1`, look at the page in a browser, and read the difference.
+#[test]
+fn the_page_is_the_golden_one() {
+    let page = made();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/report.html");
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        std::fs::write(&path, &page).unwrap();
+    }
+    let golden = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let differs = page.lines().zip(golden.lines()).position(|(ours, theirs)| ours != theirs);
+    assert!(page == golden, "the page differs from {}, first in line {differs:?}", path.display());
+}
+
+#[test]
+fn nothing_is_fetched_and_nothing_is_run() {
+    let page = made();
+    for wrong in ["<script", "http:", "https:", "src=", "@import", "url(", "alert('&')", "<touches>", "a<b"] {
+        assert!(!page.contains(wrong), "{wrong} is in the page");
+    }
+    assert!(page.contains("Touching &lt;script&gt;alert('&amp;')&lt;/script&gt;"));
+    assert!(page.contains("first &lt;touches&gt; &amp; "), "stages are named in the caption");
+}
+
+#[test]
+fn every_figure_is_drawn_for_a_desk_and_for_a_telephone() {
+    let page = made();
+    let drawings = page.matches("<svg viewBox=\"0 0 720 ").count();
+    assert_eq!(drawings, 3, "growth, excitation, time");
+    assert_eq!(page.matches("<svg viewBox=\"0 0 360 ").count(), drawings);
+    assert!(!page.contains("NaN") && !page.contains("inf "), "every place is a number");
+}
+
+#[test]
+fn a_report_is_a_page_and_its_raw_figures() {
+    let folder = tempfile::tempdir().unwrap();
+    let experiment = experiment();
+    let outcomes = [outcome(&experiment, 1), outcome(&experiment, 2)];
+    let section = Section { told: &experiment.told, groups: vec![group(&experiment, &outcomes)] };
+    let written = write(&folder.path().join("new/report"), &[section], &facts()).unwrap();
+    let beside = |name: &str| std::fs::read_to_string(written.with_file_name(name)).unwrap();
+    assert_eq!(std::fs::read_to_string(&written).unwrap(), made());
+    let steps = beside("exp1-s1.steps.csv");
+    assert_eq!(steps.lines().count(), 1 + 2 * trace().rows.len());
+    assert!(steps.contains(r#""first <touches> & ""more""""#), "texts are quoted");
+    let trials = beside("exp1-s1.trials.csv");
+    assert!(trials.ends_with(",2,\"first <touches> & \"\"more\"\"\",1,17,20,true,4,20,true\n"), "{trials}");
+    let runs: Vec<serde_json::Value> =
+        beside("runs.jsonl").lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(runs.iter().map(|run| run["seed"].as_u64()).collect::<Vec<_>>(), [Some(1), Some(2)]);
+    assert!(beside("comparison.csv").contains("exp1-s1,,schemas,227,228,228,228,2,"));
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_said_before_anything_is_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "mine").unwrap();
+    let error = prepare(&file).unwrap_err().to_string();
+    assert!(error.contains("cannot create") && error.contains("file"), "{error}");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "mine");
+}
+
+#[test]
+fn names_become_parts_of_file_names() {
+    assert_eq!(file_name("exp1-s1"), "exp1-s1");
+    assert_eq!(file_name("../mine & yours"), "___mine___yours");
+    assert_eq!(file_name(""), "experiment");
+}

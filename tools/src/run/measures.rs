@@ -1,0 +1,150 @@
+//! What a curriculum's `[[experiment.measure]]` tables ask to be read off a run.
+
+use pschema_protocol::inspect::{Answer, Report, Request, SchemaQuery, StageSummary};
+use pschema_server::config::{self, Of};
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::learner::{Asks, ask_for};
+
+use super::figures::placements;
+use super::trace::Trace;
+
+/// One figure read off a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Measure {
+    /// What it is, for people.
+    pub(crate) name: String,
+    /// Its value; none where there is nothing to read it off.
+    pub(crate) value: Option<f64>,
+    /// What the paper says of it.
+    pub(crate) published: Option<String>,
+    /// How it is shown.
+    #[serde(skip)]
+    pub(crate) unit: Unit,
+    /// Why ours differs from what the paper says.
+    #[serde(skip)]
+    pub(crate) why: Option<String>,
+}
+
+/// How a figure is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Unit {
+    /// A whole number, or half of one.
+    #[default]
+    Count,
+    /// A share, shown in percent.
+    Share,
+    /// Microseconds.
+    Microseconds,
+}
+
+/// Everything that measures are read off.
+pub(crate) struct Read<'a> {
+    pub(crate) told: &'a config::Experiment,
+    pub(crate) report: &'a Report,
+    pub(crate) trace: &'a Trace,
+}
+
+impl Read<'_> {
+    /// All that the experiment asks for.
+    pub(crate) fn measures(&self, asked: &mut impl Asks) -> Result<Vec<Measure>, Failure> {
+        self.told.measures.iter().map(|measure| self.measure(measure, asked)).collect()
+    }
+
+    fn measure(&self, wanted: &config::Measure, asked: &mut impl Asks) -> Result<Measure, Failure> {
+        let report = self.report;
+        let count = |n: u32| Some(f64::from(n));
+        let (value, unit) = match wanted.of {
+            Of::SchemasTotal => (count(report.schemas_total), Unit::Count),
+            Of::SchemasGeneralised => (count(report.schemas_generalised), Unit::Count),
+            Of::CounterExamples => {
+                (self.sum(&wanted.stages, |stage| stage.counter_examples_new.into()), Unit::Count)
+            }
+            Of::Placements => (count(placements(&report.stages)), Unit::Count),
+            Of::PlacementsAll => {
+                let learning = report.stages.iter().filter(|stage| stage.learning);
+                (count(learning.map(|stage| stage.trials).sum()), Unit::Count)
+            }
+            Of::Actions => (self.sum(&wanted.stages, |stage| stage.actions), Unit::Count),
+            Of::SchemasNew => (self.sum(&wanted.stages, |stage| stage.schemas_new.into()), Unit::Count),
+            Of::MetShare => (self.share(&wanted.stages, |stage| stage.trials_met), Unit::Share),
+            Of::FirstTryShare => (self.share(&wanted.stages, |stage| stage.trials_met_first), Unit::Share),
+            Of::ActionsToMet => (self.actions_to_met(&wanted.stages), Unit::Count),
+            Of::TouchingShare => (self.touching_share(&wanted.stages), Unit::Share),
+            Of::Precision => {
+                let met = |names: &[String]| self.total(names, |stage| stage.trials_met);
+                let (right, wrong) = (met(&wanted.stages), met(&wanted.against));
+                (ratio(right, right + wrong), Unit::Share)
+            }
+            Of::Schemas => (Some(schemas(wanted, asked)?), Unit::Count),
+            Of::StepUsP99 => (Some(report.step_latency_us_p99), Unit::Microseconds),
+        };
+        let (name, published, why) = (wanted.name.clone(), wanted.published.clone(), wanted.why.clone());
+        Ok(Measure { name, value, published, unit, why })
+    }
+
+    /// The stages of these names; those that only measure when none is named.
+    fn measuring<'a>(&'a self, names: &'a [String]) -> impl Iterator<Item = &'a StageSummary> {
+        let stages = self.report.stages.iter();
+        stages
+            .filter(move |stage| if names.is_empty() { !stage.learning } else { names.contains(&stage.name) })
+    }
+
+    fn total(&self, names: &[String], of: fn(&StageSummary) -> u32) -> u32 {
+        self.measuring(names).map(of).sum()
+    }
+
+    fn share(&self, names: &[String], of: fn(&StageSummary) -> u32) -> Option<f64> {
+        ratio(self.total(names, of), self.total(names, |stage| stage.trials))
+    }
+
+    /// Over the stages of these names, or all when none is named; none when there is none of them.
+    fn sum(&self, names: &[String], of: fn(&StageSummary) -> u64) -> Option<f64> {
+        let stages = self.report.stages.iter();
+        let mut asked = stages.filter(|stage| names.is_empty() || names.contains(&stage.name)).peekable();
+        asked.peek()?;
+        #[expect(clippy::cast_precision_loss, reason = "counts far below 2^52")]
+        Some(asked.map(of).sum::<u64>() as f64)
+    }
+
+    /// The median.
+    fn actions_to_met(&self, names: &[String]) -> Option<f64> {
+        let at = |index: usize| self.trace.stages.get(index).is_some_and(|name| names.contains(name));
+        let met = self.trace.trials().into_iter().filter(|trial| trial.met == Some(true) && at(trial.stage));
+        #[expect(clippy::cast_precision_loss, reason = "counts far below 2^52")]
+        let actions = met.map(|trial| trial.actions as f64).collect();
+        crate::render::statistics::median(actions)
+    }
+}
+
+impl Read<'_> {
+    fn touching_share(&self, names: &[String]) -> Option<f64> {
+        let at = |stage: usize| self.trace.stages.get(stage).is_some_and(|name| names.contains(name));
+        let rows = self.trace.rows.iter().filter(|row| names.is_empty() || at(row.stage));
+        let decided = rows.filter_map(|row| row.decision.as_ref());
+        let (touching, all) = decided.fold((0_u32, 0_u32), |(touching, all), decision| {
+            (touching + u32::from(decision.touching), all.saturating_add(1))
+        });
+        ratio(touching, all)
+    }
+}
+
+fn ratio(part: u32, whole: u32) -> Option<f64> {
+    (whole > 0).then(|| f64::from(part) / f64::from(whole))
+}
+
+/// How many schemas there are with these conditions.
+fn schemas(wanted: &config::Measure, asked: &mut impl Asks) -> Result<f64, Failure> {
+    let mut matching = |post: Option<&String>| {
+        let query =
+            SchemaQuery { pre: wanted.pre.clone(), post: post.cloned(), limit: 1, ..SchemaQuery::default() };
+        ask_for!(asked, &Request::Schemas(query), Answer::Schemas).map(|list| list.matching)
+    };
+    let all = matching(wanted.post.as_ref())?;
+    let except = match &wanted.except_post {
+        Some(post) => matching(Some(post))?,
+        None => 0,
+    };
+    Ok(f64::from(all.saturating_sub(except)))
+}
