@@ -15,7 +15,7 @@ use super::stage::{WrittenStage, checked_stage};
 use super::{ConfigError, Mistake, Source, read};
 
 /// The curricula that come with the daemon: names and texts.
-pub const BUILT_IN: [(&str, &str); 8] = [
+pub const BUILT_IN: [(&str, &str); 11] = [
     ("free", include_str!("../../curricula/free.toml")),
     ("exp1-s1", include_str!("../../curricula/exp1-s1.toml")),
     ("exp1-s1-narrow", include_str!("../../curricula/exp1-s1-narrow.toml")),
@@ -24,6 +24,9 @@ pub const BUILT_IN: [(&str, &str); 8] = [
     ("exp2", include_str!("../../curricula/exp2.toml")),
     ("exp2-noise", include_str!("../../curricula/exp2-noise.toml")),
     ("habituation", include_str!("../../curricula/habituation.toml")),
+    ("ablations", include_str!("../../curricula/ablations.toml")),
+    ("ablations-timed", include_str!("../../curricula/ablations-timed.toml")),
+    ("ablations-unstaged", include_str!("../../curricula/ablations-unstaged.toml")),
 ];
 
 const STAGES_MAX: usize = 256;
