@@ -20,13 +20,14 @@ pub enum ClientError {
 }
 
 impl ClientError {
-    /// Whether there is no daemon to ask: none was started, or it has gone.
+    /// Whether there is no daemon to ask: none was started, it is only just starting, or it has gone.
     #[must_use]
     pub fn is_no_daemon(&self) -> bool {
         matches!(
             self,
             Self::Transport(
-                TransportError::Domain(DomainError::NotServed { .. }) | TransportError::DaemonGone
+                TransportError::Domain(DomainError::NotServed { .. } | DomainError::Starting { .. })
+                    | TransportError::DaemonGone
             )
         )
     }
@@ -53,11 +54,13 @@ impl Client {
         loop {
             match ToolLink::connect(place) {
                 Ok(link) => return Ok(Self { link, timeout }),
-                // It has its lock and record, but not all of its services yet; or a dead tool's place is
+                // It was replaced just now, or has not opened all of its epoch yet; or a dead tool's place is
                 // not cleaned up yet.
-                Err(TransportError::Setup { .. } | TransportError::Full { .. })
-                    if start.elapsed() < timeout.min(Duration::from_secs(1)) =>
-                {
+                Err(
+                    TransportError::Domain(DomainError::Starting { .. })
+                    | TransportError::Setup { .. }
+                    | TransportError::Full { .. },
+                ) if start.elapsed() < timeout.min(Duration::from_secs(1)) => {
                     std::thread::sleep(RETRY_EVERY);
                 }
                 Err(error) => return Err(error.into()),

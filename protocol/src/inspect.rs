@@ -3,10 +3,12 @@
 //! their units.
 
 mod goals;
+mod stage;
 
 use serde::{Deserialize, Serialize};
 
 pub use goals::*;
+pub use stage::*;
 
 /// A question or an order from a tool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -164,6 +166,12 @@ pub struct Status {
     /// What it is doing: `acting`, `saturated`, `habituating`, `held`, `finished`, `waiting for a body`, or
     /// why it is stuck.
     pub stage_state: String,
+    /// How near the stage is to saturation; none where it does not end so, or the curriculum is over.
+    pub saturation: Option<SaturationStatus>,
+    /// What the stage asks of its schemas once it is saturated; none where it asks nothing, or the curriculum is over.
+    pub habituation: Option<HabituationStatus>,
+    /// The present trial; none where the stage has none, or the curriculum is over.
+    pub trial: Option<TrialStatus>,
     /// Schemas in memory.
     pub schemas_total: u32,
     /// Those with constants only.

@@ -34,7 +34,7 @@ pub struct ServerArgs {
     pub curriculum: String,
 
     /// Replace what the curriculum says: `learner.PARAMETER=VALUE`, or `values.NAME=NUMBER` for a number that it
-    /// names in its [values]. May be given several times.
+    /// names in its `[values]`. May be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
 }

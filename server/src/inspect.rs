@@ -4,6 +4,7 @@
 mod explain;
 mod goals;
 mod schemas;
+mod stage;
 mod text;
 mod trace;
 
@@ -74,6 +75,9 @@ fn status(view: &View) -> Status {
         curriculum: view.curriculum.name.clone(),
         stage: stage_name(view),
         stage_state: view.state.clone(),
+        saturation: stage::saturation(view),
+        habituation: stage::habituation(view),
+        trial: stage::trial(view),
         schemas_total: total,
         schemas_concrete: concrete,
         schemas_generalised: generalised,

@@ -320,7 +320,7 @@ pub(crate) enum StageCommand {
     not whether they agree.")]
 pub(crate) struct ExperimentArgs {
     /// Which experiment: a built-in one (an unknown name lists them), a curriculum file of your own with an
-    /// [experiment] table, or `all`
+    /// `[experiment]` table, or `all`
     #[arg(value_name = "NAME|FILE|all")]
     pub(crate) experiment: String,
     /// Everything drawn by lot follows from it [default: 1]

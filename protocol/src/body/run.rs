@@ -163,11 +163,13 @@ impl<B: Body> Run<'_, B> {
     /// Whether a failed try to attach is worth another.
     fn attach_again(&self, error: TransportError, waited: Duration) -> Result<(), RunError> {
         match error {
-            TransportError::Domain(DomainError::NotServed { .. }) => tracing::debug!("no daemon yet"),
+            TransportError::Domain(DomainError::NotServed { .. } | DomainError::Starting { .. }) => {
+                tracing::debug!("no daemon yet");
+            }
             TransportError::DaemonGone | TransportError::TimedOut { .. } => {
                 tracing::debug!(%error, "not attached")
             }
-            // A daemon that is just starting, or the place of a body that has just died.
+            // A daemon that was just replaced, or the place of a body that has just died.
             TransportError::Setup { .. } | TransportError::Full { .. } if waited < UNWILLING_GRACE => {
                 tracing::debug!(%error, "not attached");
             }

@@ -63,6 +63,14 @@ pub enum DomainError {
         /// The runtime directory looked in.
         runtime: PathBuf,
     },
+    /// The learner's daemon is not ready yet.
+    #[error("the daemon of learner {name}, process {pid}, is only just starting: try again in a moment")]
+    Starting {
+        /// The learner.
+        name: String,
+        /// The daemon's process.
+        pid: u32,
+    },
     /// The daemon speaks another version of the protocol.
     #[error(
         "the daemon of learner {name} speaks protocol version {theirs}, this process version {ours}: use one release"
@@ -176,7 +184,8 @@ impl Place {
     ///
     /// # Errors
     /// [`DomainError::NotServed`] when there is none; [`DomainError::Version`] when its daemon is of another
-    /// release; else what is wrong with its record.
+    /// release; [`DomainError::Starting`] when its daemon has not opened all of it yet; else what is wrong with
+    /// its record.
     pub fn served(&self) -> Result<DomainRecord, DomainError> {
         let path = self.record_path();
         let record = match DomainRecord::read(&path) {
@@ -195,6 +204,11 @@ impl Place {
                 theirs: record.protocol,
                 ours: crate::wire::VERSION,
             });
+        }
+        // Its services come one by one, and each before the daemon's port on it: a request sent in between
+        // reaches nobody, which looks just like a daemon that has gone.
+        if !record.ready {
+            return Err(DomainError::Starting { name: self.learner.to_string(), pid: record.pid });
         }
         Ok(record)
     }
@@ -291,6 +305,15 @@ impl OwnedDomain {
     #[must_use]
     pub fn record(&self) -> &DomainRecord {
         &self.record
+    }
+
+    /// Tells bodies and tools that they can connect.
+    ///
+    /// # Errors
+    /// What the operating system said when the record could not be written.
+    pub(crate) fn announce(&mut self) -> Result<(), DomainError> {
+        self.record.ready = true;
+        self.record.write(&self.place.record_path())
     }
 }
 

@@ -19,13 +19,18 @@ pub struct DomainRecord {
     /// What every name of the epoch in `/dev/shm` begins with: `ps`, ten random hexadecimal digits, `-`. Two
     /// records of one prefix are of one epoch.
     pub prefix: String,
+    /// Whether the epoch can be used: all services are there, and the daemon's ports on them.
+    pub ready: bool,
 }
 
 /// More than any record has.
 const RECORD_BYTES_MAX: u64 = 1024;
+/// What a record's state can be.
+const STARTING: &str = "starting";
+const READY: &str = "ready";
 
 impl DomainRecord {
-    /// The epoch of this process after `before`.
+    /// The epoch of this process after `before`, not ready yet.
     pub(super) fn next(before: Option<&Self>) -> Self {
         // The standard library seeds each of these from the operating system.
         let random = RandomState::new().hash_one(std::process::id());
@@ -34,14 +39,18 @@ impl DomainRecord {
             epoch: before.map_or(0, |before| before.epoch).saturating_add(1),
             pid: std::process::id(),
             prefix: format!("ps{:010x}-", random & 0xff_ffff_ffff),
+            ready: true,
         }
     }
 
     pub(super) fn write(&self, path: &Path) -> Result<(), DomainError> {
         let temporary = path.with_extension("new");
         let mut file = runtime::private_file(&temporary)?;
-        let Self { protocol, epoch, pid, prefix } = self;
-        let text = format!("protocol = {protocol}\nepoch = {epoch}\npid = {pid}\nprefix = {prefix}\n");
+        let Self { protocol, epoch, pid, prefix, ready } = self;
+        let state = if *ready { READY } else { STARTING };
+        let text = format!(
+            "protocol = {protocol}\nepoch = {epoch}\npid = {pid}\nprefix = {prefix}\nstate = {state}\n"
+        );
         file.set_len(0).map_err(io("write", &temporary))?;
         file.write_all(text.as_bytes()).map_err(io("write", &temporary))?;
         fs::rename(&temporary, path).map_err(io("rename", &temporary))
@@ -67,11 +76,17 @@ fn parse(text: &str) -> Result<DomainRecord, String> {
     if !is_prefix(prefix) {
         return Err(format!("its prefix {prefix:?} is not one"));
     }
+    let ready = match field("state")? {
+        READY => true,
+        STARTING => false,
+        other => return Err(format!("its state {other:?} is neither {STARTING} nor {READY}")),
+    };
     Ok(DomainRecord {
         protocol: small("protocol")?,
         epoch: number("epoch")?,
         pid: small("pid")?,
         prefix: prefix.to_owned(),
+        ready,
     })
 }
 
@@ -93,12 +108,16 @@ mod tests {
         assert!(is_prefix(&record.prefix), "{record:?}");
         record.write(&path).unwrap();
         assert_eq!(DomainRecord::read(&path).unwrap(), record);
+        let ready = DomainRecord { ready: true, ..record.clone() };
+        ready.write(&path).unwrap();
+        assert_eq!(DomainRecord::read(&path).unwrap(), ready);
         assert_eq!(DomainRecord::next(Some(&record)).epoch, 2);
         assert_ne!(DomainRecord::next(Some(&record)).prefix, record.prefix);
         let damages = [
             ("pid = ", "pidd = ", "it has no pid"),
             ("prefix = ps", "prefix = ../", "is not one"),
             ("epoch = 1", "epoch = one", "no number"),
+            ("state = ready", "state = read", "neither starting nor ready"),
         ];
         for (from, to, complaint) in damages {
             let text = fs::read_to_string(&path).unwrap().replace(from, to);

@@ -46,9 +46,10 @@ impl BodyLink {
     /// Introduces the body to the daemon that serves `place` now.
     ///
     /// # Errors
-    /// [`TransportError::Domain`] when none serves it, [`TransportError::Full`] when it has its number of
-    /// bodies, [`TransportError::Refused`] with its reason, [`TransportError::Setup`] when it is only just
-    /// starting, [`TransportError::Stopped`] when `stop` was set.
+    /// [`TransportError::Domain`] when none serves it or it is only just starting, [`TransportError::Full`] when
+    /// it has its number of bodies, [`TransportError::Refused`] with its reason, [`TransportError::Setup`] when
+    /// iceoryx2 refuses, as it does when the daemon ends or is replaced meanwhile, [`TransportError::Stopped`]
+    /// when `stop` was set.
     pub fn attach(
         place: &Place,
         description: &Description,

@@ -97,7 +97,7 @@ impl ServerTransport {
     /// # Errors
     /// [`TransportError::SharedMemory`] when there is not enough of it, [`TransportError::Setup`] when
     /// iceoryx2 refuses.
-    pub fn create(domain: OwnedDomain) -> Result<Self, TransportError> {
+    pub fn create(mut domain: OwnedDomain) -> Result<Self, TransportError> {
         let (place, record) = (domain.place(), domain.record());
         let node = services::node::<Ipc>(place, record, "daemon")?;
         let wake_daemon = services::wake_daemon(&node, Role::Daemon)?;
@@ -117,6 +117,8 @@ impl ServerTransport {
         let frames = frames.create().map_err(setup("create the frame server"))?;
         let janitor = Janitor::start(place, record)?;
         reserve(&record.prefix, None)?;
+        // Last: whoever connects now finds every port.
+        domain.announce()?;
         Ok(Self {
             attach,
             frames,

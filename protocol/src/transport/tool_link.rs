@@ -34,8 +34,9 @@ impl ToolLink {
     /// Connects to the daemon that serves `place` now.
     ///
     /// # Errors
-    /// [`TransportError::Domain`] when none serves it, [`TransportError::Full`] when it has its number of
-    /// tools, [`TransportError::Setup`] when it is only just starting.
+    /// [`TransportError::Domain`] when none serves it or it is only just starting, [`TransportError::Full`] when
+    /// it has its number of tools, [`TransportError::Setup`] when iceoryx2 refuses, as it does when the daemon
+    /// ends or is replaced meanwhile.
     pub fn connect(place: &Place) -> Result<Self, TransportError> {
         let record = place.served()?;
         let base = PeerBase::open(place, &record, "tool")?;
@@ -152,6 +153,53 @@ impl Assembly {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::client::Client;
+    use crate::domain::{LearnerName, OwnedDomain, RuntimeDir};
+    use crate::transport::server::{Incoming, ServerTransport};
+
+    /// A daemon makes a service, and then its port on it. Who asked in between was told that it had gone.
+    #[test]
+    fn a_daemon_that_is_only_just_starting_is_waited_for() {
+        let directory = tempfile::Builder::new().prefix("ps").tempdir_in("/tmp").unwrap();
+        let runtime = RuntimeDir::at(&directory.path().join("run")).unwrap();
+        let place = Place::new(runtime, LearnerName::new("starting").unwrap());
+        let domain = OwnedDomain::create(place.clone()).unwrap();
+
+        let node = services::node::<services::Ipc>(&place, domain.record(), "daemon").unwrap();
+        let wake_daemon = services::wake_daemon(&node, Role::Daemon).unwrap();
+        let wake_peers = services::wake_peers(&node, Role::Daemon).unwrap();
+        let tools = services::tools(&node, Role::Daemon).unwrap();
+        let asked =
+            Client::connect(&place, Duration::from_millis(30)).and_then(|mut one| one.request(b"early"));
+        let error = asked.unwrap_err();
+        assert!(error.is_no_daemon() && error.to_string().contains("only just starting"), "{error}");
+        drop((tools, wake_peers, wake_daemon, node));
+
+        let answer = std::thread::scope(|scope| {
+            let asking = scope.spawn(|| {
+                let start = Instant::now();
+                let mut client = loop {
+                    match Client::connect(&place, Duration::from_secs(20)) {
+                        Err(error) if error.is_no_daemon() && start.elapsed().as_secs() < 20 => {}
+                        client => break client,
+                    }
+                };
+                let answer = client.as_mut().map(|client| client.request(b"asked").unwrap());
+                answer.map_err(|error| error.to_string())
+            });
+            let mut transport = ServerTransport::create(domain).unwrap();
+            while !asking.is_finished() {
+                transport.wait(Duration::from_millis(10));
+                transport.poll(&mut |incoming| {
+                    if let Incoming::Request { bytes, reply } = incoming {
+                        reply.answer(bytes);
+                    }
+                });
+            }
+            asking.join().unwrap()
+        });
+        assert_eq!(answer.unwrap(), b"asked");
+    }
 
     fn page(number: u32, pages: u32, length: u32) -> Page {
         let bytes = [u8::try_from(number).unwrap(); PAGE_BYTES];

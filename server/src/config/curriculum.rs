@@ -47,7 +47,7 @@ struct WrittenCurriculum {
     /// Numbers that its stages name, so that a run can be repeated with others.
     #[serde(default)]
     values: BTreeMap<String, f64>,
-    /// What makes it an experiment, which is read by [`super::experiment`] and means nothing to the learner.
+    /// What makes it an experiment, which is read by [`super::experiment()`] and means nothing to the learner.
     #[serde(default, rename = "experiment")]
     _experiment: IgnoredAny,
 }

@@ -64,6 +64,15 @@ fn a_status() -> Status {
         curriculum: "exp1-s1".to_owned(),
         stage: "probe".to_owned(),
         stage_state: "acting".to_owned(),
+        saturation: None,
+        habituation: None,
+        trial: Some(TrialStatus {
+            trial: 12,
+            trials_wanted: 97,
+            open: true,
+            actions: 1,
+            actions_max: Some(5),
+        }),
         schemas_total: 228,
         schemas_concrete: 227,
         schemas_generalised: 1,
@@ -219,6 +228,37 @@ fn status_as_table_and_json() {
     let mut alone = a_status();
     alone.bodies.clear();
     assert!(status::status(&alone).contains("pschema sim"), "says how to get a body");
+}
+
+/// Motor babbling, after so many quiet actions of five, with so many schemas left to habituate to.
+fn babbling(quiet_actions: u32, habituation_left: Option<u32>) -> Status {
+    let state = if habituation_left.is_some() { "habituating" } else { "acting" };
+    Status {
+        stage: "motor babbling".to_owned(),
+        stage_state: state.to_owned(),
+        saturation: Some(SaturationStatus { quiet_actions, quiet_actions_wanted: 5, saturation_below: 1.0 }),
+        habituation: Some(HabituationStatus { habituation_left, executions_min: 40, interval_max: 0.2 }),
+        trial: None,
+        ..a_status()
+    }
+}
+
+#[test]
+fn saturation_and_habituation_as_table_and_json() {
+    check("status-acting.txt", &status::status(&babbling(3, None)));
+    check_json("status-acting.json", &babbling(3, None));
+    check("status-habituating.txt", &status::status(&babbling(5, Some(112))));
+    check_json("status-habituating.json", &babbling(5, Some(112)));
+    let mut once = babbling(5, Some(1));
+    once.habituation =
+        Some(HabituationStatus { habituation_left: Some(1), executions_min: 1, interval_max: 0.0 });
+    once.trial = Some(TrialStatus { trial: 0, trials_wanted: 2, open: false, actions: 0, actions_max: None });
+    let told = status::status(&once);
+    assert!(told.contains("1 schema of this stage left to be executed once\n"), "{told}");
+    assert!(told.contains("none yet of 2"), "{told}");
+    once.trial = Some(TrialStatus { trial: 2, trials_wanted: 2, open: false, actions: 3, actions_max: None });
+    let told = status::status(&once);
+    assert!(told.contains("2 of 2, over after 3 actions\n"), "{told}");
 }
 
 #[test]

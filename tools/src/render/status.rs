@@ -1,6 +1,8 @@
 //! `status` and `stage` for people.
 
-use pschema_protocol::inspect::{BodyStatus, Report, Status};
+use pschema_protocol::inspect::{
+    BodyStatus, HabituationStatus, Report, SaturationStatus, Status, TrialStatus,
+};
 
 use super::goals;
 use super::schema::wrapped;
@@ -14,6 +16,15 @@ pub(crate) fn status(s: &Status) -> String {
     fact("learner", format!("{}: process {}, up {}", plain(&s.name), s.pid, duration(s.uptime_s)));
     fact("step", format!("{}, {}", s.step, durability(s)));
     fact("stage", format!("{} ({}) of {}", plain(&s.stage), plain(&s.stage_state), plain(&s.curriculum)));
+    if let Some(told) = &s.trial {
+        fact("trial", trial(told));
+    }
+    if let Some(told) = &s.saturation {
+        fact("saturation", saturation(told, s.excitation_top));
+    }
+    if let Some(told) = &s.habituation {
+        fact("habituation", habituation(told));
+    }
     let (concrete, generalised) = (s.schemas_concrete, s.schemas_generalised);
     fact("schemas", format!("{}: {concrete} concrete, {generalised} generalised", s.schemas_total));
     fact(
@@ -31,6 +42,45 @@ pub(crate) fn status(s: &Status) -> String {
     let world: Vec<_> = s.world.iter().map(|o| plain(o)).collect();
     fact("perceived", if world.is_empty() { "nothing".to_owned() } else { world.join(" ") });
     format!("{}\n{}", facts.text(&[0]), bodies(&s.bodies))
+}
+
+/// `2 of 3, after 4 actions of at most 20`.
+fn trial(t: &TrialStatus) -> String {
+    let most = t.actions_max.map_or(String::new(), |max| format!(" of at most {max}"));
+    let actions = format!("{}{most}", count(t.actions, "action"));
+    match (t.trial, t.open) {
+        (0, _) => format!("none yet of {}", t.trials_wanted),
+        (trial, true) => format!("{trial} of {}, after {actions}", t.trials_wanted),
+        (trial, false) => format!("{trial} of {}, over after {actions}", t.trials_wanted),
+    }
+}
+
+/// How near saturation is, and what the last decision says of it.
+fn saturation(s: &SaturationStatus, top: f64) -> String {
+    let (quiet, wanted, below) = (s.quiet_actions, s.quiet_actions_wanted, s.saturation_below);
+    if quiet >= wanted {
+        return format!("reached: {} in a row brought nothing new or exciting", count(quiet, "action"));
+    }
+    format!(
+        "{quiet} of {wanted} quiet actions in a row: no new schema, and an excitation below {below:.2} (it was {top:.2} \
+         at the last decision)"
+    )
+}
+
+/// What is still to be tried before the next constraint is lifted.
+fn habituation(h: &HabituationStatus) -> String {
+    let times = match h.executions_min {
+        1 => "once".to_owned(),
+        times => format!("{times} times"),
+    };
+    let known = match h.interval_max {
+        width if width > 0.0 => format!(", or known to an interval of {width:.2}"),
+        _ => String::new(),
+    };
+    match h.habituation_left {
+        None => format!("follows saturation: each schema of this stage is to be executed {times}{known}"),
+        Some(left) => format!("{} of this stage left to be executed {times}{known}", count(left, "schema")),
+    }
 }
 
 fn durability(s: &Status) -> String {

@@ -13,7 +13,7 @@ use pschema_server::config;
 use tempfile::TempDir;
 
 use crate::failure::Failure;
-use crate::learner::{Asks, Learner, ask_for};
+use crate::learner::{Learner, ask_for};
 use crate::render::words::plain;
 
 use super::child::{Child, private_name};
@@ -37,7 +37,7 @@ const STALLED_AFTER: Duration = Duration::from_secs(60);
 /// A running pair. Fields are dropped in this order: the tool leaves, then the body, then the daemon; what
 /// is left of the directory goes last.
 pub(crate) struct Pair {
-    learner: Own,
+    learner: Learner,
     body: Child,
     daemon: Child,
     _directory: TempDir,
@@ -60,7 +60,6 @@ impl Pair {
         let body = arguments("sim", condition.body(seed));
         let mut body = Child::start("body", directory.path(), body)?;
         let learner = connect(&place, &mut daemon, &mut body, stop)?;
-        let learner = Own { learner, place };
         Ok(Self { learner, body, daemon, _directory: directory, started })
     }
 
@@ -98,7 +97,7 @@ impl Pair {
     fn follow(
         &mut self,
         stop: &Stop,
-        mut seen: impl FnMut(&Report, &mut Own) -> Result<(), Failure>,
+        mut seen: impl FnMut(&Report, &mut Learner) -> Result<(), Failure>,
     ) -> Result<Report, Failure> {
         let mut moved = (0, Instant::now());
         loop {
@@ -134,26 +133,6 @@ impl Pair {
                 return found;
             }
             thread::sleep(Duration::from_millis(5));
-        }
-    }
-}
-
-/// The connection to a pair's own daemon. Questions change nothing, so one that was lost is asked once more over a new
-/// connection; if the daemon has really gone, that fails as well.
-struct Own {
-    learner: Learner,
-    place: Place,
-}
-
-impl Asks for Own {
-    fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
-        match self.learner.ask(request) {
-            Err(Failure::NoDaemon(problem)) => {
-                tracing::warn!(%problem, "asking once more over a new connection");
-                self.learner = Learner::connect_at(&self.place)?;
-                self.learner.ask(request)
-            }
-            answered => answered,
         }
     }
 }

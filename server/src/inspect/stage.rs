@@ -1,0 +1,76 @@
+//! How near the present stage is to its end: saturation (paper, II-F), habituation (II-G) and trials.
+
+use pschema_learner::curriculum::{Habituation, Stage};
+use pschema_learner::schema::Schema;
+use pschema_learner::world_state::WorldState;
+use pschema_protocol::inspect::{HabituationStatus, SaturationStatus, TrialStatus};
+
+use crate::mind::View;
+
+/// The stage that is gone through; none once the curriculum is over.
+fn present(view: &View) -> Option<&Stage> {
+    let progress = &view.content.progress;
+    view.curriculum.stages.get(progress.stage).filter(|_| !progress.finished)
+}
+
+/// How near the stage is to saturation, if it ends so.
+pub(super) fn saturation(view: &View) -> Option<SaturationStatus> {
+    let rule = present(view)?.saturation.as_ref()?;
+    Some(SaturationStatus {
+        quiet_actions: view.content.progress.quiet_actions,
+        quiet_actions_wanted: rule.actions,
+        saturation_below: rule.excitation_below,
+    })
+}
+
+/// What the stage asks of its schemas, if it asks anything. Only saturation leads to it.
+pub(super) fn habituation(view: &View) -> Option<HabituationStatus> {
+    let stage = present(view)?;
+    let rule = stage.habituation.as_ref().filter(|_| stage.saturation.is_some())?;
+    let left = view.content.progress.habituating.then(|| left(view, rule)).flatten();
+    Some(HabituationStatus {
+        habituation_left: left,
+        executions_min: rule.executions_min,
+        interval_max: rule.interval_max,
+    })
+}
+
+/// Schemas of the stage that the student can execute here and that are not yet known well enough.
+fn left(view: &View, rule: &Habituation) -> Option<u32> {
+    let content = &view.content;
+    let (body, perceived) = view.host.perceived.as_ref()?;
+    let known = content.vocabulary.bodies().get(usize::from(body.0))?;
+    let first_step = content.progress.report()?.first_step;
+    if content.progress.student != Some(*body) {
+        return None;
+    }
+    let world = WorldState::new(perceived.iter().cloned());
+    let executable = |schema: &Schema| {
+        schema.concrete().is_some_and(|concrete| {
+            known.repertoire.contains(&concrete.action)
+                && world.satisfies(concrete.pre.iter().map(|id| content.observation(*id)))
+        })
+    };
+    let wanting = |schema: &&Schema| {
+        let (low, high) = schema.executions.interval();
+        schema.created_step >= first_step
+            && schema.executions.trials < rule.executions_min
+            && high - low > rule.interval_max
+            && executable(schema)
+    };
+    u32::try_from(content.schemas.iter().filter(wanting).count()).ok()
+}
+
+/// The trial under way or over last, if the stage has any.
+pub(super) fn trial(view: &View) -> Option<TrialStatus> {
+    let stage = present(view).filter(|stage| stage.trials > 0)?;
+    let progress = &view.content.progress;
+    let trial = progress.report().map_or(0, |report| report.trials);
+    Some(TrialStatus {
+        trial,
+        trials_wanted: stage.trials,
+        open: progress.trial_open,
+        actions: if trial == 0 { 0 } else { progress.trial_actions },
+        actions_max: (stage.trial_actions_max > 0).then_some(stage.trial_actions_max),
+    })
+}
