@@ -39,7 +39,7 @@ impl DomainRecord {
             epoch: before.map_or(0, |before| before.epoch).saturating_add(1),
             pid: std::process::id(),
             prefix: format!("ps{:010x}-", random & 0xff_ffff_ffff),
-            ready: true,
+            ready: false,
         }
     }
 

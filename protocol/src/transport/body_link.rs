@@ -9,7 +9,7 @@ use super::payload::{write_frame, write_hello};
 use super::reserve::reserve;
 use super::services::{self, FrameClient, Ipc, Role};
 use super::waker::{PeerBase, ROUSED};
-use super::{SPIN, TransportError, setup};
+use super::{SPIN, TransportError, has_gone, setup};
 use crate::decode::{self, CheckedWelcome};
 use crate::description::Description;
 use crate::domain::{DomainRecord, Place};
@@ -93,7 +93,7 @@ impl BodyLink {
             if start.elapsed() > WELCOME_PATIENCE {
                 return Err(TransportError::TimedOut { waited: WELCOME_PATIENCE });
             }
-            if !self.is_current() || !(pending.is_connected() || pending.has_response()) {
+            if has_gone(|| pending.is_connected(), || self.is_current(), || pending.has_response()) {
                 return Err(TransportError::DaemonGone);
             }
             // An error is a signal, and the loop looks again.
@@ -142,7 +142,7 @@ impl BodyLink {
                     return Err(TransportError::Stopped);
                 }
             }
-            if !pending.is_connected() || !self.is_current() {
+            if has_gone(|| pending.is_connected(), || self.is_current(), || pending.has_response()) {
                 return Err(TransportError::DaemonGone);
             }
         }

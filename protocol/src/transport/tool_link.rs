@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::reserve::reserve;
 use super::services::{self, Role, ToolClient};
 use super::waker::PeerBase;
-use super::{SPIN, TransportError, setup};
+use super::{SPIN, TransportError, has_gone, setup};
 use crate::decode;
 use crate::domain::{DomainRecord, Place};
 use crate::limits::{PAGE_BYTES, PAGES_MAX, REQUEST_BYTES_MAX, TOOLS_MAX};
@@ -77,9 +77,7 @@ impl ToolLink {
                 std::hint::spin_loop();
                 continue;
             }
-            // Asked before looking for the answer once more: the daemon may answer and leave.
-            let gone = !pending.is_connected() && !pending.has_response();
-            if gone || !self.is_current() {
+            if has_gone(|| pending.is_connected(), || self.is_current(), || pending.has_response()) {
                 return Err(TransportError::DaemonGone);
             }
             if progress.elapsed() >= timeout {
