@@ -29,7 +29,7 @@ pub struct ServerArgs {
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
 
-    /// A built-in curriculum (free, exp1-s1, exp1-s1-narrow, exp1-s2), or a file with one.
+    /// A built-in curriculum (free, or that of an experiment, such as exp1-s1), or a file with one.
     #[arg(long, value_name = "NAME|FILE", default_value = "free")]
     pub curriculum: String,
 

@@ -65,6 +65,7 @@ fn status(json: &Value, text: &str) {
         &["name", "pid", "uptime_s", "step", "durable_step", "stage", "schemas_total", "schemas_generalised"],
     );
     has(json, &["step_latency_us_p50", "step_latency_us_p99", "memory_bytes", "memory_digest"]);
+    has(json, &["saturation", "habituation", "trial"]);
     let body = &list(json, "bodies")[0];
     has(body, &["id", "kind", "state", "frames", "frames_refused", "last_refusal"]);
     assert_eq!((&body["state"], &body["frames_refused"]), (&"attached".into(), &0.into()), "{body}");

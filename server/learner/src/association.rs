@@ -14,7 +14,8 @@ use crate::world_state::WorldState;
 /// bystander would be given attention, which II-C rules out. An event does at once, for one example of a word is
 /// enough (VI-B), but only for the schema that it happened alongside most often (of equals the first), and only as long as that is at
 /// least half of the times: a word that calls the robot back to one thing must not come to mean whatever it
-/// interrupts, nor chatter what it once coincided with.
+/// interrupts, nor chatter what it once coincided with. (Chatter that is acted upon still can: what is done about a word
+/// confirms it.)
 pub(crate) fn is_associated(memory: &Memory, schema: SchemaId, association: &Association) -> bool {
     let Association { observation, count, since_step } = association;
     is_strong(memory, schema, memory.content().observation(*observation), *count, *since_step)

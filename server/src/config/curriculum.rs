@@ -192,6 +192,7 @@ mod tests {
     use pschema_learner::curriculum::{Argument, Lift};
 
     use super::*;
+    use crate::translate::HEARING_TEXT;
 
     fn parsed(text: &str) -> Result<Curriculum, String> {
         let parsed = parse(Source { name: "c.toml", text }, Parameters::default(), &[]);
@@ -279,6 +280,138 @@ mod tests {
             let error = parsed(&text).unwrap_err();
             assert!(error.starts_with(place) && error.contains(complaint), "{text}\ngave {error}");
         }
+    }
+
+    #[test]
+    fn mistakes_in_what_is_said_and_waited_for_and_named_are_located() {
+        let head = "name = \"c\"\nafterwards = \"hold\"\nvalues = { noise = 0.5, half = 0.5, many = 40.0, odd = 1.5 }\n";
+        let stage =
+            format!("{head}[[stage]]\nname = \"one\"\nlift = \"all\"\ntrials = 1\ntrial_actions_max = 9\n");
+        let say = |inside: &str| format!("say = [{{ {inside} }}]\n");
+        let word = |rest: &str| say(&format!("words = [\"touch\"], {rest}"));
+        let settled = |rule: &str| {
+            format!("saturation = {{ excitation_below = 1.0, actions = 5 }}\nhabituation = {{ {rule} }}\n")
+        };
+        let cases = [
+            (say("words = []"), "9:18:", "give 1 to 64 words"),
+            (say("words = [\"touch it\"]"), "9:19:", "without spaces"),
+            (say("words = [\"\"]"), "9:19:", "\"\" is no word"),
+            (say("when = \"touch{}\""), "9:8:", "missing field `words`"),
+            (word("when = \"touch\""), "9:36:", "such as `touch{}`"),
+            (word("unless = \"touch{\""), "9:38:", "such as `touch{}`"),
+            (word("times = 0"), "9:37:", "give at least 1"),
+            (word("probability = 1.5"), "9:43:", "outside 0..=1"),
+            (word("probability = \"nois\""), "9:43:", "there are: half, many, noise, odd"),
+            (word("probability = \"1 - many\""), "9:43:", "a probability of -39 is outside 0..=1"),
+            (word("often = true"), "9:29:", "unknown field `often`"),
+            (
+                "until_absent = { observation = \"touch\", actions = 5 }\n".to_owned(),
+                "9:32:",
+                "such as `touch{}`",
+            ),
+            (
+                "until_absent = { observation = \"touch{}\", actions = 0 }\n".to_owned(),
+                "9:53:",
+                "give at least 1",
+            ),
+            ("until_absent = { observation = \"touch{}\" }\n".to_owned(), "9:16:", "missing field `actions`"),
+            (settled("executions_min = \"few\""), "10:34:", "there are: half, many, noise, odd"),
+            (settled("executions_min = \"odd\""), "10:34:", "give a whole number"),
+            (settled("executions_min = -1"), "10:34:", "a whole number, or the name of one of the [values]"),
+            (settled("executions_min = 4, interval_max = 2.0"), "10:52:", "outside 0..=1"),
+        ];
+        for (lines, place, complaint) in cases {
+            let error = parsed(&format!("{stage}{lines}")).unwrap_err();
+            let located = error.strip_prefix("c.toml:").is_some_and(|rest| rest.starts_with(place));
+            assert!(located && error.contains(complaint), "{lines}gave {error}");
+        }
+        // Without trials there is nothing for it to belong to; and a value must be a number.
+        let untimely =
+            format!("{head}[[stage]]\nname = \"one\"\nlift = \"all\"\n{}", say("words = [\"touch\"]"));
+        let error = parsed(&untimely).unwrap_err();
+        assert!(error.starts_with("c.toml:5:8:") && error.contains("give `trials`"), "{error}");
+        let absent = format!(
+            "{head}[[stage]]\nname = \"one\"\nlift = \"all\"\nuntil_absent = {{ observation = \"touch{{}}\", actions = 5 }}\n"
+        );
+        let error = parsed(&absent).unwrap_err();
+        assert!(error.starts_with("c.toml:7:32:") && error.contains("give `trials`"), "{error}");
+        let error = parsed(&stage.replace("noise = 0.5", "noise = \"loud\"")).unwrap_err();
+        assert!(error.starts_with("c.toml:3:20:") && error.contains("\"loud\""), "{error}");
+        // Named and right.
+        let right = format!(
+            "{stage}{}{}",
+            word("probability = \"1 - noise\", times = 3"),
+            settled("executions_min = \"many\"")
+        );
+        let one = &parsed(&right).unwrap().stages[0];
+        let said = &one.say[0];
+        assert!((said.probability - 0.5).abs() < f64::EPSILON && said.times_max == 3, "{said:?}");
+        assert_eq!(one.habituation.as_ref().unwrap().executions_min, 40);
+    }
+
+    #[test]
+    fn mistakes_in_settings_are_located_in_the_setting() {
+        let set = |setting: &str| {
+            let settings = [setting.to_owned()];
+            lesson("habituation", Parameters::default(), &settings).map_err(|error| error.to_string())
+        };
+        let (curriculum, parameters) = set("values.executions=7").unwrap();
+        assert_eq!(curriculum.stages[0].habituation.as_ref().unwrap().executions_min, 7);
+        assert_eq!(parameters, Parameters::default());
+        assert!(!set("learner.attention=false").unwrap().1.attention);
+        let cases = [
+            ("values.exections=7", "setting:1:8:", "its values are: executions"),
+            ("values.executions=\"seven\"", "setting:1:19:", "\"seven\""),
+            ("values.executions=", "setting:1:19:", ""),
+            ("value.executions=7", "setting:1:1:", "expected `learner` or `values`"),
+            ("learner.atention=false", "setting:1:9:", "unknown field `atention`"),
+            ("learner.association_weight=8.0", "setting:1:28:", "outside 0..=1"),
+            // The value is used where the curriculum names it, and there it is wrong.
+            ("values.executions=1.5", "built-in curriculum habituation:", "give a whole number"),
+        ];
+        for (setting, place, complaint) in cases {
+            let error = set(setting).unwrap_err();
+            assert!(error.starts_with(place) && error.contains(complaint), "{setting}\ngave {error}");
+        }
+    }
+
+    #[test]
+    fn the_second_experiment_is_the_papers() {
+        let two = curriculum("exp2").unwrap();
+        let word =
+            |stage: &Stage| matches!(&stage.lift, Lift::Types(types) if types.iter().any(|t| t == "word"));
+        let at = |name: &str| {
+            two.stages.iter().position(|stage| stage.name == name).expect("a stage of that name")
+        };
+        let (a, b, c, d) = (
+            at("a: the first word"),
+            at("b: the word again"),
+            at("c: a new place, no word"),
+            at("d: the word at the new place"),
+        );
+        assert!(a < b && b < c && c < d);
+        // It starts in the end condition of scenario 1, and hearing is lifted last.
+        assert!(two.stages[..a].iter().all(|stage| !word(stage) && stage.say.is_empty()));
+        assert!(two.stages[a..].iter().all(|stage| word(stage) && stage.learning));
+        let said = |at: usize| two.stages[at].say.iter().map(|say| &say.heard[..]).collect::<Vec<_>>();
+        let heard = [(HEARING_TEXT.to_owned(), Argument::Symbol("touch".to_owned()))];
+        for at in [a, b, d] {
+            assert!(matches!(said(at)[..], [[touch]] if touch.properties == heard), "{:?}", said(at));
+            assert_eq!(two.stages[at].say[0].times_max, 1);
+        }
+        assert!(said(c).is_empty(), "moved into a new position, without any linguistic input");
+        // First said as the block is felt, then alone; the block is moved for a and c only.
+        assert_eq!(two.stages[a].say[0].when.as_ref().map(|when| when.kind.as_str()), Some("touch"));
+        assert!([b, d].iter().all(|at| two.stages[*at].say[0].when.is_none()));
+        let placed: Vec<_> = (a..two.stages.len()).filter(|at| !two.stages[*at].arrange.is_empty()).collect();
+        assert_eq!(placed, [a, c]);
+        // Before each word alone it has lost interest: five actions in a row about something else.
+        for stage in [&two.stages[b - 1], &two.stages[d - 1]] {
+            let absence = stage.until_absent.as_ref().unwrap();
+            assert_eq!((absence.observation.kind.as_str(), absence.actions), ("touch", 5));
+        }
+        let last = two.stages.last().unwrap();
+        assert_eq!((last.trial_actions_max, last.say[0].times_max), (600, 600), "over and over");
     }
 
     #[test]

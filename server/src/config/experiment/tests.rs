@@ -19,10 +19,13 @@ fn written(lines: &str) -> Result<Experiment, String> {
 }
 
 #[test]
-fn every_built_in_curriculum_but_the_free_one_is_a_sound_experiment() {
-    let names: Vec<_> = experiments().unwrap().into_iter().map(|experiment| experiment.name).collect();
+fn every_built_in_curriculum_is_a_sound_experiment_or_a_variant_of_one_but_the_free_one() {
+    let all = experiments().unwrap();
     for (name, _) in BUILT_IN {
-        assert_eq!(names.iter().any(|known| known == name), name != "free", "{name}");
+        let variants =
+            |known: &Experiment| known.variants.iter().any(|v| v.curriculum.as_deref() == Some(name));
+        let used = all.iter().any(|known| known.name == name || variants(known));
+        assert_eq!(used, name != "free", "{name}");
     }
     assert!(matches!(experiment("free"), Err(ConfigError::NoExperiment { .. })));
 }
