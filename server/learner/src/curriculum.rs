@@ -203,6 +203,9 @@ pub enum CurriculumError {
     },
 }
 
+/// Entries of one stage's [`Stage::say`].
+pub const UTTERANCES_MAX: usize = 64;
+
 /// Numbers in one pool.
 pub const POOL_NUMBERS_MAX: i64 = 100_000;
 
@@ -262,6 +265,9 @@ impl Curriculum {
         }
         if stage.until_absent.as_ref().is_some_and(|absence| absence.actions == 0) {
             return wrong("until_absent.actions", 0.0, "1..");
+        }
+        if stage.say.len() > UTTERANCES_MAX {
+            return wrong("entries of say", stage.say.len() as f64, "0..=64");
         }
         for Utterance { heard, probability, times_max, .. } in &stage.say {
             if heard.is_empty() {

@@ -91,6 +91,9 @@ pub enum EffectError {
     /// No goal is pursued, or one is already.
     #[error("effect speaks of a goal that is not pursued, or begins one while another is")]
     Goal,
+    /// An utterance that no stage can have.
+    #[error("effect says utterance {0}, which no stage can have")]
+    Utterance(usize),
     /// A number from a pool that was not the next in it.
     #[error("effect draws {0}, which is not the next of its pool")]
     Draw(i64),

@@ -1,5 +1,6 @@
 //! Where a curriculum stands, as part of memory, and the effects that move it.
 
+use crate::curriculum::UTTERANCES_MAX;
 use crate::memory::EffectError;
 use crate::vocabulary::BodyId;
 
@@ -166,12 +167,15 @@ impl Progress {
                 }
             }
             StageEffect::TrialBegun { drawn } => {
+                // All of it or nothing: an effect that can't be applied leaves memory as it was.
+                let mut pools = self.pools.clone();
                 for (pool, number) in drawn {
-                    let next = self.pools.get_mut(*pool).and_then(Vec::pop);
+                    let next = pools.get_mut(*pool).and_then(Vec::pop);
                     if next != Some(*number) {
                         return Err(EffectError::Draw(*number));
                     }
                 }
+                self.pools = pools;
                 self.close_trial();
                 self.trial_open = true;
                 self.trial_fresh = true;
@@ -192,6 +196,9 @@ impl Progress {
                 });
             }
             StageEffect::Spoken { utterances, random: _ } => {
+                if let Some(beyond) = utterances.iter().find(|at| **at >= UTTERANCES_MAX) {
+                    return Err(EffectError::Utterance(*beyond));
+                }
                 self.trial_fresh = false;
                 for at in utterances {
                     if self.said.len() <= *at {

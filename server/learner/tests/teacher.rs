@@ -8,9 +8,11 @@ use common::{Table, WORD, stage};
 use pschema_learner::curriculum::{
     Absence, Afterwards, Argument, Curriculum, Pool, SceneCommand, Stage, Until, Utterance,
 };
+use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
 use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::{StageCommand, StageEffect, StageReport};
+use pschema_learner::step::Frame;
 
 /// More steps than any lesson takes.
 const PATIENCE: usize = 1_000;
@@ -190,4 +192,26 @@ fn a_trial_ends_when_something_was_not_observed_for_a_while() {
     }
     assert!(touches > 0, "something was felt, so that waiting began anew");
     assert_eq!(frames.count(), 0);
+}
+
+#[test]
+fn a_forged_effect_of_a_stage_is_refused_and_changes_nothing() {
+    let stage = stage("one", &["finger"]);
+    let pools = vec![Pool { name: "places".into(), from: 0, to: 3 }];
+    let afterwards = Afterwards::Continue;
+    let curriculum = Curriculum { name: "one".into(), pools, stages: vec![stage], afterwards };
+    let mut table = Table::new(1, 4, 4, curriculum, Parameters::default());
+    table.learner.step(&Frame { body: table.body, outcome: None, observations: Vec::new() });
+    let mut memory = table.learner.memory().clone();
+    let before = digest(memory.content());
+    let next = *memory.content().progress.pools[0].last().unwrap();
+    for forged in [
+        StageEffect::Spoken { utterances: vec![usize::MAX], random: 7 },
+        // The first number is right, the second never was there.
+        StageEffect::TrialBegun { drawn: vec![(0, next), (0, 99)] },
+        StageEffect::TrialBegun { drawn: vec![(usize::MAX, next)] },
+    ] {
+        assert!(memory.apply(&Effect::Stage(forged.clone())).is_err(), "{forged:?}");
+        assert_eq!(digest(memory.content()), before, "{forged:?}");
+    }
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use pschema_learner::curriculum::{
-    Absence, Argument, Habituation, Lift, Pool, Saturation, SceneCommand, Stage, Until, Utterance,
+    Absence, Argument, Habituation, Lift, Pool, Saturation, SceneCommand, Stage, UTTERANCES_MAX, Until,
+    Utterance,
 };
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
@@ -16,7 +17,6 @@ use crate::translate::{HEARING, HEARING_TEXT};
 
 const ARRANGE_MAX: usize = 64;
 const TRIALS_MAX: u32 = 1_000_000;
-const UTTERANCES_MAX: usize = 64;
 const WORDS_MAX: usize = 64;
 
 #[derive(Deserialize)]
