@@ -196,6 +196,23 @@ pub struct Status {
     pub world: Vec<String>,
     /// The goal that is pursued, if any.
     pub goal: Option<GoalSummary>,
+    /// How memory is kept; none while it is in RAM only.
+    pub storage: Option<Storage>,
+}
+
+/// How memory is kept on disk.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Storage {
+    /// The data directory.
+    pub directory: String,
+    /// When an action may leave: `strict`, when the step that chose it is on disk; `relaxed`, at once.
+    pub durability: String,
+    /// The last step known to be on disk.
+    pub durable_step: u64,
+    /// Bytes of the journal since the snapshot that the start began from.
+    pub journal_bytes: u64,
+    /// The step of the last snapshot; none before the first.
+    pub snapshot_step: Option<u64>,
 }
 
 /// A body as the daemon sees it.

@@ -10,11 +10,11 @@ use clap::Parser;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use tracing_subscriber::EnvFilter;
 
-use crate::{ServerError, Setup, config, serve};
+use crate::{Durability, Keeping, ServerError, Setup, config, serve_kept};
 
 /// Run a learner in the foreground, for bodies to attach to and tools to ask.
 ///
-/// Memory is kept in RAM only: what was learnt is gone when the daemon ends.
+/// With --data what is learnt is kept on disk and found again at the next start. Without it memory is in RAM only.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ServerArgs {
     /// The learner's name: 1 to 32 of a-z, 0-9, _ and -. Several learners live side by side by name.
@@ -37,6 +37,34 @@ pub struct ServerArgs {
     /// names in its `[values]`. May be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
+
+    /// The directory that memory is kept in, made when it isn't there. Without it, memory ends with the daemon.
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+
+    /// When an action may leave: `strict`, when the step that chose it is on disk; `relaxed`, at once, so that up to a
+    /// second of steps is lost with the machine's power.
+    #[arg(long, value_enum, default_value_t = DurabilityArg::Strict, requires = "data")]
+    pub durability: DurabilityArg,
+}
+
+/// A [`Durability`] on the command line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum DurabilityArg {
+    /// When the step is on disk.
+    #[default]
+    Strict,
+    /// At once.
+    Relaxed,
+}
+
+impl From<DurabilityArg> for Durability {
+    fn from(given: DurabilityArg) -> Self {
+        match given {
+            DurabilityArg::Strict => Self::Strict,
+            DurabilityArg::Relaxed => Self::Relaxed,
+        }
+    }
 }
 
 impl ServerArgs {
@@ -60,7 +88,9 @@ pub fn run(args: &ServerArgs, stop: &AtomicBool) -> Result<(), ServerError> {
     // Before anything is created: a mistake in a file leaves nothing behind.
     let setup = args.setup()?;
     let place = Place::new(RuntimeDir::from_environment()?, args.name.clone());
-    serve(place, setup, stop)
+    let durability = args.durability.into();
+    let keeping = args.data.clone().map(|directory| Keeping { directory, durability });
+    serve_kept(place, setup, keeping.as_ref(), stop)
 }
 
 /// The whole program `pschema-server`: reads the command line, logs to stderr, ends cleanly on SIGINT and
@@ -107,7 +137,7 @@ fn signals() -> Result<Arc<AtomicBool>, std::io::Error> {
 
 /// Run a learner in the foreground, for bodies to attach to and tools to ask.
 ///
-/// Memory is kept in RAM only: what was learnt is gone when the daemon ends.
+/// With --data what is learnt is kept on disk and found again at the next start. Without it memory is in RAM only.
 #[derive(Debug, Parser)]
 #[command(name = "pschema-server", version)]
 #[command(after_help = "Example:\n  pschema-server --name arm --seed 7 --curriculum exp1-s1")]

@@ -5,18 +5,23 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use pschema_learner::effect::Effect;
 use pschema_learner::progress::StageCommand;
+use pschema_learner::step::LearnerError;
 use pschema_protocol::domain::{OwnedDomain, Place};
 use pschema_protocol::inspect::{Answer, BodyStatus, Request, StageOrder};
 use pschema_protocol::limits::BODIES_MAX;
 use pschema_protocol::message::{CheckedHello, RawFrame, RawHello, Reply};
 use pschema_protocol::refusal::Refusal;
+use pschema_protocol::transport::DaemonWaker;
 use pschema_protocol::transport::server::{AttachReply, FrameReply, Incoming, RequestReply, ServerTransport};
 use pschema_protocol::{codec, decode};
+use pschema_store::{Origin, Store};
 
 use crate::ServerError;
 use crate::inspect::NO_BODY;
 use crate::inspector::{Inspected, Inspector, encoded};
+use crate::keeper::{Keeper, Keeping};
 use crate::mind::{HostFacts, Mind, Setup, View};
 use crate::session::Session;
 
@@ -63,13 +68,40 @@ impl<'a> From<Incoming<'a>> for Event<'a> {
 /// When the learner can't be made, another daemon serves the place, or shared memory can't be used. Nothing
 /// that a body or a tool does ends it.
 pub fn serve(place: Place, setup: Setup, stop: &AtomicBool) -> Result<(), ServerError> {
-    let mind = Mind::new(setup)?;
+    serve_kept(place, setup, None, stop)
+}
+
+/// As [`serve`], with a memory that is kept as `keeping` says: it goes on from what is there.
+///
+/// # Errors
+/// As [`serve`]; and when memory can't be found again or not be kept any more. Nothing is done then that rests on what
+/// is not on disk.
+pub fn serve_kept(
+    place: Place,
+    setup: Setup,
+    keeping: Option<&Keeping>,
+    stop: &AtomicBool,
+) -> Result<(), ServerError> {
     let name = place.learner().to_string();
     let mut transport = ServerTransport::create(OwnedDomain::create(place)?)?;
     let waker = transport.waker()?;
     let inspector = Inspector::start(move || waker.wake()).map_err(ServerError::Thread)?;
-    let mut daemon = Daemon::new(name, mind, inspector);
-    tracing::info!(learner = %daemon.name, pid = std::process::id(), "ready; memory is kept in RAM only");
+    let (mind, store) = match keeping {
+        None => (Mind::new(setup)?, None),
+        Some(keeping) => {
+            found(&name, setup, keeping, transport.waker()?).map(|(mind, store)| (mind, Some(store)))?
+        }
+    };
+    let mut daemon = Daemon::new(name, mind, inspector, Keeper::new(store));
+    match daemon.keeper.facts() {
+        Some(kept) => tracing::info!(
+            learner = %daemon.name, pid = std::process::id(), directory = kept.directory,
+            durability = kept.durability, step = kept.durable_step, "ready"
+        ),
+        None => {
+            tracing::info!(learner = %daemon.name, pid = std::process::id(), "ready; memory is kept in RAM only")
+        }
+    }
     while !daemon.is_over(Instant::now()) {
         transport.wait(SLEEP_MAX);
         if stop.load(Ordering::Relaxed) {
@@ -79,13 +111,60 @@ pub fn serve(place: Place, setup: Setup, stop: &AtomicBool) -> Result<(), Server
         while let Some(answer) = daemon.inspector.answer() {
             daemon.on(Event::Inspected(answer));
         }
+        daemon.release();
+        if let Some(failure) = daemon.keeper.failure() {
+            return Err(failure.into());
+        }
         if std::mem::take(&mut daemon.rouse) {
             daemon.bodies.keys().for_each(|session| transport.rouse(*session));
         }
     }
     tracing::info!(learner = %daemon.name, steps = daemon.mind.learner().memory().content().step, "ended");
     // What the inspector still works on is for tools that will find the daemon gone.
+    daemon.keeper.finish(daemon.mind.learner().memory())?.for_each(Held::leave);
     Ok(())
+}
+
+/// The mind whose memory is in a data directory.
+fn found(
+    name: &str,
+    setup: Setup,
+    keeping: &Keeping,
+    waker: DaemonWaker,
+) -> Result<(Mind, Store), ServerError> {
+    let Setup { seed, parameters, curriculum } = setup;
+    parameters.check().map_err(LearnerError::from)?;
+    curriculum.check().map_err(LearnerError::from)?;
+    let origin = Origin { learner: name, seed, parameters: &parameters, curriculum: &curriculum };
+    let wake = move || waker.wake();
+    let (memory, store) = pschema_store::open(&keeping.directory, origin, keeping.durability, wake)?;
+    let found = &store.recovered;
+    tracing::info!(
+        step = found.step,
+        snapshot = found.snapshot_step,
+        frames = found.frames,
+        schemas = memory.content().schemas.len(),
+        "memory found"
+    );
+    Ok((Mind::resume(memory, seed, curriculum)?, store))
+}
+
+/// What waits until memory is durable.
+#[derive(Debug)]
+enum Held {
+    /// A reply to a body.
+    Reply(FrameReply, Reply),
+    /// An answer to a tool.
+    Answer(RequestReply, Vec<u8>),
+}
+
+impl Held {
+    fn leave(self) {
+        match self {
+            Self::Reply(to, reply) => log_undelivered(to.send(&reply)),
+            Self::Answer(to, bytes) => to.answer(bytes),
+        }
+    }
 }
 
 struct Attached {
@@ -102,8 +181,12 @@ struct Daemon {
     /// Messages refused that belonged to no session.
     strays: u64,
     inspector: Inspector,
-    asking: BTreeMap<u64, RequestReply>,
+    /// Whom to answer, and after which batch.
+    asking: BTreeMap<u64, (RequestReply, u64)>,
     asked: u64,
+    keeper: Keeper<Held>,
+    /// The last batch that an order or a step led to.
+    batch: u64,
     /// Whether bodies that rest are wanted again.
     rouse: bool,
     /// Set when the daemon is ending: when it ends, whether bodies have left or not.
@@ -111,7 +194,7 @@ struct Daemon {
 }
 
 impl Daemon {
-    fn new(name: String, mind: Mind, inspector: Inspector) -> Self {
+    fn new(name: String, mind: Mind, inspector: Inspector, keeper: Keeper<Held>) -> Self {
         Self {
             name,
             mind,
@@ -122,6 +205,8 @@ impl Daemon {
             inspector,
             asking: BTreeMap::new(),
             asked: 0,
+            keeper,
+            batch: 0,
             rouse: false,
             ends_at: None,
         }
@@ -141,8 +226,8 @@ impl Daemon {
             Event::Tool { bytes, reply } => self.tool(&bytes, reply),
             Event::Refused { session, refusal } => self.refused(session, &refusal),
             Event::Inspected(Inspected { number, bytes }) => {
-                if let Some(reply) = self.asking.remove(&number) {
-                    reply.answer(bytes);
+                if let Some((reply, batch)) = self.asking.remove(&number) {
+                    self.keeper.hold(batch, Held::Answer(reply, bytes));
                 }
             }
             Event::Signal => self.end(),
@@ -198,10 +283,12 @@ impl Daemon {
         self.sessions += 1;
         let attached = Session::attach(self.sessions, hello, self.mind.learner_mut());
         // A declaration that contradicts what was learnt stays wrong however often it is tried.
-        let (session, _) = attached.map_err(|error| Refusal::Declaration {
+        let (session, effects) = attached.map_err(|error| Refusal::Declaration {
             place: format!("body {body}"),
             problem: error.to_string(),
         })?;
+        // The welcome need not wait: nothing is done before the first step, which is written after this.
+        self.keep(&effects);
         let (kind, pid) = (&hello.description.kind, hello.pid);
         tracing::info!(session = self.sessions, %body, %kind, pid, "body attached");
         self.ended.retain(|ended| ended.name != *body);
@@ -226,9 +313,28 @@ impl Daemon {
         if let Reply::Refused { reason, .. } = &served.reply {
             log_refused(body.session.counters().frames_refused, Some(number), reason);
         }
-        log_undelivered(reply.send(&served.reply));
-        if let Some(step) = served.step {
+        let content = self.mind.learner().memory().content();
+        if let Some(step) = &served.step {
+            self.batch = self.keeper.keep(&step.effects, content);
+        }
+        self.keeper.hold(self.batch, Held::Reply(reply, served.reply));
+        self.release();
+        if let Some(body) = self.bodies.get(&number)
+            && let Some(step) = served.step
+        {
             self.mind.stepped(&body.session, step, began);
+        }
+    }
+
+    /// Has what changed memory written.
+    fn keep(&mut self, effects: &[Effect]) {
+        self.batch = self.keeper.keep(effects, self.mind.learner().memory().content());
+    }
+
+    /// Lets leave what may.
+    fn release(&mut self) {
+        while let Some(held) = self.keeper.released() {
+            held.leave();
         }
     }
 
@@ -274,7 +380,7 @@ impl Daemon {
         self.asked += 1;
         match self.inspector.ask(self.asked, request, self.view()) {
             Ok(()) => {
-                self.asking.insert(self.asked, reply);
+                self.asking.insert(self.asked, (reply, self.batch));
             }
             Err(answer) => reply.answer(answer),
         }
@@ -293,7 +399,9 @@ impl Daemon {
                     StageOrder::Resume => StageCommand::Resume,
                     StageOrder::Set(name) => StageCommand::Set(name.clone()),
                 };
-                self.mind.stage(&command).map_err(|error| failed(error.to_string()))
+                let effects = self.mind.stage(&command).map_err(|error| failed(error.to_string()))?;
+                self.keep(&effects);
+                Ok(())
             }
             Request::Shutdown => {
                 self.end();
@@ -311,10 +419,15 @@ impl Daemon {
             Request::Achieve { goal, actions_max } => {
                 let body = self.shown().map(|body| body.session.body());
                 let body = body.ok_or_else(|| failed(NO_BODY.to_owned()))?;
-                self.mind.achieve(body, goal, *actions_max).map_err(|error| failed(error.to_string()))
+                let effects = self.mind.achieve(body, goal, *actions_max);
+                let effects = effects.map_err(|error| failed(error.to_string()))?;
+                self.keep(&effects);
+                Ok(())
             }
             Request::Cancel { number } => {
-                self.mind.cancel(*number).map_err(|error| failed(error.to_string()))
+                let effects = self.mind.cancel(*number).map_err(|error| failed(error.to_string()))?;
+                self.keep(&effects);
+                Ok(())
             }
         }
     }
@@ -335,6 +448,7 @@ impl Daemon {
             bodies: attached.chain(self.ended.iter().cloned()).collect(),
             world: shown.map(|body| body.session.world(learner)).unwrap_or_default(),
             perceived: shown.map(|body| (body.session.body(), body.session.perceived().to_vec())),
+            storage: self.keeper.facts(),
         })
     }
 }

@@ -123,7 +123,7 @@ impl<B: Body> InProcess<B> {
     /// # Errors
     /// When there is no such stage.
     pub fn stage(&mut self, command: &StageCommand) -> Result<(), StageCommandError> {
-        self.mind.stage(command)
+        self.mind.stage(command).map(drop)
     }
 
     /// Takes up a goal.
@@ -131,7 +131,7 @@ impl<B: Body> InProcess<B> {
     /// # Errors
     /// As [`Mind::achieve`].
     pub fn achieve(&mut self, goal: &[String], actions_max: u32) -> Result<(), GoalError> {
-        self.mind.achieve(self.session.body(), goal, actions_max)
+        self.mind.achieve(self.session.body(), goal, actions_max).map(drop)
     }
 
     /// Calls a goal off.
@@ -139,7 +139,7 @@ impl<B: Body> InProcess<B> {
     /// # Errors
     /// As [`Mind::cancel`].
     pub fn cancel(&mut self, number: u64) -> Result<(), GoalError> {
-        self.mind.cancel(number)
+        self.mind.cancel(number).map(drop)
     }
 
     /// The learner.
@@ -166,7 +166,7 @@ impl<B: Body> InProcess<B> {
         let world = self.session.world(self.mind.learner());
         let perceived = Some((self.session.body(), self.session.perceived().to_vec()));
         let bodies = vec![body_status(&self.session, std::process::id(), "attached")];
-        self.mind.view(HostFacts { name: "in-process".to_owned(), bodies, world, perceived })
+        self.mind.view(HostFacts { name: "in-process".to_owned(), bodies, world, perceived, storage: None })
     }
 
     /// What a tool would be answered. Orders are not obeyed here: see [`InProcess::say`],

@@ -1,8 +1,8 @@
 //! The learner daemon: bodies attach to it, it steps the learner, and tools look into what was learnt.
 //!
 //! [`serve`] is the daemon; [`in_process`] runs a body and its learner in one process, on the same session,
-//! translation and wire encoding, with the same result. **Memory is kept in RAM only in this version**: when
-//! the process ends, what was learnt is gone.
+//! translation and wire encoding, with the same result. With a data directory ([`Keeping`]) memory survives the process;
+//! without one it is in RAM and ends with it.
 #![forbid(unsafe_code)]
 
 mod args;
@@ -11,6 +11,7 @@ mod daemon;
 pub mod in_process;
 pub mod inspect;
 mod inspector;
+mod keeper;
 pub mod latency;
 pub mod mind;
 pub mod session;
@@ -22,8 +23,10 @@ use pschema_protocol::domain::DomainError;
 use pschema_protocol::transport::TransportError;
 
 pub use args::{ServerArgs, program, run};
-pub use daemon::serve;
+pub use daemon::{serve, serve_kept};
+pub use keeper::Keeping;
 pub use mind::Setup;
+pub use pschema_store::{Durability, StoreError};
 
 /// Why the daemon can't run.
 #[derive(Debug, thiserror::Error)]
@@ -40,6 +43,9 @@ pub enum ServerError {
     /// Shared memory can't be used.
     #[error(transparent)]
     Transport(#[from] TransportError),
+    /// Memory can't be kept, or found again.
+    #[error(transparent)]
+    Store(#[from] StoreError),
     /// A thread can't be started.
     #[error("cannot start a thread: {0}")]
     Thread(#[source] std::io::Error),

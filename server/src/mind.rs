@@ -8,7 +8,7 @@ use std::time::Instant;
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::decision::Decision;
 use pschema_learner::effect::Effect;
-use pschema_learner::memory::Content;
+use pschema_learner::memory::{Content, Memory};
 use pschema_learner::notation::{self, PatternError};
 use pschema_learner::observation::Observation;
 use pschema_learner::parameters::Parameters;
@@ -18,7 +18,7 @@ use pschema_learner::schema::SchemaId;
 use pschema_learner::step::{Learner, LearnerError, Step};
 use pschema_learner::vocabulary::BodyId;
 use pschema_learner::vocabulary::limits::SYMBOLS_MAX;
-use pschema_protocol::inspect::BodyStatus;
+use pschema_protocol::inspect::{BodyStatus, Storage};
 use pschema_protocol::message::RawFrame;
 
 use crate::latency::Latencies;
@@ -109,17 +109,29 @@ impl Mind {
     /// When a parameter is out of range or the curriculum can't be followed.
     pub fn new(setup: Setup) -> Result<Self, LearnerError> {
         let Setup { seed, parameters, curriculum } = setup;
-        Ok(Self {
-            learner: Learner::new(seed, parameters, curriculum.clone())?,
+        Ok(Self::host(Learner::new(seed, parameters, curriculum)?, seed))
+    }
+
+    /// A learner that goes on from a memory that began with `seed`.
+    ///
+    /// # Errors
+    /// When a parameter is out of range or the curriculum can't be followed.
+    pub fn resume(memory: Memory, seed: u64, curriculum: Curriculum) -> Result<Self, LearnerError> {
+        Ok(Self::host(Learner::resume(memory, curriculum)?, seed))
+    }
+
+    fn host(learner: Learner, seed: u64) -> Self {
+        Self {
+            curriculum: Arc::new(learner.curriculum().clone()),
+            learner,
             seed,
-            curriculum: Arc::new(curriculum),
             words: Vec::new(),
             decisions: VecDeque::with_capacity(DECISIONS_KEPT_MAX),
             latencies: Latencies::default(),
             trace: Trace::default(),
             started: Instant::now(),
             problem: None,
-        })
+        }
     }
 
     /// The learner.
@@ -199,39 +211,45 @@ impl Mind {
         Ok(())
     }
 
-    /// Obeys an operator's developmental control.
+    /// Obeys an operator's developmental control; returns what it changed.
     ///
     /// # Errors
     /// When there is no such stage.
-    pub fn stage(&mut self, command: &StageCommand) -> Result<(), StageCommandError> {
+    pub fn stage(&mut self, command: &StageCommand) -> Result<Vec<Effect>, StageCommandError> {
         let effects = self.learner.stage(command)?;
         log(self.learner.memory().content(), &effects);
         self.problem = None;
-        Ok(())
+        Ok(effects)
     }
 
     /// Takes up a goal, given as patterns as they print: `body` pursues it with at most `actions_max` actions.
     ///
     /// # Errors
     /// When a pattern can't be read, or the learner can't pursue it.
-    pub fn achieve(&mut self, body: BodyId, goal: &[String], actions_max: u32) -> Result<(), GoalError> {
+    pub fn achieve(
+        &mut self,
+        body: BodyId,
+        goal: &[String],
+        actions_max: u32,
+    ) -> Result<Vec<Effect>, GoalError> {
         let goal = notation::parse_goal(&self.learner.memory().content().vocabulary, goal)?;
         let effects = self.learner.pursue(body, goal, actions_max)?;
         log(self.learner.memory().content(), &effects);
-        Ok(())
+        Ok(effects)
     }
 
     /// Calls off the goal of this number. One that is over stays as it ended.
     ///
     /// # Errors
     /// When it is not the goal that is pursued or was the last to be.
-    pub fn cancel(&mut self, number: u64) -> Result<(), GoalError> {
+    pub fn cancel(&mut self, number: u64) -> Result<Vec<Effect>, GoalError> {
         let known = self.learner.memory().content().pursuit.as_ref().filter(|known| known.number == number);
         if known.ok_or(GoalError::Unknown { number })?.under_way() {
             let effects = self.learner.cancel_goal()?;
             log(self.learner.memory().content(), &effects);
+            return Ok(effects);
         }
-        Ok(())
+        Ok(Vec::new())
     }
 
     /// Why the curriculum can't go on, if it can't.
@@ -297,6 +315,8 @@ pub struct HostFacts {
     pub world: Vec<String>,
     /// The body that goals and predictions are about, and what it perceived last.
     pub perceived: Option<(BodyId, Vec<Observation>)>,
+    /// How memory is kept; none when in RAM only.
+    pub storage: Option<Storage>,
 }
 
 /// A learner as it was at one moment, to be inspected at leisure: shares memory's chunks, so that making it

@@ -203,10 +203,20 @@ impl Session {
             let reply = Reply::Wait { ms: WAITING_WAIT_MS };
             return Served { reply, step: None, problem: None };
         }
-        let heard: Vec<_> = std::mem::take(words).iter().map(|word| learner.symbol(word).0).collect();
+        let mut met = Vec::new();
+        let heard: Vec<_> = std::mem::take(words)
+            .iter()
+            .map(|word| {
+                let (symbol, effects) = learner.symbol(word);
+                met.extend(effects);
+                symbol
+            })
+            .collect();
         let observations = self.translation.observations(&frame.observations, &heard);
         let frame = Frame { body: self.body, outcome, observations };
-        let step = learner.step(&frame);
+        let mut step = learner.step(&frame);
+        // A word met for the first time is part of what the frame changed.
+        step.effects.splice(0..0, met);
         self.perceived = frame.observations;
         let (reply, problem) = match self.reply(&step.output) {
             Ok(reply) => (reply, None),

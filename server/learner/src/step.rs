@@ -106,6 +106,17 @@ impl Learner {
         Ok(Self { memory: Memory::new(seed, parameters), curriculum, reach: None })
     }
 
+    /// A learner that goes on from `memory`, with the parameters in it: given the same frames it decides as the
+    /// learner would have that the memory was taken of.
+    ///
+    /// # Errors
+    /// When a parameter is out of range, or the curriculum can't be followed.
+    pub fn resume(memory: Memory, curriculum: Curriculum) -> Result<Self, LearnerError> {
+        memory.parameters().check()?;
+        curriculum.check()?;
+        Ok(Self { memory, curriculum, reach: None })
+    }
+
     /// What it knows.
     #[must_use]
     pub fn memory(&self) -> &Memory {

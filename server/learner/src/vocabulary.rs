@@ -204,7 +204,83 @@ pub struct Vocabulary {
     property_kinds: Vec<ValueKind>,
 }
 
+/// A vocabulary as plain lists, to be written down and read back.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Parts {
+    /// Observation types, by number.
+    pub types: Vec<ObservationType>,
+    /// Property names, by number.
+    pub properties: Vec<String>,
+    /// What each property takes.
+    pub property_kinds: Vec<ValueKind>,
+    /// Symbols, by number.
+    pub symbols: Vec<String>,
+    /// Actions.
+    pub actions: Vec<DeclaredAction>,
+    /// Primitives, by number.
+    pub primitives: Vec<Primitive>,
+    /// Bodies, by number.
+    pub bodies: Vec<KnownBody>,
+}
+
 impl Vocabulary {
+    /// Everything in it, as plain lists.
+    #[must_use]
+    pub fn parts(&self) -> Parts {
+        Parts {
+            types: self.types.clone(),
+            properties: self.properties.clone(),
+            property_kinds: self.property_kinds.clone(),
+            symbols: self.symbols.clone(),
+            actions: self.actions.clone(),
+            primitives: self.primitives.clone(),
+            bodies: self.bodies.clone(),
+        }
+    }
+
+    /// The vocabulary that these lists are.
+    ///
+    /// # Errors
+    /// Which list refers to something that is not in the others, or is longer than its limit.
+    pub fn from_parts(parts: Parts) -> Result<Self, &'static str> {
+        let Parts { types, properties, property_kinds, symbols, actions, primitives, bodies } = parts;
+        let fits = |at: usize, list: usize| at < list;
+        let sound_types = types.len() <= limits::TYPES_MAX
+            && types.iter().all(|kind| {
+                kind.properties.len() == kind.declared.properties.len()
+                    && kind.properties.iter().all(|id| fits(usize::from(id.0), properties.len()))
+            });
+        let sound_primitives = primitives.len() <= limits::PRIMITIVES_MAX
+            && primitives.iter().all(|primitive| {
+                let action = actions.get(primitive.action);
+                action.is_some_and(|action| action.parameters.len() == primitive.parameters.len())
+            });
+        let sound_bodies = bodies.len() <= limits::BODIES_MAX
+            && bodies
+                .iter()
+                .all(|body| body.repertoire.iter().all(|id| fits(id.0 as usize, primitives.len())));
+        let checks = [
+            (sound_types, "observation types"),
+            (
+                properties.len() <= limits::PROPERTIES_MAX && properties.len() == property_kinds.len(),
+                "properties",
+            ),
+            (actions.len() <= limits::ACTIONS_MAX, "actions"),
+            (sound_primitives, "primitives"),
+            (sound_bodies, "bodies"),
+        ];
+        if let Some((_, what)) = checks.into_iter().find(|(sound, _)| !sound) {
+            return Err(what);
+        }
+        let mut vocabulary =
+            Self { types, properties, property_kinds, actions, primitives, bodies, ..Self::default() };
+        for symbol in &symbols {
+            vocabulary.intern_symbol(symbol);
+        }
+        // A symbol that stands twice would shift the numbers of those after it.
+        if vocabulary.symbols.len() == symbols.len() { Ok(vocabulary) } else { Err("symbols") }
+    }
+
     /// Says whether `declaration` can be merged; what is wrong with it is wrong before anything is changed.
     ///
     /// # Errors

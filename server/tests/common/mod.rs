@@ -30,6 +30,11 @@ impl Row {
     pub(crate) fn new(name: &str) -> Self {
         Self { name: name.to_owned(), fields: FIELDS, finger: None, block: None, moved: false }
     }
+
+    /// With the block in `field` from the beginning.
+    pub(crate) fn with_block(name: &str, field: i64) -> Self {
+        Self { block: Some((1, field)), ..Self::new(name) }
+    }
 }
 
 fn property(name: &str, kind: ValueKind) -> Property {

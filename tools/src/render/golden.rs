@@ -94,6 +94,7 @@ fn a_status() -> Status {
         excitation_top: 1.75,
         world: vec!["object{colour=blue, field=17}".to_owned(), "finger{field=4}".to_owned()],
         goal: None,
+        storage: None,
     }
 }
 

@@ -32,6 +32,11 @@ pub(crate) fn status(s: &Status) -> String {
         format!("{:.1} steps/s; {}", s.steps_per_s, latency(s.step_latency_us_p50, s.step_latency_us_p99)),
     );
     fact("memory", format!("{} resident", bytes(s.memory_bytes)));
+    if let Some(storage) = &s.storage {
+        let snapshot = storage.snapshot_step.map_or("none yet".to_owned(), |step| format!("of step {step}"));
+        let journal = bytes(storage.journal_bytes);
+        fact("data", format!("{}; journal {journal}, snapshot {snapshot}", plain(&storage.directory)));
+    }
     fact("digest", plain(&s.memory_digest));
     if let Some(goal) = &s.goal {
         let (number, wanted, body) = (goal.number, goals::goal(&goal.goal), plain(&goal.body));
@@ -84,8 +89,12 @@ fn habituation(h: &HabituationStatus) -> String {
 }
 
 fn durability(s: &Status) -> String {
-    match s.durable_step {
-        Some(step) => format!("on disk up to {step}"),
+    match &s.storage {
+        Some(storage) => {
+            let relaxed =
+                if storage.durability == "relaxed" { ", relaxed: actions do not wait for it" } else { "" };
+            format!("on disk up to {}{relaxed}", storage.durable_step)
+        }
         None => "in RAM only: it ends with the daemon".to_owned(),
     }
 }

@@ -1,0 +1,340 @@
+//! The journal: what changed memory, in order, in segments named by their first frame.
+//!
+//! Frames are numbered from 1 without a gap, and each carries the crc of the one before: a journal is a chain. Each also
+//! says which frame was known to be durable when it was written, so that what was torn while it was being written can
+//! be told from what was damaged after it was acknowledged.
+
+use std::io;
+use std::sync::Arc;
+
+use crate::format::VERSION;
+use crate::frame::{self, Found, Head, JOURNAL};
+use crate::storage::{Storage, Writing};
+
+/// Where segments are.
+pub(crate) const DIRECTORY: &str = "journal";
+const SUFFIX: &str = ".journal";
+/// `PSjs`: what begins a segment.
+const SEGMENT: u32 = u32::from_le_bytes(*b"PSjs");
+
+/// How long segments get.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sizes {
+    /// A segment that is as long as this is followed by another.
+    pub(crate) segment_max: u64,
+    /// Zeros written ahead at a time, so that a frame seldom makes its file longer.
+    pub(crate) ahead: u64,
+}
+
+impl Default for Sizes {
+    fn default() -> Self {
+        Self { segment_max: 64 * 1024 * 1024, ahead: 1024 * 1024 }
+    }
+}
+
+/// The file name of the segment that begins with frame `first`.
+pub(crate) fn segment_name(first: u64) -> String {
+    format!("{DIRECTORY}/{first:020}{SUFFIX}")
+}
+
+fn segment_first(name: &str) -> Option<u64> {
+    let digits = name.strip_suffix(SUFFIX).filter(|digits| digits.len() == 20)?;
+    digits.parse().ok()
+}
+
+/// The first frames of the segments there are, in order.
+pub(crate) fn segments(storage: &dyn Storage) -> io::Result<Vec<u64>> {
+    Ok(storage.list(DIRECTORY)?.iter().filter_map(|name| segment_first(name)).collect())
+}
+
+/// A place in the chain: everything up to frame `number`, whose crc is `crc`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Place {
+    pub(crate) number: u64,
+    pub(crate) crc: u32,
+}
+
+#[derive(Debug)]
+struct Segment {
+    file: Box<dyn Writing>,
+    end: u64,
+    zeroed: u64,
+}
+
+/// The journal, to be written.
+#[derive(Debug)]
+pub(crate) struct Journal {
+    storage: Arc<dyn Storage>,
+    sizes: Sizes,
+    last: Place,
+    durable: u64,
+    segment: Option<Segment>,
+    /// Bytes appended since it was opened.
+    written: u64,
+}
+
+impl Journal {
+    /// Goes on after `last`, all of which is durable, in a segment of its own that is made with the first frame.
+    pub(crate) fn after(storage: Arc<dyn Storage>, last: Place, sizes: Sizes) -> Self {
+        Self { storage, sizes, last, durable: last.number, segment: None, written: 0 }
+    }
+
+    /// The last frame appended.
+    pub(crate) fn last(&self) -> Place {
+        self.last
+    }
+
+    /// Bytes appended since it was opened.
+    pub(crate) fn written(&self) -> u64 {
+        self.written
+    }
+
+    /// Appends a frame; it is durable after [`Journal::sync`].
+    pub(crate) fn append(&mut self, payload: &[u8]) -> io::Result<Place> {
+        let head = Head { number: self.last.number + 1, durable: self.durable, previous: self.last.crc };
+        let (bytes, crc) = frame::written(JOURNAL, head, payload);
+        let length = bytes.len() as u64;
+        let full = self.segment.as_ref().is_none_or(|segment| segment.end + length > self.sizes.segment_max);
+        if full {
+            // A segment says of all before it that it is durable.
+            self.sync()?;
+            self.begin_segment()?;
+        }
+        let Some(segment) = &mut self.segment else { return Err(io::Error::other("no segment")) };
+        if segment.end + length > segment.zeroed {
+            let to = segment.end + length + self.sizes.ahead;
+            let zeros = vec![0; usize::try_from(to - segment.zeroed).unwrap_or(0)];
+            segment.file.write_at(&zeros, segment.zeroed)?;
+            segment.zeroed = to;
+        }
+        segment.file.write_at(&bytes, segment.end)?;
+        segment.end += length;
+        self.written += length;
+        self.last = Place { number: head.number, crc };
+        Ok(self.last)
+    }
+
+    /// Makes durable what was appended. After an error nothing more may be appended.
+    pub(crate) fn sync(&mut self) -> io::Result<()> {
+        if let Some(segment) = &mut self.segment
+            && self.durable < self.last.number
+        {
+            segment.file.sync()?;
+        }
+        self.durable = self.last.number;
+        Ok(())
+    }
+
+    fn begin_segment(&mut self) -> io::Result<()> {
+        let first = self.last.number + 1;
+        let head = Head { number: first, durable: self.last.number, previous: self.last.crc };
+        let (mut bytes, _) = frame::written(SEGMENT, head, &VERSION.to_le_bytes());
+        let end = bytes.len() as u64;
+        let zeroed = end + self.sizes.ahead;
+        bytes.resize(usize::try_from(zeroed).unwrap_or(bytes.len()), 0);
+        let mut file = self.storage.create(&segment_name(first))?;
+        file.write_at(&bytes, 0)?;
+        file.sync()?;
+        self.storage.sync_directory(DIRECTORY)?;
+        self.segment = Some(Segment { file, end, zeroed });
+        Ok(())
+    }
+}
+
+/// Why a journal can't be read.
+#[derive(Debug, thiserror::Error)]
+pub enum JournalError {
+    /// What was acknowledged is damaged.
+    #[error(
+        "{file} is damaged at byte {offset}: frame {lost} and perhaps more after it can't be read, though frames up to \
+         {claimed} were on disk and acted on. Nothing was changed. Put this data directory back from a copy, or \
+         move it away to begin anew"
+    )]
+    Damaged {
+        /// Which file.
+        file: String,
+        /// Where.
+        offset: usize,
+        /// The first frame that is lost.
+        lost: u64,
+        /// The last frame that is known to have been durable.
+        claimed: u64,
+    },
+    /// A file is missing.
+    #[error(
+        "the journal of {directory} begins at frame {found}, and frame {wanted} is needed: a file is missing"
+    )]
+    Missing {
+        /// Where.
+        directory: String,
+        /// The first frame there is; 0: there is none.
+        found: u64,
+        /// The first that is needed.
+        wanted: u64,
+    },
+    /// A segment of another version.
+    #[error("{file} has format {found}, and this release reads formats 1 to {VERSION}: use a newer release")]
+    Version {
+        /// Which file.
+        file: String,
+        /// What it says.
+        found: u32,
+    },
+    /// The disk failed.
+    #[error("cannot read {file}: {error}")]
+    Read {
+        /// Which file.
+        file: String,
+        /// Why.
+        #[source]
+        error: io::Error,
+    },
+}
+
+/// Where a journal ends.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct End {
+    /// The last sound frame.
+    pub(crate) last: Place,
+    /// What follows it on disk and was never acknowledged: the file, and where it begins in it.
+    pub(crate) torn: Option<(String, usize)>,
+    /// The segments read.
+    pub(crate) segments: Vec<u64>,
+    /// Bytes of sound frames read.
+    pub(crate) bytes: u64,
+}
+
+/// A frame as it is shown to a reader.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shown<'a> {
+    pub(crate) place: Place,
+    pub(crate) payload: &'a [u8],
+    pub(crate) segment: u64,
+    pub(crate) offset: usize,
+}
+
+/// Reads the frames after `from` in order, showing each to `visit`. Changes nothing.
+pub(crate) fn read<E: From<JournalError>>(
+    storage: &dyn Storage,
+    from: Place,
+    mut visit: impl FnMut(Shown<'_>) -> Result<(), E>,
+) -> Result<End, E> {
+    let failed = |name: &str| {
+        let file = storage.path(name);
+        |error| E::from(JournalError::Read { file, error })
+    };
+    let mut firsts = segments(storage).map_err(failed(DIRECTORY))?;
+    let wanted = from.number + 1;
+    let before = firsts.iter().rposition(|first| *first <= wanted);
+    let begin = match before {
+        Some(at) => at,
+        None if firsts.is_empty() && from.number == 0 => 0,
+        None => {
+            let (directory, found) = (storage.path(DIRECTORY), firsts.first().copied().unwrap_or(0));
+            // A first segment that was being made when power failed has no sound head, and nothing was acknowledged.
+            return Err(JournalError::Missing { directory, found, wanted }.into());
+        }
+    };
+    firsts.drain(..begin);
+    let mut end = End { last: from, torn: None, segments: Vec::new(), bytes: 0 };
+    let mut stopped: Option<(u64, usize)> = None;
+    let mut claim: Option<u64> = None;
+    for first in firsts {
+        let name = segment_name(first);
+        let bytes = storage.read(&name).map_err(failed(&name))?;
+        let head = segment_head(&bytes, first);
+        if let Some((_, version)) = head
+            && version != VERSION
+        {
+            return Err(JournalError::Version { file: storage.path(&name), found: version }.into());
+        }
+        // A segment made after a torn tail was cut takes its place: what is torn there is of no account.
+        let goes_on = head.is_some_and(|(head, _)| {
+            (end.segments.is_empty() && first <= end.last.number)
+                || (first == end.last.number + 1 && head.previous == end.last.crc)
+        });
+        if goes_on && (claim.is_none() || claim.is_some_and(|claim| claim <= end.last.number)) {
+            stopped = None;
+            claim = None;
+            let at = head.map_or(0, |(head, _)| start(&bytes, head, &end, from));
+            end.segments.push(first);
+            let at = chain(&bytes, at, first, &mut end, &mut visit)?;
+            let rest = bytes.get(at..).unwrap_or_default();
+            if rest.iter().any(|byte| *byte != 0) {
+                stopped = Some((first, at));
+                claim = claimed(rest);
+            }
+        } else {
+            stopped = stopped.or(Some((first, 0)));
+            claim = claim.max(claimed(&bytes));
+            if head.is_none() {
+                // A head is durable before the first frame is written: one that is unsound before a sound frame was
+                // damaged later.
+                let frames = frame::scan(JOURNAL, &bytes).map(|(_, found)| found.head.number);
+                claim = claim.max(frames.max());
+            }
+        }
+    }
+    if let Some((first, offset)) = stopped {
+        let file = storage.path(&segment_name(first));
+        if let Some(claimed) = claim.filter(|claim| *claim > end.last.number) {
+            return Err(JournalError::Damaged { file, offset, lost: end.last.number + 1, claimed }.into());
+        }
+        end.torn = Some((file, offset));
+    }
+    Ok(end)
+}
+
+/// The head of a segment and the version it says, if it is sound and of this name.
+fn segment_head(bytes: &[u8], first: u64) -> Option<(Head, u32)> {
+    let found = frame::read(SEGMENT, bytes).filter(|found| found.head.number == first)?;
+    Some((found.head, u32::from_le_bytes(found.payload.try_into().ok()?)))
+}
+
+/// Where in a segment the chain goes on after `end`: right after its head, or, in the first segment that is read, after
+/// the frame that a snapshot was made at. What was before that is in the snapshot, sound here or not.
+fn start(bytes: &[u8], head: Head, end: &End, from: Place) -> usize {
+    let after_head = frame::HEAD_LEN + 4;
+    if !end.segments.is_empty() || head.number == from.number + 1 {
+        return after_head;
+    }
+    let follows = |found: &Found<'_>| found.head.number == from.number + 1 && found.head.previous == from.crc;
+    let is_it = |found: &Found<'_>| found.head.number == from.number && found.crc == from.crc;
+    for (at, found) in frame::scan(JOURNAL, bytes) {
+        if follows(&found) {
+            return at;
+        }
+        if is_it(&found) {
+            return at + found.len();
+        }
+    }
+    after_head
+}
+
+/// Follows the chain from `at`; returns where it ends.
+fn chain<E>(
+    bytes: &[u8],
+    mut at: usize,
+    segment: u64,
+    end: &mut End,
+    visit: &mut impl FnMut(Shown<'_>) -> Result<(), E>,
+) -> Result<usize, E> {
+    while let Some(found) = bytes.get(at..).and_then(|rest| frame::read(JOURNAL, rest)) {
+        if found.head.number != end.last.number + 1 || found.head.previous != end.last.crc {
+            break;
+        }
+        let place = Place { number: found.head.number, crc: found.crc };
+        visit(Shown { place, payload: found.payload, segment, offset: at })?;
+        end.last = place;
+        end.bytes += found.len() as u64;
+        at += found.len();
+    }
+    Ok(at)
+}
+
+/// The last frame that anything sound in `bytes` says was durable.
+fn claimed(bytes: &[u8]) -> Option<u64> {
+    let frames = frame::scan(JOURNAL, bytes).map(|(_, found)| found.head.durable);
+    let heads = frame::scan(SEGMENT, bytes).map(|(_, found)| found.head.durable);
+    frames.chain(heads).max()
+}

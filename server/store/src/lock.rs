@@ -1,0 +1,39 @@
+//! One daemon to a data directory.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use crate::error::StoreError;
+
+/// The directory's lock. The kernel lets it go with the process, however that ends.
+#[derive(Debug)]
+pub(crate) struct Lock {
+    _file: File,
+}
+
+/// Takes the lock of `directory` for the learner `name`.
+pub(crate) fn take(directory: &Path, name: &str) -> Result<Lock, StoreError> {
+    let path = directory.join("LOCK");
+    let disk = |what| StoreError::disk(what, path.display().to_string());
+    let mut options = OpenOptions::new();
+    let mut file =
+        options.read(true).write(true).create(true).truncate(false).open(&path).map_err(disk("open"))?;
+    match file.try_lock() {
+        Ok(()) => (),
+        Err(TryLockError::WouldBlock) => {
+            let mut holder = String::new();
+            // Who it is helps; that it is there is enough.
+            let read = Read::by_ref(&mut file).take(256).read_to_string(&mut holder);
+            let known = read.is_ok_and(|length| length > 0);
+            let holder = if known { holder.trim().to_owned() } else { "another process".to_owned() };
+            return Err(StoreError::Locked { path: directory.display().to_string(), holder });
+        }
+        Err(TryLockError::Error(error)) => return Err(disk("lock")(error)),
+    }
+    let holder = format!("learner {name}, process {}\n", std::process::id());
+    file.set_len(0).map_err(disk("write"))?;
+    file.seek(SeekFrom::Start(0)).map_err(disk("write"))?;
+    file.write_all(holder.as_bytes()).map_err(disk("write"))?;
+    Ok(Lock { _file: file })
+}
