@@ -1,5 +1,6 @@
 //! The digest of a memory: equal digests are equal memories.
 
+use crate::chunks::ChunkDigest;
 use crate::effect::{ChainLink, Execution};
 use crate::memory::Content;
 use crate::observation::{Observation, Pattern, Substitution, Term, Value};
@@ -9,7 +10,7 @@ use crate::schema::{Form, Schema, SchemaId};
 use crate::vocabulary::Parameter;
 
 /// Version of what is digested and how; part of the digest.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The blake3 digest of everything that decides what the learner does next, in hexadecimal.
 #[must_use]
@@ -17,18 +18,7 @@ pub fn digest(content: &Content) -> String {
     let mut sink = Sink(blake3::Hasher::new());
     sink.number(u64::from(VERSION));
     vocabulary(&mut sink, content);
-    sink.list(content.schemas.len());
-    content.schemas.iter().for_each(|schema| self::schema(&mut sink, content, schema));
-    for counts in [&content.attention, &content.happened] {
-        let mut counted: Vec<_> =
-            content.observations.iter().zip(counts.iter()).filter(|(_, count)| **count > 0).collect();
-        counted.sort_unstable();
-        sink.list(counted.len());
-        for (observation, count) in counted {
-            self::observation(&mut sink, observation);
-            sink.number(u64::from(*count));
-        }
-    }
+    schemas_and_observations(&mut sink, content);
     content.attempts.iter().for_each(|attempts| count(&mut sink, *attempts));
     sink.number(content.random.state());
     sink.number(content.step);
@@ -43,11 +33,35 @@ pub fn digest(content: &Content) -> String {
     sink.0.finalize().to_hex().to_string()
 }
 
+/// The lists that grow: the digests of their chunks, which they remember, so that this costs what changed.
+fn schemas_and_observations(sink: &mut Sink, content: &Content) {
+    let Content { schemas, observations, attention, happened, .. } = content;
+    sink.list(schemas.len());
+    let one = |sink: &mut Sink, schema: &Schema| self::schema(sink, content, schema);
+    schemas.digests(|chunk| chunk_digest(chunk, one)).for_each(|digest| sink.bytes(&digest));
+    sink.list(observations.len());
+    observations.digests(|chunk| chunk_digest(chunk, observation)).for_each(|digest| sink.bytes(&digest));
+    for counts in [attention, happened] {
+        let one = |sink: &mut Sink, count: &u32| sink.number(u64::from(*count));
+        counts.digests(|chunk| chunk_digest(chunk, one)).for_each(|digest| sink.bytes(&digest));
+    }
+}
+
+fn chunk_digest<T>(chunk: &[T], one: impl Fn(&mut Sink, &T)) -> ChunkDigest {
+    let mut sink = Sink(blake3::Hasher::new());
+    sink.list(chunk.len());
+    chunk.iter().for_each(|item| one(&mut sink, item));
+    *sink.0.finalize().as_bytes()
+}
+
 struct Sink(blake3::Hasher);
 
 impl Sink {
+    fn bytes(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
     fn number(&mut self, number: u64) {
-        self.0.update(&number.to_le_bytes());
+        self.bytes(&number.to_le_bytes());
     }
     fn list(&mut self, len: usize) {
         self.number(len as u64);
