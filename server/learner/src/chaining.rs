@@ -46,8 +46,10 @@ pub(crate) struct Reach {
     nodes: Vec<Node>,
     /// Whether the search used up its budget, so that there may be more.
     pub(crate) truncated: bool,
-    /// By group of schemas, as many as there were, the best way to where they can be executed.
-    ways: Vec<Option<Access>>,
+    /// The best way to where the schemas of each group can be executed, for those that can be reached; by group.
+    ways: Vec<(GroupId, Access)>,
+    /// Groups that there were.
+    groups: usize,
     key: Key,
 }
 
@@ -114,35 +116,37 @@ impl Reach {
             schemas: memory.content().schemas.len(),
         };
         let groups = memory.index().groups();
-        let mut ways = vec![None; groups.len()];
+        let mut ways = Vec::new();
         for (at, node) in nodes.iter().enumerate() {
             for group in groups.holding(&node.ids) {
-                ways[group.index()].get_or_insert(Access {
-                    node: at,
-                    preceding: node.depth,
-                    probability: node.probability,
-                });
+                let (preceding, probability) = (node.depth, node.probability);
+                ways.push((group, Access { node: at, preceding, probability }));
             }
         }
-        Self { nodes, truncated, ways, key }
+        // Of several ways to a group, the first is the best.
+        ways.sort_by_key(|(group, _)| *group);
+        ways.dedup_by_key(|(group, _)| *group);
+        Self { nodes, truncated, ways, groups: groups.len(), key }
     }
 
     /// Finds the ways to groups that are newer than the search.
     fn take_in_groups(&mut self, memory: &Memory) {
-        for (_, group) in memory.index().groups().since(self.ways.len()) {
-            self.ways.push(way(&self.nodes, &group.pre));
+        let groups = memory.index().groups();
+        for (id, group) in groups.since(self.groups) {
+            self.ways.extend(way(&self.nodes, &group.pre).map(|way| (id, way)));
         }
+        self.groups = groups.len();
     }
 
     /// The best way to where the schemas of `group` can be executed.
     pub(crate) fn way(&self, group: GroupId) -> Option<Access> {
-        self.ways.get(group.index()).copied().flatten()
+        let at = self.ways.binary_search_by_key(&group, |(group, _)| *group).ok()?;
+        self.ways.get(at).map(|(_, way)| *way)
     }
 
     /// The groups of schemas that can be reached, each with the best way.
     pub(crate) fn ways<'a>(&self, groups: &'a Groups) -> impl Iterator<Item = (Access, &'a Group)> {
-        let reached = groups.since(0).zip(&self.ways);
-        reached.filter_map(|((_, group), way)| way.map(|way| (way, group)))
+        self.ways.iter().map(|(group, way)| (*way, groups.get(*group)))
     }
 
     /// A way to every context reached, the present one first.
@@ -273,14 +277,20 @@ pub(crate) fn achieve(
     let fewest = target.iter().map(|id| index.causing(*id)).min_by_key(|list| list.len())?;
     let mut best: Option<(Achiever<'_>, Access)> = None;
     for id in fewest {
-        let Some(outline) = index.outline(*id) else { continue };
-        let Some(access) = reach.way(outline.group) else { continue };
+        let Some(outline) = index.outline(*id) else {
+            continue;
+        };
+        let Some(access) = reach.way(outline.group) else {
+            continue;
+        };
         // However surely it achieves the target, it is no surer than this.
         let most = reliability(memory, outline.action) * access.probability;
         if best.as_ref().is_some_and(|((.., sure), _)| most < *sure) {
             continue;
         }
-        let Some((id, concrete, sure)) = achiever(memory, body, *id, &target) else { continue };
+        let Some((id, concrete, sure)) = achiever(memory, body, *id, &target) else {
+            continue;
+        };
         let found = ((id, concrete, sure * access.probability), access);
         if best.as_ref().is_none_or(|best| better(&found, best)) {
             best = Some(found);

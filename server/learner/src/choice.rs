@@ -168,7 +168,7 @@ fn explain(situation: &Situation<'_>, shown: &[Scored], reason: Reason, action: 
         candidate
     });
     Decision {
-        step: situation.memory.content().step,
+        step: situation.memory.content().step + 1,
         body: situation.body,
         world: situation.world.clone(),
         candidates: candidates.collect(),

@@ -5,6 +5,7 @@ use rustc_hash::FxHashMap;
 use crate::association::is_associated;
 use crate::bound::Bound;
 use crate::decision::{Role, Term};
+use crate::index::PairId;
 use crate::memory::Memory;
 use crate::observation::{Observation, PropertyId, Substitution, Value};
 use crate::outline::Outline;
@@ -47,57 +48,51 @@ impl Perceived {
     }
 }
 
-/// What everything remembered shares with what is perceived, by observation: to score very many schemas at once.
+/// What remembered observations share with what is perceived, looked up for those that are asked for: what a memory
+/// knows besides costs nothing.
 #[derive(Debug)]
 pub(crate) struct Resemblance<'a> {
     memory: &'a Memory,
-    /// How many values it shares.
-    shared: Vec<u32>,
-    /// What it adds where its probability and weight are 1.
-    plain: Vec<f64>,
+    /// Pairs that are perceived and that anything remembered has, each with how often.
+    pairs: Vec<(PairId, u32)>,
 }
 
 impl<'a> Resemblance<'a> {
     pub(crate) fn new(memory: &'a Memory, world: &WorldState) -> Self {
-        let count = memory.content().observations.len();
-        let mut found = Self { memory, shared: vec![0; count], plain: vec![0.0; count] };
-        let mut pairs: Vec<_> = world.observations().iter().flat_map(|o| o.properties()).copied().collect();
-        pairs.sort_unstable();
-        for equal in pairs.chunk_by(|a, b| a == b) {
-            let times = u32::try_from(equal.len()).unwrap_or(u32::MAX);
-            let Some((property, value)) = equal.first() else { continue };
-            for id in memory.index().with_value(*property, *value) {
-                if let Some(shared) = found.shared.get_mut(id.index()) {
-                    *shared += times;
-                    found.plain[id.index()] = found.value(*id, 1.0, 1.0);
-                }
-            }
-        }
-        found
+        let all = world.observations().iter().flat_map(|o| o.properties());
+        let mut all: Vec<_> = all.filter_map(|(p, value)| memory.index().pair(*p, *value)).collect();
+        all.sort_unstable();
+        let counted = all
+            .chunk_by(|a, b| a == b)
+            .filter_map(|equal| Some((*equal.first()?, u32::try_from(equal.len()).unwrap_or(u32::MAX))));
+        Self { memory, pairs: counted.collect() }
     }
 
+    /// How many values it shares.
     fn shared(&self, id: ObservationId) -> u32 {
-        self.shared.get(id.index()).copied().unwrap_or_default()
+        let mut shared = 0;
+        for pair in self.memory.index().pairs_of(id) {
+            for (perceived, times) in &self.pairs {
+                shared += if perceived == pair { *times } else { 0 };
+            }
+        }
+        shared
     }
 
     /// What `id` adds to the sum of equation (1).
     fn value(&self, id: ObservationId, probability: f64, weight: f64) -> f64 {
-        let attention = self.memory.content().attention.get(id.index()).copied().unwrap_or(0);
-        f64::from(self.shared(id)) * probability * weight / (1.0 + f64::from(attention))
-    }
-
-    fn weighed(&self, id: ObservationId, probability: f64, weight: f64) -> f64 {
-        match probability == 1.0 && weight == 1.0 {
-            // Exactly the same, without a division.
-            true => self.plain.get(id.index()).copied().unwrap_or_default(),
-            false if self.shared(id) == 0 => 0.0,
-            false => self.value(id, probability, weight),
+        match self.shared(id) {
+            0 => 0.0,
+            shared => {
+                let attention = self.memory.content().attention.get(id.index()).copied().unwrap_or(0);
+                f64::from(shared) * probability * weight / (1.0 + f64::from(attention))
+            }
         }
     }
 
     /// What pre-conditions that many schemas have in common add to the sum of each whose action has this reliability.
     pub(crate) fn of_pre(&self, pre: &[ObservationId], reliability: f64) -> f64 {
-        pre.iter().fold(0.0, |sum, id| sum + self.weighed(*id, 1.0, reliability))
+        pre.iter().fold(0.0, |sum, id| sum + self.value(*id, 1.0, reliability))
     }
 
     /// The sum of equation (1) of a concrete schema, as [`sum`] gives it; `pre` is what its pre-conditions add.
@@ -105,8 +100,8 @@ impl<'a> Resemblance<'a> {
         let parameters = self.memory.parameters();
         let mut sum = pre;
         if parameters.excite_by_post_conditions {
-            for (what, probability) in &outline.post {
-                sum += self.weighed(*what, *probability, reliability);
+            for (what, probability) in outline.post() {
+                sum += self.value(what, probability, reliability);
             }
         }
         if outline.associated
@@ -134,7 +129,9 @@ fn visit(
     mut each: impl FnMut(Remembered<'_>),
 ) {
     let content = memory.content();
-    let Some(known) = content.schema(schema) else { return };
+    let Some(known) = content.schema(schema) else {
+        return;
+    };
     let with_post = memory.parameters().excite_by_post_conditions;
     let attention = |id: ObservationId| content.attention.get(id.index()).copied().unwrap_or(0);
     match &known.form {
@@ -157,7 +154,9 @@ fn visit(
             post.for_each(|p| known(Role::PostCondition, p.what, p.count.ratio()));
         }
         Form::Generalised(_) => {
-            let Some(bound) = Bound::new(content, schema, binding) else { return };
+            let Some(bound) = Bound::new(content, schema, binding) else {
+                return;
+            };
             let mut known = |role, observation, probability| {
                 let attention = memory.attention(observation);
                 each(Remembered { role, observation, attention, probability, weight: reliability });

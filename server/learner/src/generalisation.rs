@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 
 use crate::bound;
 use crate::effect::Effect;
+use crate::groups::GroupId;
 use crate::memory::Memory;
 use crate::observation::{
-    Observation, Pattern, PropertyId, Substitution, Term, TypeId, Value, Variable, bindings,
+    Observation, Pattern, PropertyId, Substitution, Term, TypeId, Value, Variable, bindings, bindings_within,
 };
 use crate::outline::ClassId;
 use crate::probability::Count;
@@ -25,21 +26,29 @@ pub(crate) struct Lifted {
 /// Effects that follow from the new concrete schema `seed`: generalised schemas that now have one more
 /// example, and the generalisation of `seed`, if it holds.
 pub(crate) fn generalise(memory: &Memory, seed: SchemaId) -> Vec<Effect> {
-    let Some(concrete) = memory.content().schema(seed).and_then(|s| s.concrete()) else { return Vec::new() };
+    let Some(concrete) = memory.content().schema(seed).and_then(|s| s.concrete()) else {
+        return Vec::new();
+    };
     let mut effects = Vec::new();
     let target = target_action::target(memory, concrete).filter(|_| !is_exception(memory, concrete));
     let lifted = target.map(|target| lift(memory, concrete, &target));
     // What was retired is not made anew: its history speaks against it.
     let known = lifted.as_ref().is_some_and(|lifted| lifted.is_known(memory));
     for id in memory.index().generalised() {
-        let Some(generalised) = memory.content().schema(*id).and_then(|s| s.generalised()) else { continue };
+        let Some(generalised) = memory.content().schema(*id).and_then(|s| s.generalised()) else {
+            continue;
+        };
         if represents(memory, generalised, concrete) {
             effects.push(Effect::Supported { generalised: *id, example: seed });
         }
     }
-    let Some(lifted) = lifted.filter(|lifted| !known && lifted.has_variables()) else { return effects };
+    let Some(lifted) = lifted.filter(|lifted| !known && lifted.has_variables()) else {
+        return effects;
+    };
     // "The same number of the same type of observations for their pre-conditions and post-conditions".
-    let Some(class) = memory.index().outline(seed).map(|outline| outline.class) else { return effects };
+    let Some(class) = memory.index().outline(seed).map(|outline| outline.class) else {
+        return effects;
+    };
     let similar = memory.index().classes().size(class);
     let examples = examples(memory, &lifted, class);
     let share = examples.len() as f64 / similar.max(1) as f64;
@@ -64,32 +73,90 @@ fn is_exception(memory: &Memory, concrete: &Concrete) -> bool {
 /// the same pre-conditions, and of these only those are looked at that have an outcome which it says they have.
 fn examples(memory: &Memory, lifted: &Lifted, class: ClassId) -> Vec<SchemaId> {
     let index = memory.index();
-    let types = signature(lifted.pre.iter().map(Pattern::kind));
     let mut found = Vec::new();
-    for group in index.with_pre_types(&types) {
-        let group = index.groups().get(*group);
+    // Bounds what a crowded world full of equal things can cost; beyond it less is generalised, and nothing wrongly.
+    let mut budget = ATTEMPTS_MAX;
+    for (group, only) in candidates(memory, lifted) {
+        let group = index.groups().get(group);
+        if group.pre.len() != lifted.pre.len() {
+            continue;
+        }
         let pre: Vec<_> = group.pre.iter().map(|o| memory.content().observation(*o).clone()).collect();
-        for binding in bindings(&lifted.pre, &pre, BINDINGS_MAX) {
+        for binding in bindings_within(&lifted.pre, &pre, BINDINGS_MAX, &mut budget) {
             let post = lifted.post.iter().map(|(what, absent)| (what, *absent));
             let Some(law) = Law::new(memory, post, &lifted.target, &binding) else { continue };
             let of_class = |id: &SchemaId| index.outline(*id).is_some_and(|known| known.class == class);
-            let holds = |id: &SchemaId| {
-                of_class(id)
-                    && memory
-                        .content()
-                        .schema(*id)
-                        .and_then(|s| s.concrete())
-                        .is_some_and(|c| law.holds(memory, c))
-            };
-            match law.post.first() {
-                Some((what, _)) => found.extend(group.with_outcome(*what).filter(holds)),
-                None => found.extend(group.schemas.iter().copied().filter(holds)),
+            let concrete = |id: &SchemaId| memory.content().schema(*id).and_then(|s| s.concrete());
+            let holds = |id: &SchemaId| of_class(id) && concrete(id).is_some_and(|c| law.holds(memory, c));
+            match (only, law.post.first()) {
+                (Some(id), _) => found.extend(Some(id).filter(holds)),
+                (None, Some((what, _))) => found.extend(group.with_outcome(*what).filter(holds)),
+                (None, None) => found.extend(group.schemas.iter().copied().filter(holds)),
             }
         }
     }
     found.sort_unstable();
     found.dedup();
     found
+}
+
+/// Groups among whose schemas are all that `lifted` can represent, or one schema of each: whatever it says without a
+/// variable narrows the choice, of its pre-conditions or of what it predicts, and the rarest narrows it most. Without
+/// any such, groups with pre-conditions of the same types.
+fn candidates(memory: &Memory, lifted: &Lifted) -> Vec<(GroupId, Option<SchemaId>)> {
+    let index = memory.index();
+    let types = signature(lifted.pre.iter().map(Pattern::kind));
+    let ground = lifted.pre.iter().filter(|pattern| !pattern.has_variables());
+    let requiring = ground.map(|pattern| {
+        let observation = pattern.apply(&Substitution::new()).and_then(|one| index.id(&one));
+        observation.map_or(&[][..], |id| index.groups().requiring(id))
+    });
+    let groups = requiring.chain([index.with_pre_types(&types)]).min_by_key(|groups| groups.len());
+    let groups = groups.unwrap_or_default();
+    let mut fewest: Option<Vec<&[SchemaId]>> = None;
+    let mut most = groups.len();
+    for (pattern, _) in lifted.post.iter().filter(|(_, absent)| !absent) {
+        if let Some((schemas, count)) = predicting(memory, pattern, most) {
+            (fewest, most) = (Some(schemas), count);
+        }
+    }
+    match fewest {
+        None => groups.iter().map(|group| (*group, None)).collect(),
+        Some(schemas) => {
+            let of = |id: &SchemaId| index.outline(*id).map(|known| (known.group, Some(*id)));
+            schemas.into_iter().flatten().filter_map(of).collect()
+        }
+    }
+}
+
+/// The concrete schemas that have an outcome with a value that `pattern` says, and how many; none if there are `most` or
+/// more, or it says no value.
+fn predicting<'a>(
+    memory: &'a Memory,
+    pattern: &Pattern,
+    most: usize,
+) -> Option<(Vec<&'a [SchemaId]>, usize)> {
+    let index = memory.index();
+    if !pattern.has_variables() {
+        let known = pattern.apply(&Substitution::new()).and_then(|one| index.id(&one));
+        let schemas = known.map_or(&[][..], |id| index.causing(id));
+        return (schemas.len() < most).then(|| (vec![schemas], schemas.len()));
+    }
+    let said = pattern.terms().iter().filter_map(|(property, term)| match term {
+        Term::Constant(value) => Some(index.with_value(*property, *value)),
+        Term::Variable(_) => None,
+    });
+    let observations = said.min_by_key(|observations| observations.len())?;
+    let (mut schemas, mut count) = (Vec::new(), 0);
+    for observation in observations {
+        let causing = index.causing(*observation);
+        count += causing.len().max(1);
+        if count >= most {
+            return None;
+        }
+        schemas.push(causing);
+    }
+    Some((schemas, count))
 }
 
 /// Replaces by a variable every (property, value) that occurs in the pre-conditions and also in the target
@@ -137,6 +204,10 @@ fn predicted<'a>(
         count: p.count,
     })
 }
+
+/// Attempts at matching one pattern with one observation that the search for the examples of one new schema may make: about
+/// a millisecond. A dozen things on a table can be told apart in half a billion ways.
+const ATTEMPTS_MAX: usize = 10_000;
 
 /// A test of representation tries every binding; the attempts of [`bindings`] bound the work.
 const BINDINGS_MAX: usize = usize::MAX;
@@ -268,7 +339,9 @@ impl Lifted {
             let mine: Option<Vec<_>> = self.target.iter().map(|p| p.apply(&binding)).collect();
             let mine_post: Option<Vec<_>> =
                 self.post.iter().map(|(p, absent)| Some((p.apply(&binding)?, *absent))).collect();
-            let (Some(mut mine), Some(mut mine_post)) = (mine, mine_post) else { return false };
+            let (Some(mut mine), Some(mut mine_post)) = (mine, mine_post) else {
+                return false;
+            };
             mine.sort_unstable();
             mine_post.sort_unstable();
             mine == target && mine_post == post
@@ -288,7 +361,9 @@ fn freeze(pattern: &Pattern) -> Observation {
 /// Whether later evidence has taken a generalised schema out of use: counting its examples as successes,
 /// even the upper end of the interval of its success rate is below the share that it was accepted at.
 pub(crate) fn refuted(memory: &Memory, id: SchemaId) -> bool {
-    let Some(schema) = memory.content().schema(id) else { return false };
+    let Some(schema) = memory.content().schema(id) else {
+        return false;
+    };
     let Some(generalised) = schema.generalised().filter(|generalised| !generalised.retired) else {
         return false;
     };

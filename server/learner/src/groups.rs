@@ -1,6 +1,8 @@
 //! Concrete schemas with the same pre-conditions, and which of these groups hold in a context. What a body can do
 //! somewhere is found by what holds there, not by looking through all that it knows.
 
+use std::sync::Arc;
+
 use rustc_hash::FxHashMap;
 
 use crate::schema::{ObservationId, SchemaId};
@@ -20,13 +22,15 @@ impl GroupId {
 #[derive(Clone, Debug)]
 pub(crate) struct Group {
     /// In canonical order, as its schemas have them.
-    pub(crate) pre: Box<[ObservationId]>,
+    pub(crate) pre: Arc<[ObservationId]>,
     /// Its schemas by number.
     pub(crate) schemas: Vec<SchemaId>,
     /// Those whose effect changes what may be a pre-condition, by number.
     pub(crate) changing: Vec<SchemaId>,
     /// What its schemas have as post-conditions, absences included: by observation, then schema.
     outcomes: Vec<(ObservationId, SchemaId)>,
+    /// Its schemas by action; there is never more than one for each.
+    by_action: Vec<(PrimitiveId, SchemaId)>,
 }
 
 impl Group {
@@ -41,8 +45,9 @@ impl Group {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Groups {
     groups: Vec<Group>,
-    by_pre: FxHashMap<Box<[ObservationId]>, GroupId>,
-    exact: FxHashMap<(GroupId, PrimitiveId), SchemaId>,
+    by_pre: FxHashMap<Arc<[ObservationId]>, GroupId>,
+    /// By observation: the groups that have it as a pre-condition.
+    requiring: Vec<Vec<GroupId>>,
     /// The pre-conditions of all groups, each ordered by number, as the paths of a tree.
     tree: Tree,
 }
@@ -58,17 +63,29 @@ pub(crate) fn insert<T: Ord>(list: &mut Vec<T>, item: T) {
 
 impl Groups {
     /// Adds a schema, and says which group it is in.
-    pub(crate) fn add(&mut self, id: SchemaId, pre: &[ObservationId], action: PrimitiveId) -> GroupId {
+    pub(crate) fn add(&mut self, id: SchemaId, pre: &Arc<[ObservationId]>, action: PrimitiveId) -> GroupId {
         let group = self.with_pre(pre).unwrap_or_else(|| {
             let group = GroupId(u32::try_from(self.groups.len()).unwrap_or(u32::MAX));
-            let (schemas, changing, outcomes) = (Vec::new(), Vec::new(), Vec::new());
-            self.groups.push(Group { pre: pre.into(), schemas, changing, outcomes });
-            self.by_pre.insert(pre.into(), group);
+            self.groups.push(Group {
+                pre: pre.clone(),
+                schemas: Vec::new(),
+                changing: Vec::new(),
+                outcomes: Vec::new(),
+                by_action: Vec::new(),
+            });
+            self.by_pre.insert(pre.clone(), group);
+            for observation in pre.iter() {
+                if self.requiring.len() <= observation.index() {
+                    self.requiring.resize(observation.index() + 1, Vec::new());
+                }
+                self.requiring[observation.index()].push(group);
+            }
             self.tree.add(pre, group);
             group
         });
-        insert(&mut self.groups[group.index()].schemas, id);
-        self.exact.insert((group, action), id);
+        let entered = &mut self.groups[group.index()];
+        insert(&mut entered.schemas, id);
+        insert(&mut entered.by_action, (action, id));
         group
     }
 
@@ -102,9 +119,16 @@ impl Groups {
         self.by_pre.get(pre).copied()
     }
 
+    /// The groups that have this observation as a pre-condition, by number.
+    pub(crate) fn requiring(&self, observation: ObservationId) -> &[GroupId] {
+        self.requiring.get(observation.index()).map_or(&[], Vec::as_slice)
+    }
+
     /// The schema of `group` with this action; there is never more than one.
     pub(crate) fn exact(&self, group: GroupId, action: PrimitiveId) -> Option<SchemaId> {
-        self.exact.get(&(group, action)).copied()
+        let by_action = &self.groups[group.index()].by_action;
+        let at = by_action.binary_search_by_key(&action, |(action, _)| *action).ok()?;
+        by_action.get(at).map(|(_, id)| *id)
     }
 
     /// The groups whose pre-conditions are all among `holding`, which is ordered by number.
@@ -202,7 +226,7 @@ mod tests {
             let mut pre = some(12, 4);
             // Canonical order is not that of numbers.
             pre.reverse();
-            groups.add(SchemaId(number), &pre, PrimitiveId(number % 7));
+            groups.add(SchemaId(number), &pre.into(), PrimitiveId(number % 7));
         }
         for _ in 0..200 {
             let holding = some(12, 9);
@@ -217,9 +241,9 @@ mod tests {
     #[test]
     fn outcomes_are_found_within_their_group() {
         let mut groups = Groups::default();
-        let here = groups.add(SchemaId(0), &ids([3]), PrimitiveId(0));
-        assert_eq!(groups.add(SchemaId(4), &ids([3]), PrimitiveId(1)), here);
-        let there = groups.add(SchemaId(5), &ids([]), PrimitiveId(1));
+        let here = groups.add(SchemaId(0), &ids([3]).into(), PrimitiveId(0));
+        assert_eq!(groups.add(SchemaId(4), &ids([3]).into(), PrimitiveId(1)), here);
+        let there = groups.add(SchemaId(5), &ids([]).into(), PrimitiveId(1));
         for (group, schema, what) in [(here, 4, 9), (here, 0, 9), (here, 0, 2), (there, 5, 9), (here, 0, 9)] {
             groups.add_outcome(group, SchemaId(schema), ObservationId(what));
         }

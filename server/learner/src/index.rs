@@ -10,6 +10,7 @@ use crate::groups::{GroupId, Groups, insert};
 use crate::memory::Content;
 use crate::observation::{Observation, Pattern, PropertyId, TypeId, Value};
 use crate::outline::{Basis, Classes, Outline};
+use crate::pages::Pages;
 use crate::parameters::TypeRules;
 use crate::schema::{
     Association, Form, Generalised, ObservationId, PostCondition, Schema, SchemaId, signature,
@@ -20,8 +21,12 @@ use crate::vocabulary::PrimitiveId;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Index {
     ids: FxHashMap<Observation, ObservationId>,
-    /// Observations that have this property with this value.
-    by_value: FxHashMap<(PropertyId, Value), Vec<ObservationId>>,
+    /// Properties with their values, by number.
+    pairs: FxHashMap<(PropertyId, Value), PairId>,
+    /// By pair: the observations that have it.
+    by_pair: Vec<Vec<ObservationId>>,
+    /// By observation.
+    pairs_of: Pages<Pairs>,
     /// By observation: concrete schemas that have it as a post-condition, not as an absence.
     causing: Vec<Vec<SchemaId>>,
     /// By observation: counts changes of the schemas that have it as a post-condition.
@@ -33,7 +38,7 @@ pub(crate) struct Index {
     /// Concrete schemas by action.
     by_action: FxHashMap<PrimitiveId, Vec<SchemaId>>,
     /// By schema; none for a generalised one.
-    outlines: Vec<Option<Outline>>,
+    outlines: Pages<Option<Outline>>,
     classes: Classes,
     /// Generalised schemas in use.
     generalised: Vec<SchemaId>,
@@ -48,6 +53,40 @@ pub(crate) struct Index {
     events: FxHashMap<ObservationId, BTreeSet<Standing>>,
     /// Counts changes of the edges of chains and of their probabilities, but for what carries a generalised schema.
     edges_version: u64,
+}
+
+/// A property with a value, numbered in the order of first mention: comparing two is comparing two numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct PairId(u32);
+
+/// The pairs of one observation; those of most lie in place.
+#[derive(Clone, Debug)]
+enum Pairs {
+    Few([PairId; 3], u8),
+    Many(Box<[PairId]>),
+}
+
+impl Pairs {
+    fn as_slice(&self) -> &[PairId] {
+        match self {
+            Self::Few(pairs, len) => pairs.get(..usize::from(*len)).unwrap_or(pairs),
+            Self::Many(pairs) => pairs,
+        }
+    }
+}
+
+impl FromIterator<PairId> for Pairs {
+    fn from_iter<I: IntoIterator<Item = PairId>>(pairs: I) -> Self {
+        let pairs: Vec<_> = pairs.into_iter().collect();
+        let none = PairId(u32::MAX);
+        match pairs[..] {
+            [] => Self::Few([none; 3], 0),
+            [a] => Self::Few([a, none, none], 1),
+            [a, b] => Self::Few([a, b, none], 2),
+            [a, b, c] => Self::Few([a, b, c], 3),
+            _ => Self::Many(pairs.into()),
+        }
+    }
 }
 
 /// How firmly a schema is associated with an event: how often, since when, concrete or not, which; the
@@ -86,16 +125,25 @@ impl Index {
 
     pub(crate) fn add_observation(&mut self, observation: &Observation, id: ObservationId) {
         self.ids.insert(observation.clone(), id);
-        for pair in observation.properties() {
-            self.by_value.entry(*pair).or_default().push(id);
-        }
+        let number = |pair: &(PropertyId, Value)| {
+            let next = PairId(u32::try_from(self.by_pair.len()).unwrap_or(u32::MAX));
+            let pair = *self.pairs.entry(*pair).or_insert(next);
+            if pair == next {
+                self.by_pair.push(Vec::new());
+            }
+            self.by_pair[pair.0 as usize].push(id);
+            pair
+        };
+        self.pairs_of.push(observation.properties().iter().map(number).collect());
         self.causing.push(Vec::new());
         self.causing_versions.push(0);
     }
 
     pub(crate) fn add_schema(&mut self, id: SchemaId, basis: Basis<'_>) {
         let Basis { content, rules, .. } = basis;
-        let Some(schema) = content.schema(id) else { return };
+        let Some(schema) = content.schema(id) else {
+            return;
+        };
         let concrete = match &schema.form {
             Form::Concrete(concrete) => concrete,
             Form::Generalised(generalised) => {
@@ -152,8 +200,12 @@ impl Index {
 
     /// Takes over the last of a schema's post-conditions, which it has gained.
     pub(crate) fn outcome_added(&mut self, id: SchemaId, basis: Basis<'_>) {
-        let Some(concrete) = basis.content.schema(id).and_then(Schema::concrete) else { return };
-        let Some(group) = self.outline(id).map(|outline| outline.group) else { return };
+        let Some(concrete) = basis.content.schema(id).and_then(Schema::concrete) else {
+            return;
+        };
+        let Some(group) = self.outline(id).map(|outline| outline.group) else {
+            return;
+        };
         let from = concrete.post.len().saturating_sub(1);
         self.add_outcomes(id, group, basis, &concrete.post[from..]);
         self.refresh(id, basis);
@@ -161,7 +213,9 @@ impl Index {
 
     /// Takes over what an execution changed: `before` has the probabilities of the post-conditions before it.
     pub(crate) fn scored(&mut self, id: SchemaId, before: &[f64], basis: Basis<'_>) {
-        let Some(schema) = basis.content.schema(id) else { return };
+        let Some(schema) = basis.content.schema(id) else {
+            return;
+        };
         let differ = |now: &mut dyn Iterator<Item = f64>| !now.eq(before.iter().copied());
         match &schema.form {
             Form::Concrete(concrete) => {
@@ -192,9 +246,15 @@ impl Index {
 
     /// Brings the outline of a concrete schema up to date.
     pub(crate) fn refresh(&mut self, id: SchemaId, basis: Basis<'_>) {
-        let Some(schema) = basis.content.schema(id) else { return };
-        let Some(concrete) = schema.concrete() else { return };
-        let Some(Some(outline)) = self.outlines.get_mut(id.index()) else { return };
+        let Some(schema) = basis.content.schema(id) else {
+            return;
+        };
+        let Some(concrete) = schema.concrete() else {
+            return;
+        };
+        let Some(Some(outline)) = self.outlines.get_mut(id.index()) else {
+            return;
+        };
         self.classes.leave(outline.class);
         let class = self.classes.enter(basis, concrete);
         *outline = Outline::new(basis, schema, concrete, outline.group, class);
@@ -239,9 +299,20 @@ impl Index {
         }
     }
 
+    /// The number of a property with a value; none when no observation in memory has it.
+    pub(crate) fn pair(&self, property: PropertyId, value: Value) -> Option<PairId> {
+        self.pairs.get(&(property, value)).copied()
+    }
+
+    /// The properties of an observation with their values, by number.
+    pub(crate) fn pairs_of(&self, observation: ObservationId) -> &[PairId] {
+        self.pairs_of.get(observation.index()).map_or(&[], Pairs::as_slice)
+    }
+
     /// Observations in memory that have this property with this value.
     pub(crate) fn with_value(&self, property: PropertyId, value: Value) -> &[ObservationId] {
-        self.by_value.get(&(property, value)).map_or(&[], Vec::as_slice)
+        let pair = self.pair(property, value).and_then(|pair| self.by_pair.get(pair.0 as usize));
+        pair.map_or(&[], Vec::as_slice)
     }
 
     /// Concrete schemas that have the observation as a post-condition (not as an absence).
@@ -387,7 +458,18 @@ mod tests {
         let told = |memory: &Memory, id: u32| {
             memory.index().outline(SchemaId(id)).map(|outline| {
                 let size = memory.index().classes().size(outline.class);
-                (size, format!("{:?}", (&outline.action, outline.group, &outline.post, outline.associated)))
+                (
+                    size,
+                    format!(
+                        "{:?}",
+                        (
+                            &outline.action,
+                            outline.group,
+                            outline.post().collect::<Vec<_>>(),
+                            outline.associated
+                        )
+                    ),
+                )
             })
         };
         for id in 0..6 {

@@ -24,6 +24,7 @@ pub mod memory;
 pub mod notation;
 pub mod observation;
 mod outline;
+mod pages;
 pub mod parameters;
 pub mod plan;
 pub mod probability;

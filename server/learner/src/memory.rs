@@ -264,7 +264,9 @@ impl Memory {
             }
             // What is under way was decided under other constraints: what is sensed for the first time
             // when a constraint is lifted must not be put down to it.
-            StageEffect::Entered { .. } => self.content.pending.iter_mut().for_each(|slot| *slot = None),
+            StageEffect::Entered { .. } | StageEffect::Left => {
+                self.content.pending.iter_mut().for_each(|slot| *slot = None);
+            }
             _ => (),
         }
         Ok(())
@@ -396,7 +398,9 @@ impl Memory {
                 general.counter_examples.push(id);
             }
         }
-        let pre: Box<[_]> = pre.iter().map(|observation| self.intern(observation)).collect();
+        let pre: Arc<[_]> = pre.iter().map(|observation| self.intern(observation)).collect();
+        let groups = self.index.groups();
+        let pre = groups.with_pre(&pre).map_or(pre, |group| groups.get(group).pre.clone());
         let post = post
             .iter()
             .map(|(observation, absent)| PostCondition {
@@ -431,14 +435,14 @@ impl Memory {
             .map(|(what, absent)| PostCondition { what: what.clone(), absent: *absent, count })
             .collect();
         self.content.schemas.push(Schema {
-            form: Form::Generalised(Generalised {
+            form: Form::Generalised(Box::new(Generalised {
                 pre: pre.clone().into(),
                 target: target.clone().into(),
                 post,
                 examples: examples.iter().copied().take(EXAMPLES_MAX).collect(),
                 counter_examples: Vec::new(),
                 retired: false,
-            }),
+            })),
             executions: Count::default(),
             associations: Vec::new(),
             parent: Some(*parent),

@@ -146,6 +146,35 @@ impl Pattern {
         true
     }
 
+    /// Whether it could match `observation` under some binding, as far as one pair at a time tells.
+    fn resembles(&self, observation: &Observation) -> bool {
+        self.fits(observation, |_, _| true)
+    }
+
+    /// Whether it could match `observation` under an extension of `substitution`, as far as one pair at a time tells.
+    fn agrees(&self, observation: &Observation, substitution: &Substitution) -> bool {
+        self.fits(observation, |variable, value| {
+            substitution.get(variable).is_none_or(|bound| bound == value)
+        })
+    }
+
+    fn fits(&self, observation: &Observation, variable: impl Fn(Variable, Value) -> bool) -> bool {
+        self.kind == observation.kind
+            && self.terms.len() == observation.properties.len()
+            && self.terms.iter().zip(&observation.properties).all(|((property, term), (seen, value))| {
+                property == seen
+                    && match term {
+                        Term::Constant(constant) => constant == value,
+                        Term::Variable(name) => variable(*name, *value),
+                    }
+            })
+    }
+
+    /// Whether it has variables.
+    pub(crate) fn has_variables(&self) -> bool {
+        self.terms.iter().any(|(_, term)| matches!(term, Term::Variable(_)))
+    }
+
     /// The observation that results from putting in the bound values; `None` while a variable of this
     /// pattern is unbound. Binding never alters the pattern.
     #[must_use]
@@ -211,36 +240,69 @@ impl Substitution {
 /// two substitutions.
 #[must_use]
 pub fn bindings(patterns: &[Pattern], observations: &[Observation], limit: usize) -> Vec<Substitution> {
-    fn extend(
-        patterns: &[Pattern],
-        observations: &[Observation],
-        used: &mut Vec<usize>,
-        so_far: &Substitution,
-        found: &mut std::collections::BTreeSet<Substitution>,
-        budget: &mut usize,
-    ) {
-        let Some((first, rest)) = patterns.split_first() else {
-            found.insert(so_far.clone());
+    // Bounds work on hostile worlds (many equal types); ordinary ones never reach it.
+    bindings_within(patterns, observations, limit, &mut { MATCH_ATTEMPTS_MAX })
+}
+
+/// As [`bindings`], with as many attempts as `budget` still has, of which it takes those that it makes.
+pub(crate) fn bindings_within(
+    patterns: &[Pattern],
+    observations: &[Observation],
+    limit: usize,
+    budget: &mut usize,
+) -> Vec<Substitution> {
+    let mut fitting = Vec::with_capacity(patterns.len());
+    for pattern in patterns {
+        let fits = |at: &usize| observations.get(*at).is_some_and(|one| pattern.resembles(one));
+        let places: Vec<_> = (0..observations.len()).filter(fits).collect();
+        if places.is_empty() {
+            return Vec::new();
+        }
+        fitting.push((pattern, places));
+    }
+    // Whatever the order, the same is found; what leaves least choice leaves least to be tried. In a crowded world most
+    // patterns are of objects that nothing happened to, and fit just one.
+    fitting.sort_by_key(|(_, places)| places.len());
+    let mut search = Search {
+        observations,
+        used: vec![false; observations.len()],
+        found: std::collections::BTreeSet::new(),
+        budget,
+    };
+    search.extend(&fitting, &Substitution::new());
+    search.found.into_iter().take(limit).collect()
+}
+
+/// A search for [`bindings`].
+struct Search<'a> {
+    observations: &'a [Observation],
+    used: Vec<bool>,
+    found: std::collections::BTreeSet<Substitution>,
+    budget: &'a mut usize,
+}
+
+impl Search<'_> {
+    fn extend(&mut self, patterns: &[(&Pattern, Vec<usize>)], so_far: &Substitution) {
+        let Some(((first, places), rest)) = patterns.split_first() else {
+            self.found.insert(so_far.clone());
             return;
         };
-        for (at, observation) in observations.iter().enumerate() {
-            if *budget == 0 {
+        for at in places {
+            if *self.budget == 0 {
                 return;
             }
-            *budget -= 1;
+            *self.budget -= 1;
+            if self.used[*at] || !first.agrees(&self.observations[*at], so_far) {
+                continue;
+            }
             let mut substitution = so_far.clone();
-            if !used.contains(&at) && first.bind(observation, &mut substitution) {
-                used.push(at);
-                extend(rest, observations, used, &substitution, found, budget);
-                used.pop();
+            if first.bind(&self.observations[*at], &mut substitution) {
+                self.used[*at] = true;
+                self.extend(rest, &substitution);
+                self.used[*at] = false;
             }
         }
     }
-    let mut found = std::collections::BTreeSet::new();
-    // The budget bounds work on hostile worlds (many equal types); ordinary ones never reach it.
-    let mut budget = MATCH_ATTEMPTS_MAX;
-    extend(patterns, observations, &mut Vec::new(), &Substitution::new(), &mut found, &mut budget);
-    found.into_iter().take(limit).collect()
 }
 
 /// Attempts at matching one pattern with one observation that a single call of [`bindings`] may make.

@@ -8,7 +8,7 @@ use crate::groups::GroupId;
 use crate::memory::Content;
 use crate::observation::TypeId;
 use crate::parameters::{Parameters, TypeRules};
-use crate::schema::{Concrete, ObservationId, Schema, signature};
+use crate::schema::{Concrete, ObservationId, PostCondition, Schema, signature};
 use crate::vocabulary::PrimitiveId;
 
 /// What an index is made from.
@@ -27,6 +27,44 @@ pub(crate) struct Change {
     pub(crate) probability: f64,
 }
 
+/// A post-condition in outline.
+#[derive(Clone, Copy, Debug)]
+struct Predicted {
+    what: ObservationId,
+    absent: bool,
+    /// In Ψ, and can excite: observed, no pre-condition, and of some property.
+    excites: bool,
+    /// May change a context in which the schema can be executed.
+    changes: bool,
+    probability: f64,
+}
+
+/// Most schemas have one such post-condition, which then costs no allocation and no cache line of its own.
+#[derive(Clone, Debug)]
+enum List {
+    One(Predicted),
+    Any(Box<[Predicted]>),
+}
+
+impl List {
+    fn iter(&self) -> std::slice::Iter<'_, Predicted> {
+        match self {
+            Self::One(one) => std::slice::from_ref(one).iter(),
+            Self::Any(any) => any.iter(),
+        }
+    }
+}
+
+impl FromIterator<Predicted> for List {
+    fn from_iter<I: IntoIterator<Item = Predicted>>(items: I) -> Self {
+        let items: Vec<_> = items.into_iter().collect();
+        match items[..] {
+            [one] => Self::One(one),
+            _ => Self::Any(items.into()),
+        }
+    }
+}
+
 /// A concrete schema in outline.
 #[derive(Clone, Debug)]
 pub(crate) struct Outline {
@@ -34,11 +72,8 @@ pub(crate) struct Outline {
     pub(crate) group: GroupId,
     /// Which class it is in.
     pub(crate) class: ClassId,
-    /// Its post-conditions in Ψ that can excite, in order, with their probabilities: observed, no pre-conditions, and
-    /// of some property.
-    pub(crate) post: Box<[(ObservationId, f64)]>,
-    /// What it predicts that may change a context in which it can be executed.
-    pub(crate) changes: Box<[Change]>,
+    /// Its post-conditions that matter to either, in order. As probabilities seldom change, so does this.
+    predicted: List,
     /// Whether any of its associations, strong or not, has some property.
     pub(crate) associated: bool,
 }
@@ -52,21 +87,37 @@ impl Outline {
         class: ClassId,
     ) -> Self {
         let excites = |id: ObservationId| !content.observation(id).properties().is_empty();
-        let post = concrete
+        let changes = |p: &PostCondition<ObservationId>| {
+            rules.precondition(content.observation(p.what).kind()) && predicted(p.count, parameters)
+        };
+        let predicted = concrete
             .post
             .iter()
-            .filter(|p| !p.absent && excites(p.what) && !concrete.pre.contains(&p.what))
-            .map(|p| (p.what, p.count.ratio()))
-            .collect();
-        let changes = concrete
-            .post
-            .iter()
-            .filter(|p| rules.precondition(content.observation(p.what).kind()))
-            .filter(|p| predicted(p.count, parameters) && (p.absent || !concrete.pre.contains(&p.what)))
-            .map(|p| Change { what: p.what, absent: p.absent, probability: p.count.ratio() })
+            // What it keeps as it was neither excites nor changes anything.
+            .filter(|p| p.absent || !concrete.pre.contains(&p.what))
+            .map(|p| Predicted {
+                what: p.what,
+                absent: p.absent,
+                excites: !p.absent && excites(p.what),
+                changes: changes(p),
+                probability: p.count.ratio(),
+            })
+            .filter(|p| p.excites || p.changes)
             .collect();
         let associated = schema.associations.iter().any(|a| excites(a.observation));
-        Self { action: concrete.action, group, class, post, changes, associated }
+        Self { action: concrete.action, group, class, predicted, associated }
+    }
+
+    /// Its post-conditions in Ψ that can excite, in order, with their probabilities: observed, no pre-conditions, and
+    /// of some property.
+    pub(crate) fn post(&self) -> impl Iterator<Item = (ObservationId, f64)> + '_ {
+        self.predicted.iter().filter(|p| p.excites).map(|p| (p.what, p.probability))
+    }
+
+    /// What it predicts that may change a context in which it can be executed.
+    pub(crate) fn changes(&self) -> impl Iterator<Item = Change> + Clone + '_ {
+        let changing = self.predicted.iter().filter(|p| p.changes);
+        changing.map(|p| Change { what: p.what, absent: p.absent, probability: p.probability })
     }
 }
 

@@ -136,6 +136,8 @@ pub enum StageEffect {
     Held(bool),
     /// The surroundings can't be arranged as the curriculum asks.
     Stuck(String),
+    /// The curriculum is given up for another, which begins with the next frame of a body that can act.
+    Left,
 }
 
 impl Progress {
@@ -232,6 +234,8 @@ impl Progress {
             }
             StageEffect::Held(held) => self.held = *held,
             StageEffect::Stuck(reason) => self.stuck = Some(reason.clone()),
+            // An operator who holds the learner goes on holding it.
+            StageEffect::Left => *self = Self { held: self.held, ..Self::default() },
         }
         Ok(())
     }

@@ -1,5 +1,9 @@
 //! Schemas: pre-conditions / action / post-conditions, with what experience says of each (paper, II).
 
+use std::sync::Arc;
+
+use rustc_hash::FxHashSet;
+
 use crate::observation::{Pattern, TypeId};
 use crate::probability::Count;
 use crate::vocabulary::PrimitiveId;
@@ -57,14 +61,15 @@ pub enum Form {
     /// Observations / a primitive / observations.
     Concrete(Concrete),
     /// Patterns / a target action / patterns.
-    Generalised(Generalised),
+    Generalised(Box<Generalised>),
 }
 
 /// A concrete schema.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Concrete {
-    /// What must hold, in canonical order; empty when the action has this effect in any context.
-    pub pre: Box<[ObservationId]>,
+    /// What must hold, in canonical order; empty when the action has this effect in any context. Schemas with the same
+    /// pre-conditions share them.
+    pub pre: Arc<[ObservationId]>,
     /// What is done.
     pub action: PrimitiveId,
     /// What is then observed: those known at creation in canonical order, later outcomes after them.
@@ -103,6 +108,22 @@ pub struct Schema {
     pub parent: Option<SchemaId>,
     /// The step that made it.
     pub created_step: u64,
+}
+
+/// The pre-conditions of schemas that come from elsewhere, to be shared as in a memory that was lived through: most of a
+/// million schemas have them in common.
+#[derive(Debug, Default)]
+pub struct Sharing(FxHashSet<Arc<[ObservationId]>>);
+
+impl Sharing {
+    /// Has the schema share its pre-conditions with those given before it.
+    pub fn share(&mut self, schema: &mut Schema) {
+        let Form::Concrete(concrete) = &mut schema.form else { return };
+        match self.0.get(&concrete.pre) {
+            Some(known) => concrete.pre = known.clone(),
+            None => drop(self.0.insert(concrete.pre.clone())),
+        }
+    }
 }
 
 /// Schemas that one memory holds; at the limit nothing more is created, and what is known goes on being scored.

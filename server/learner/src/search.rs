@@ -204,14 +204,14 @@ impl Search<'_> {
                     break;
                 }
                 let Some(outline) = self.memory.index().outline(*schema) else { continue };
-                let Some(changes) = probability_of_change(&ids, &outline.changes) else { continue };
+                let Some(changes) = probability_of_change(&ids, outline.changes()) else { continue };
                 let priority = priority(probability * (changes * reliability), *schema);
                 if priority.0 == 0 {
                     continue;
                 }
                 after.clear();
                 after.extend_from_slice(&ids);
-                outline.changes.iter().for_each(|change| make(&ids, &mut after, *change));
+                outline.changes().for_each(|change| make(&ids, &mut after, change));
                 after.sort_unstable();
                 after.dedup();
                 let link = || ChainLink { schema: *schema, binding: Substitution::new(), carrier: None };
@@ -226,7 +226,7 @@ impl Search<'_> {
         let edge = |schema: &SchemaId| {
             let outline = memory.index().outline(*schema)?;
             // No more probable than any one of its changes, whichever a context leaves to be made.
-            let most = outline.changes.iter().map(|change| change.probability).max_by(f64::total_cmp)?;
+            let most = outline.changes().map(|change| change.probability).max_by(f64::total_cmp)?;
             let reliability = reliability(memory, outline.action);
             let edge = Edge { schema: *schema, reliability, most: most * reliability };
             can_do(memory, body, outline.action).then_some(edge)
@@ -270,7 +270,7 @@ impl Search<'_> {
         let Node { probability, depth, ref ids, .. } = self.found.nodes[place.0];
         let ids = ids.clone();
         let changes = self.changes(bound);
-        let Some(changed) = probability_of_change(&ids, &changes) else { return };
+        let Some(changed) = probability_of_change(&ids, changes.iter().copied()) else { return };
         let mut after = ids.to_vec();
         changes.into_iter().for_each(|change| make(&ids, &mut after, change));
         after.sort_unstable();
@@ -306,9 +306,9 @@ impl Search<'_> {
 }
 
 /// The probability of those of `changes` that change `before`; none if nothing does.
-fn probability_of_change(before: &[ObservationId], changes: &[Change]) -> Option<f64> {
+fn probability_of_change(before: &[ObservationId], changes: impl Iterator<Item = Change>) -> Option<f64> {
     let mut probability = None;
-    for change in changes.iter().filter(|change| changed(before, change)) {
+    for change in changes.filter(|change| changed(before, change)) {
         probability = Some(probability.unwrap_or(1.0) * change.probability);
     }
     probability

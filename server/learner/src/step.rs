@@ -117,6 +117,32 @@ impl Learner {
         Ok(Self { memory, curriculum, reach: None })
     }
 
+    /// Gives up its curriculum for another, which begins with the next frame, and goes on under other parameters:
+    /// what it has learnt stays.
+    ///
+    /// # Errors
+    /// When a parameter is out of range, or the curriculum can't be followed; nothing is changed then.
+    pub fn change(
+        &mut self,
+        parameters: Parameters,
+        curriculum: Curriculum,
+    ) -> Result<Vec<Effect>, LearnerError> {
+        parameters.check()?;
+        curriculum.check()?;
+        let mut draft = Draft::new(&mut self.memory);
+        draft.emit(Effect::Stage(StageEffect::Left));
+        let effects = draft.effects();
+        let content = self.memory.content().clone();
+        *self = Self { memory: Memory::restore(content, parameters), curriculum, reach: None };
+        Ok(effects)
+    }
+
+    /// Its memory, to go on from.
+    #[must_use]
+    pub fn into_memory(self) -> Memory {
+        self.memory
+    }
+
     /// What it knows.
     #[must_use]
     pub fn memory(&self) -> &Memory {

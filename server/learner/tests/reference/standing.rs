@@ -94,6 +94,9 @@ impl Memory {
             }
             StageEffect::Held(held) => standing.held = *held,
             StageEffect::Stuck(_) => standing.stuck = true,
+            StageEffect::Left => {
+                *standing = Standing { held: standing.held, ..Standing::default() };
+            }
         }
     }
 }
