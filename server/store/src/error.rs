@@ -2,6 +2,8 @@
 
 use std::io;
 
+use pschema_learner::step::LearnerError;
+
 use crate::codec::CodecError;
 use crate::format::v1::Impossible;
 use crate::journal::JournalError;
@@ -52,21 +54,30 @@ pub enum StoreError {
         /// Who has it, as it said itself.
         holder: String,
     },
-    /// The directory belongs to a memory that was begun with something else.
+    /// The directory belongs to a memory that was begun with another seed.
     #[error(
-        "{path} holds a memory begun with {key} = {kept}, and {given} was given: give the same, or begin another \
+        "{path} holds a memory begun with seed = {kept}, and {given} was given: give the same or none, or begin another \
          memory in another directory"
     )]
-    Differs {
+    OtherSeed {
         /// Which directory.
         path: String,
-        /// What differs.
-        key: String,
         /// What it was begun with.
-        kept: String,
+        kept: u64,
         /// What was given now.
-        given: String,
+        given: u64,
     },
+    /// The memory lives under other parameters or another curriculum.
+    #[error("{path} holds a memory that lives under other settings than are given:{}", listed(differences))]
+    OtherSetting {
+        /// Which directory.
+        path: String,
+        /// What differs: its name, as it is, and as it was given.
+        differences: Vec<(String, String, String)>,
+    },
+    /// A learner can't go on from what was read.
+    #[error(transparent)]
+    Learner(#[from] LearnerError),
     /// The manifest can't be understood.
     #[error("{path}: {problem}")]
     Manifest {
@@ -78,6 +89,34 @@ pub enum StoreError {
     /// Memory could not be written, so nothing more may be done.
     #[error("memory could not be written, so the daemon ends before anything more is done: {0}")]
     Failed(String),
+}
+
+/// Differences shown.
+const DIFFERENCES_MAX: usize = 20;
+/// Longest value shown.
+const VALUE_CHARS_MAX: usize = 60;
+
+/// What differs, and what can be done about it.
+fn listed(differences: &[(String, String, String)]) -> String {
+    let short = |text: &str| match text.char_indices().nth(VALUE_CHARS_MAX) {
+        Some((at, _)) => format!("{}…", text.get(..at).unwrap_or_default()),
+        None => text.to_owned(),
+    };
+    let shown = differences.iter().take(DIFFERENCES_MAX);
+    let mut lines: Vec<String> = shown
+        .map(|(key, kept, given)| format!("  {key}: {} there, {} given", short(kept), short(given)))
+        .collect();
+    if let Some(more) = differences.len().checked_sub(DIFFERENCES_MAX).filter(|more| *more > 0) {
+        lines.push(format!("  and {more} more"));
+    }
+    if lines.is_empty() {
+        lines.push("  the order of what they list".to_owned());
+    }
+    format!(
+        "\n{}\nLeave out --curriculum, --config and --set to go on as it is. Add --change to go on under what is given, \
+         from the first stage of the curriculum; what was learnt stays",
+        lines.join("\n")
+    )
 }
 
 impl StoreError {

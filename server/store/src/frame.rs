@@ -66,6 +66,11 @@ fn number<const N: usize>(bytes: &[u8], at: usize) -> Option<[u8; N]> {
     bytes.get(at..at + N)?.try_into().ok()
 }
 
+/// The length of the payload that the head at the beginning of `bytes` claims.
+pub(crate) fn length(bytes: &[u8]) -> Option<usize> {
+    Some(u32::from_le_bytes(number(bytes.get(..HEAD_LEN)?, 4)?) as usize)
+}
+
 /// The frame at the beginning of `bytes`; none unless it is whole and sound.
 pub(crate) fn read(magic: u32, bytes: &[u8]) -> Option<Found<'_>> {
     if u32::from_le_bytes(number(bytes, 0)?) != magic {

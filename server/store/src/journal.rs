@@ -5,6 +5,7 @@
 //! be told from what was damaged after it was acknowledged.
 
 use std::io;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use crate::format::VERSION;
@@ -15,7 +16,7 @@ use crate::storage::{Storage, Writing};
 pub(crate) const DIRECTORY: &str = "journal";
 const SUFFIX: &str = ".journal";
 /// `PSjs`: what begins a segment.
-const SEGMENT: u32 = u32::from_le_bytes(*b"PSjs");
+pub(crate) const SEGMENT: u32 = u32::from_le_bytes(*b"PSjs");
 
 /// How long segments get.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +57,7 @@ pub(crate) struct Place {
 
 #[derive(Debug)]
 struct Segment {
+    name: String,
     file: Box<dyn Writing>,
     end: u64,
     zeroed: u64,
@@ -84,13 +86,19 @@ impl Journal {
         self.last
     }
 
+    /// How it is called in messages.
+    pub(crate) fn path(&self) -> String {
+        self.storage.path(DIRECTORY)
+    }
+
     /// Bytes appended since it was opened.
     pub(crate) fn written(&self) -> u64 {
         self.written
     }
 
     /// Appends a frame; it is durable after [`Journal::sync`].
-    pub(crate) fn append(&mut self, payload: &[u8]) -> io::Result<Place> {
+    /// `step` is how many steps had been taken before what it says.
+    pub(crate) fn append(&mut self, payload: &[u8], step: u64) -> io::Result<Place> {
         let head = Head { number: self.last.number + 1, durable: self.durable, previous: self.last.crc };
         let (bytes, crc) = frame::written(JOURNAL, head, payload);
         let length = bytes.len() as u64;
@@ -98,7 +106,7 @@ impl Journal {
         if full {
             // A segment says of all before it that it is durable.
             self.sync()?;
-            self.begin_segment()?;
+            self.begin_segment(step)?;
         }
         let Some(segment) = &mut self.segment else { return Err(io::Error::other("no segment")) };
         if segment.end + length > segment.zeroed {
@@ -125,18 +133,31 @@ impl Journal {
         Ok(())
     }
 
-    fn begin_segment(&mut self) -> io::Result<()> {
+    /// Cuts off what was zeroed ahead, for nothing is appended any more.
+    pub(crate) fn end(&mut self) -> io::Result<()> {
+        self.sync()?;
+        self.end_segment()
+    }
+
+    fn end_segment(&mut self) -> io::Result<()> {
+        let Some(Segment { name, end, zeroed, .. }) = self.segment.take() else { return Ok(()) };
+        if zeroed > end { self.storage.truncate(&name, end) } else { Ok(()) }
+    }
+
+    fn begin_segment(&mut self, step: u64) -> io::Result<()> {
+        self.end_segment()?;
         let first = self.last.number + 1;
         let head = Head { number: first, durable: self.last.number, previous: self.last.crc };
-        let (mut bytes, _) = frame::written(SEGMENT, head, &VERSION.to_le_bytes());
+        let (mut bytes, _) = frame::written(SEGMENT, head, &file_head(step));
         let end = bytes.len() as u64;
         let zeroed = end + self.sizes.ahead;
         bytes.resize(usize::try_from(zeroed).unwrap_or(bytes.len()), 0);
-        let mut file = self.storage.create(&segment_name(first))?;
+        let name = segment_name(first);
+        let mut file = self.storage.create(&name)?;
         file.write_at(&bytes, 0)?;
         file.sync()?;
         self.storage.sync_directory(DIRECTORY)?;
-        self.segment = Some(Segment { file, end, zeroed });
+        self.segment = Some(Segment { name, file, end, zeroed });
         Ok(())
     }
 }
@@ -147,8 +168,8 @@ pub enum JournalError {
     /// What was acknowledged is damaged.
     #[error(
         "{file} is damaged at byte {offset}: frame {lost} and perhaps more after it can't be read, though frames up to \
-         {claimed} were on disk and acted on. Nothing was changed. Put this data directory back from a copy, or \
-         move it away to begin anew"
+         {claimed} were on disk and acted on. Nothing was changed. Put this data directory back from a copy; or `pschema repair \
+         --dry-run` says what can be saved of it"
     )]
     Damaged {
         /// Which file.
@@ -202,6 +223,8 @@ pub(crate) struct End {
     pub(crate) segments: Vec<u64>,
     /// Bytes of sound frames read.
     pub(crate) bytes: u64,
+    /// Where the last of them ends in the last segment.
+    pub(crate) sound: u64,
 }
 
 /// A frame as it is shown to a reader.
@@ -213,11 +236,35 @@ pub(crate) struct Shown<'a> {
     pub(crate) offset: usize,
 }
 
-/// Reads the frames after `from` in order, showing each to `visit`. Changes nothing.
+/// What a segment and a snapshot begin with, after the frame's head: the version, and the steps taken before what it
+/// holds (or, of a snapshot, before it was made).
+pub(crate) const FILE_HEAD_LEN: usize = 12;
+
+pub(crate) fn file_head(step: u64) -> [u8; FILE_HEAD_LEN] {
+    let mut head = [0; FILE_HEAD_LEN];
+    let (version, steps) = head.split_at_mut(4);
+    version.copy_from_slice(&VERSION.to_le_bytes());
+    steps.copy_from_slice(&step.to_le_bytes());
+    head
+}
+
+/// The version and the step; no step unless the version is ours.
+pub(crate) fn read_file_head(payload: &[u8]) -> Option<(u32, Option<u64>)> {
+    let (version, rest) = payload.split_first_chunk()?;
+    let version = u32::from_le_bytes(*version);
+    if version != VERSION {
+        return Some((version, None));
+    }
+    Some((version, Some(u64::from_le_bytes(rest.try_into().ok()?))))
+}
+
+/// Reads the frames after `from` in order, showing each to `visit` until it has seen enough. Changes nothing.
+///
+/// Beside a daemon that writes, it gives what was there when each segment was read.
 pub(crate) fn read<E: From<JournalError>>(
     storage: &dyn Storage,
     from: Place,
-    mut visit: impl FnMut(Shown<'_>) -> Result<(), E>,
+    mut visit: impl FnMut(Shown<'_>) -> Result<ControlFlow<()>, E>,
 ) -> Result<End, E> {
     let failed = |name: &str| {
         let file = storage.path(name);
@@ -236,12 +283,12 @@ pub(crate) fn read<E: From<JournalError>>(
         }
     };
     firsts.drain(..begin);
-    let mut end = End { last: from, torn: None, segments: Vec::new(), bytes: 0 };
+    let mut end = End { last: from, torn: None, segments: Vec::new(), bytes: 0, sound: 0 };
     let mut stopped: Option<(u64, usize)> = None;
     let mut claim: Option<u64> = None;
     for first in firsts {
         let name = segment_name(first);
-        let bytes = storage.read(&name).map_err(failed(&name))?;
+        let mut bytes = storage.read(&name).map_err(failed(&name))?;
         let head = segment_head(&bytes, first);
         if let Some((_, version)) = head
             && version != VERSION
@@ -255,14 +302,26 @@ pub(crate) fn read<E: From<JournalError>>(
         });
         if goes_on && (claim.is_none() || claim.is_some_and(|claim| claim <= end.last.number)) {
             stopped = None;
-            claim = None;
             let at = head.map_or(0, |(head, _)| start(&bytes, head, &end, from));
             end.segments.push(first);
-            let at = chain(&bytes, at, first, &mut end, &mut visit)?;
-            let rest = bytes.get(at..).unwrap_or_default();
-            if rest.iter().any(|byte| *byte != 0) {
+            let (mut at, mut enough) = chain(&bytes, at, first, &mut end, &mut visit)?;
+            claim = claimed(bytes.get(at..).unwrap_or_default());
+            while !enough && claim.is_some_and(|claim| claim > end.last.number) {
+                // A daemon that writes while it is read shows what was not there yet before what is: look again.
+                let again = storage.read(&name).map_err(failed(&name))?;
+                if again == bytes {
+                    break;
+                }
+                bytes = again;
+                (at, enough) = chain(&bytes, at, first, &mut end, &mut visit)?;
+                claim = claimed(bytes.get(at..).unwrap_or_default());
+            }
+            if enough {
+                return Ok(end);
+            }
+            end.sound = at as u64;
+            if bytes.get(at..).unwrap_or_default().iter().any(|byte| *byte != 0) {
                 stopped = Some((first, at));
-                claim = claimed(rest);
             }
         } else {
             stopped = stopped.or(Some((first, 0)));
@@ -288,13 +347,13 @@ pub(crate) fn read<E: From<JournalError>>(
 /// The head of a segment and the version it says, if it is sound and of this name.
 fn segment_head(bytes: &[u8], first: u64) -> Option<(Head, u32)> {
     let found = frame::read(SEGMENT, bytes).filter(|found| found.head.number == first)?;
-    Some((found.head, u32::from_le_bytes(found.payload.try_into().ok()?)))
+    Some((found.head, read_file_head(found.payload)?.0))
 }
 
 /// Where in a segment the chain goes on after `end`: right after its head, or, in the first segment that is read, after
 /// the frame that a snapshot was made at. What was before that is in the snapshot, sound here or not.
 fn start(bytes: &[u8], head: Head, end: &End, from: Place) -> usize {
-    let after_head = frame::HEAD_LEN + 4;
+    let after_head = frame::HEAD_LEN + FILE_HEAD_LEN;
     if !end.segments.is_empty() || head.number == from.number + 1 {
         return after_head;
     }
@@ -311,25 +370,27 @@ fn start(bytes: &[u8], head: Head, end: &End, from: Place) -> usize {
     after_head
 }
 
-/// Follows the chain from `at`; returns where it ends.
+/// Follows the chain from `at`; returns where it ends, and whether `visit` had seen enough.
 fn chain<E>(
     bytes: &[u8],
     mut at: usize,
     segment: u64,
     end: &mut End,
-    visit: &mut impl FnMut(Shown<'_>) -> Result<(), E>,
-) -> Result<usize, E> {
+    visit: &mut impl FnMut(Shown<'_>) -> Result<ControlFlow<()>, E>,
+) -> Result<(usize, bool), E> {
     while let Some(found) = bytes.get(at..).and_then(|rest| frame::read(JOURNAL, rest)) {
         if found.head.number != end.last.number + 1 || found.head.previous != end.last.crc {
             break;
         }
         let place = Place { number: found.head.number, crc: found.crc };
-        visit(Shown { place, payload: found.payload, segment, offset: at })?;
+        if visit(Shown { place, payload: found.payload, segment, offset: at })?.is_break() {
+            return Ok((at, true));
+        }
         end.last = place;
         end.bytes += found.len() as u64;
         at += found.len();
     }
-    Ok(at)
+    Ok((at, false))
 }
 
 /// The last frame that anything sound in `bytes` says was durable.

@@ -1,11 +1,12 @@
 //! The journal on a disk that fails: cut anywhere, flipped anywhere, without power at any time.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use pschema_learner::random::Random;
 
 use crate::frame;
-use crate::journal::{End, Journal, JournalError, Place, Sizes, read, segment_name};
+use crate::journal::{End, FILE_HEAD_LEN, Journal, JournalError, Place, Sizes, read, segment_name};
 use crate::storage::Storage;
 use crate::twin::{Fault, Twin};
 
@@ -24,7 +25,7 @@ fn frames(storage: &dyn Storage) -> Result<(Vec<Vec<u8>>, End), JournalError> {
     let mut seen = Vec::new();
     let end = read::<JournalError>(storage, Place::default(), |shown| {
         seen.push(shown.payload.to_vec());
-        Ok(())
+        Ok(ControlFlow::Continue(()))
     })?;
     Ok((seen, end))
 }
@@ -33,10 +34,10 @@ fn frames(storage: &dyn Storage) -> Result<(Vec<Vec<u8>>, End), JournalError> {
 fn written(count: u64) -> (Twin, Vec<Vec<u8>>, Vec<usize>) {
     let (twin, mut random) = (Twin::new(), Random::from_seed(count));
     let mut journal = Journal::after(Arc::new(twin.clone()), Place::default(), ONE);
-    let (mut payloads, mut ends) = (Vec::new(), vec![frame::HEAD_LEN + 4]);
+    let (mut payloads, mut ends) = (Vec::new(), vec![frame::HEAD_LEN + FILE_HEAD_LEN]);
     for number in 1..=count {
         let payload = payload(number, &mut random);
-        journal.append(&payload).unwrap();
+        journal.append(&payload, 0).unwrap();
         journal.sync().unwrap();
         ends.push(ends.last().unwrap() + frame::HEAD_LEN + payload.len());
         payloads.push(payload);
@@ -60,7 +61,7 @@ fn cut_at_every_byte_it_gives_the_frames_before_the_cut() {
             assert_eq!(seen, payloads[..intact], "cut at {cut}");
             // And it goes on from there.
             let mut journal = Journal::after(Arc::new(damaged.clone()), end.last, SMALL);
-            journal.append(b"new").unwrap();
+            journal.append(b"new", 0).unwrap();
             journal.sync().unwrap();
             let (seen, _) = frames(&damaged).unwrap();
             assert_eq!(seen.len(), intact + 1, "cut at {cut}");
@@ -88,12 +89,40 @@ fn every_bit_flip_below_the_last_frame_is_refused() {
     assert_eq!(frames(&twin).unwrap().0.len(), 99);
 }
 
+/// A long journal: no flip of any bit leaves its frame sound, so that the chain ends before it; and what is read then is
+/// refused. `PSCHEMA_DAMAGE_MIB` says how long.
+#[test]
+fn no_bit_of_a_long_journal_can_flip_unseen() {
+    let mebibytes: usize = std::env::var("PSCHEMA_DAMAGE_MIB").map_or(1, |length| length.parse().unwrap());
+    let count = mebibytes * (1 << 20) / 140;
+    let (twin, _, ends) = written(count as u64);
+    let name = segment_name(1);
+    let mut bytes = twin.read(&name).unwrap();
+    for (at, frame) in ends.windows(2).enumerate() {
+        let frame = &mut bytes[frame[0]..frame[1]];
+        for bit in 0..frame.len() * 8 {
+            frame[bit / 8] ^= 1 << (bit % 8);
+            assert!(frame::read(frame::JOURNAL, frame).is_none(), "bit {bit} of frame {}", at + 1);
+            frame[bit / 8] ^= 1 << (bit % 8);
+        }
+    }
+    let mut random = Random::from_seed(5);
+    let below = ends[ends.len() - 2];
+    for _ in 0..30 {
+        let (damaged, bit) = (twin.copy(), random.below(below * 8));
+        damaged.flip(&name, bit);
+        let error = frames(&damaged).unwrap_err();
+        assert!(matches!(error, JournalError::Damaged { .. }), "bit {bit}: {error}");
+    }
+    assert_eq!(frames(&twin).unwrap().0.len(), count);
+}
+
 #[test]
 fn a_missing_segment_is_refused() {
     let (twin, mut random) = (Twin::new(), Random::from_seed(3));
     let mut journal = Journal::after(Arc::new(twin.clone()), Place::default(), SMALL);
     for number in 1..=60 {
-        journal.append(&payload(number, &mut random)).unwrap();
+        journal.append(&payload(number, &mut random), 0).unwrap();
         journal.sync().unwrap();
     }
     let firsts = crate::journal::segments(&twin).unwrap();
@@ -108,10 +137,10 @@ fn a_missing_segment_is_refused() {
 }
 
 /// Appends, syncs, dies and loses power in any order, and whatever was synced is there again, in order and without a
-/// hole; and nothing that was never appended is.
+/// hole; and nothing that was never appended is. `PSCHEMA_POWER_LOSS_SEEDS` says how often.
 #[test]
 fn what_was_synced_survives_any_loss_of_power() {
-    let seeds: u64 = std::env::var("POWER_LOSS_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(10_000);
+    let seeds: u64 = std::env::var("PSCHEMA_POWER_LOSS_SEEDS").map_or(10_000, |seeds| seeds.parse().unwrap());
     for seed in 0..seeds {
         let mut random = Random::from_seed(seed);
         let twin = Twin::new();
@@ -128,7 +157,7 @@ fn what_was_synced_survives_any_loss_of_power() {
             let mut journal = Journal::after(Arc::new(twin.clone()), end.last, SMALL);
             for _ in 0..random.below(12) {
                 let payload = payload(appended.len() as u64, &mut random);
-                journal.append(&payload).unwrap();
+                journal.append(&payload, 0).unwrap();
                 // To begin a segment, all before it is synced.
                 appended.push(payload);
                 if random.below(3) == 0 {
@@ -161,7 +190,7 @@ fn a_full_disk_and_a_failed_sync_lose_nothing_that_was_synced() {
         loop {
             let payload = payload(appended.len() as u64, &mut random);
             appended.push(payload.clone());
-            if journal.append(&payload).and_then(|_| journal.sync()).is_err() {
+            if journal.append(&payload, 0).and_then(|_| journal.sync()).is_err() {
                 break;
             }
             synced = appended.len();

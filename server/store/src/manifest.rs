@@ -1,155 +1,221 @@
-//! What a memory was begun with. A memory goes on only with the same: effects mean nothing under other parameters, and a
-//! stage is a number in one curriculum.
+//! What a memory was begun with, whole: with journal and snapshots it is all that is needed to find the memory again.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 
-use pschema_learner::curriculum::Curriculum;
-use pschema_learner::parameters::{Parameters, TypeOverride};
 use serde::{Deserialize, Serialize};
 
+use crate::codec;
 use crate::error::StoreError;
 use crate::format::VERSION;
+use crate::format::v1::{Curriculum, Parameters, Setting};
 use crate::journal;
 use crate::storage::Storage;
 
-const FILE: &str = "manifest";
+pub(crate) const FILE: &str = "manifest";
+const HEADER: &str = "# What this memory was begun with. Written once and never changed: what changed later is in the \
+                      journal.\n";
 
 /// What a memory was begun with.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Manifest {
+    /// The learner's name, to tell people: a directory may be copied, and served under another.
+    pub(crate) learner: String,
+    /// Where its randomness began.
+    pub(crate) seed: u64,
+    /// What it lived under at first.
+    pub(crate) setting: Setting,
+}
+
+/// As it stands in the file.
+#[derive(Serialize, Deserialize)]
+struct Written {
     /// The version of the format.
     format: u32,
-    /// The learner's name.
+    /// The blake3 digest of seed, parameters and curriculum as the journal would have them.
+    identity: String,
     learner: String,
-    /// Where its randomness began.
+    /// As text: TOML's numbers end at half of what a seed can be.
     seed: String,
-    /// The curriculum's name.
-    curriculum: String,
-    /// Digest of the curriculum.
-    curriculum_digest: String,
-    /// The parameters, as text.
-    parameters: BTreeMap<String, String>,
+    parameters: Parameters,
+    curriculum: Curriculum,
+}
+
+/// What every version has.
+#[derive(Deserialize)]
+struct Versioned {
+    format: u32,
 }
 
 impl Manifest {
-    /// For a memory that is begun now.
-    pub(crate) fn new(learner: &str, seed: u64, parameters: &Parameters, curriculum: &Curriculum) -> Self {
-        Self {
-            format: VERSION,
-            learner: learner.to_owned(),
-            seed: seed.to_string(),
-            curriculum: curriculum.name.clone(),
-            curriculum_digest: blake3::hash(format!("{curriculum:?}").as_bytes()).to_hex().to_string(),
-            parameters: texts(parameters),
+    fn identity(&self) -> Result<String, StoreError> {
+        let bytes = codec::encode(&(self.seed, &self.setting))?;
+        Ok(blake3::hash(&bytes).to_hex().to_string())
+    }
+
+    fn text(&self, path: &str) -> Result<String, StoreError> {
+        let Self { learner, seed, setting: Setting { parameters, curriculum } } = self.clone();
+        let (format, identity, seed) = (VERSION, self.identity()?, seed.to_string());
+        let text = toml::to_string(&Written { format, identity, learner, seed, parameters, curriculum });
+        let text = text.map_err(|error| wrong(path, error.to_string()))?;
+        Ok(format!("{HEADER}{text}"))
+    }
+
+    fn parse(text: &str, path: &str) -> Result<Self, StoreError> {
+        let wrong = |problem: String| wrong(path, problem);
+        let Versioned { format } = toml::from_str(text).map_err(|error| wrong(error.to_string()))?;
+        if format != VERSION {
+            return Err(wrong(format!(
+                "it has format {format}, and this release reads formats 1 to {VERSION}"
+            )));
         }
-    }
-
-    /// The first thing in which a memory that was begun with `kept` differs from what is given now.
-    fn difference(&self, kept: &Self) -> Option<(String, String, String)> {
-        let facts = |of: &Self| {
-            let named = [
-                ("name", &of.learner),
-                ("seed", &of.seed),
-                ("curriculum", &of.curriculum),
-                ("digest of the curriculum", &of.curriculum_digest),
-            ];
-            let mut facts: BTreeMap<String, String> =
-                named.into_iter().map(|(key, value)| (key.to_owned(), value.clone())).collect();
-            facts.extend(of.parameters.clone());
-            facts
-        };
-        let (given, kept) = (facts(self), facts(kept));
-        let value = |of: &BTreeMap<String, String>, key| of.get(key).cloned().unwrap_or("nothing".to_owned());
-        given
-            .keys()
-            .chain(kept.keys())
-            .find(|key| given.get(*key) != kept.get(*key))
-            .map(|key| (key.clone(), value(&kept, key), value(&given, key)))
+        let written: Written = toml::from_str(text).map_err(|error| wrong(error.to_string()))?;
+        let Written { identity, learner, seed, parameters, curriculum, .. } = written;
+        let seed = seed.parse().map_err(|_| wrong(format!("{seed:?} is no seed")))?;
+        let found = Self { learner, seed, setting: Setting { parameters, curriculum } };
+        if found.identity()? != identity {
+            let problem = "it is damaged, or was changed: its identity is not that of what it says. Put it back from a \
+                           copy; to go on under other settings, give them with --change";
+            return Err(wrong(problem.to_owned()));
+        }
+        found.setting.clone().live()?;
+        Ok(found)
     }
 }
 
-/// Every parameter by name. A parameter that is new in a later release counts as its default there.
-fn texts(parameters: &Parameters) -> BTreeMap<String, String> {
-    let Parameters {
-        association_weight,
-        excite_by_post_conditions,
-        babbling_excitation,
-        generalisation,
-        generalisation_share_min,
-        generalisation_support_min,
-        prediction_ratio_min,
-        association_low_min,
-        attention,
-        heard_decays,
-        chain_length_max,
-        chain_expansions_max,
-        type_overrides,
-    } = parameters;
-    let mut texts: BTreeMap<String, String> = [
-        ("association_weight", association_weight.to_string()),
-        ("excite_by_post_conditions", excite_by_post_conditions.to_string()),
-        ("babbling_excitation", babbling_excitation.to_string()),
-        ("generalisation", generalisation.to_string()),
-        ("generalisation_share_min", generalisation_share_min.to_string()),
-        ("generalisation_support_min", generalisation_support_min.to_string()),
-        ("prediction_ratio_min", prediction_ratio_min.to_string()),
-        ("association_low_min", association_low_min.to_string()),
-        ("attention", attention.to_string()),
-        ("heard_decays", heard_decays.to_string()),
-        ("chain_length_max", chain_length_max.to_string()),
-        ("chain_expansions_max", chain_expansions_max.to_string()),
-    ]
-    .into_iter()
-    .map(|(key, value)| (key.to_owned(), value))
-    .collect();
-    for TypeOverride { name, precondition, postcondition } in type_overrides {
-        let says = |what: &Option<bool>| what.map_or("as declared".to_owned(), |what| what.to_string());
-        let rule = format!("precondition {}, postcondition {}", says(precondition), says(postcondition));
-        texts.insert(format!("types.{name}"), rule);
-    }
-    texts
+fn wrong(path: &str, problem: String) -> StoreError {
+    StoreError::Manifest { path: path.to_owned(), problem }
 }
 
-/// Whether the directory has a memory, which is then one that was begun with `given`. Changes nothing.
-pub(crate) fn check(storage: &dyn Storage, given: &Manifest) -> Result<bool, StoreError> {
+/// The manifest, if there is a memory. Changes nothing.
+pub(crate) fn read(storage: &dyn Storage) -> Result<Option<Manifest>, StoreError> {
     let path = storage.path(FILE);
     let bytes = match storage.read(FILE) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == ErrorKind::NotFound => {
             let journal = journal::segments(storage);
             if journal.map_err(StoreError::disk("read", storage.path(journal::DIRECTORY)))?.is_empty() {
-                return Ok(false);
+                return Ok(None);
             }
-            let problem =
-                "it is missing, though there is a journal beside it: put it back from a copy".to_owned();
-            return Err(StoreError::Manifest { path, problem });
+            let problem = "it is missing, though there is a journal beside it: put it back from a copy";
+            return Err(wrong(&path, problem.to_owned()));
         }
         Err(error) => return Err(StoreError::Disk { what: "read", path, error }),
     };
-    let wrong = |problem: String| StoreError::Manifest { path: path.clone(), problem };
-    let text = String::from_utf8(bytes).map_err(|error| wrong(error.to_string()))?;
-    let kept: Manifest = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-    if kept.format != VERSION {
-        let problem = format!("it has format {}, and this release reads 1 to {VERSION}", kept.format);
-        return Err(wrong(problem));
-    }
-    match given.difference(&kept) {
-        None => Ok(true),
-        Some((key, kept, given)) => Err(StoreError::Differs { path: storage.path(""), key, kept, given }),
-    }
+    let text = String::from_utf8(bytes).map_err(|error| wrong(&path, error.to_string()))?;
+    Manifest::parse(&text, &path).map(Some)
 }
 
 /// Writes it, durably.
 pub(crate) fn write(storage: &dyn Storage, manifest: &Manifest) -> Result<(), StoreError> {
     let temporary = "manifest.tmp";
     let disk = |what| StoreError::disk(what, storage.path(temporary));
-    let text = toml::to_string(manifest);
-    let text =
-        text.map_err(|error| StoreError::Manifest { path: storage.path(FILE), problem: error.to_string() })?;
+    let text = manifest.text(&storage.path(FILE))?;
     let mut file = storage.create(temporary).map_err(disk("create"))?;
     file.write_at(text.as_bytes(), 0).map_err(disk("write"))?;
     file.sync().map_err(disk("make durable"))?;
     storage.rename(temporary, FILE).map_err(disk("rename"))?;
     storage.sync_directory("").map_err(disk("make durable"))
+}
+
+/// Everything in which `given` differs from `kept`: what, as it is kept, and as it was given. Parameters come first.
+pub(crate) fn differences(kept: &Setting, given: &Setting) -> Vec<(String, String, String)> {
+    let (kept, given) = (toml::Value::try_from(kept).ok(), toml::Value::try_from(given).ok());
+    let mut found = Vec::new();
+    for part in ["parameters", "curriculum"] {
+        let of = |setting: &Option<toml::Value>| setting.as_ref()?.get(part).cloned();
+        compare(part, of(&kept).as_ref(), of(&given).as_ref(), &mut found);
+    }
+    found
+}
+
+fn compare(
+    path: &str,
+    kept: Option<&toml::Value>,
+    given: Option<&toml::Value>,
+    found: &mut Vec<(String, String, String)>,
+) {
+    if kept == given {
+        return;
+    }
+    match (kept.and_then(parts), given.and_then(parts)) {
+        (Some(kept), Some(given)) => {
+            let keys: BTreeSet<&String> = kept.keys().chain(given.keys()).collect();
+            for key in keys {
+                let path = format!("{path}.{key}");
+                compare(&path, kept.get(key).copied(), given.get(key).copied(), found);
+            }
+        }
+        _ => found.push((path.to_owned(), shown(kept), shown(given))),
+    }
+}
+
+/// What a table or a list of tables consists of. What has a name is called by it, and the rest by its place from 1.
+fn parts(value: &toml::Value) -> Option<BTreeMap<String, &toml::Value>> {
+    match value {
+        toml::Value::Table(table) => Some(table.iter().map(|(key, value)| (key.clone(), value)).collect()),
+        toml::Value::Array(list) if list.iter().all(toml::Value::is_table) => {
+            let named = (1..).zip(list).map(|(at, value)| {
+                let name = value.get("name").and_then(toml::Value::as_str);
+                (name.map_or_else(|| at.to_string(), |name| format!("{name:?}")), value)
+            });
+            Some(named.collect())
+        }
+        _ => None,
+    }
+}
+
+fn shown(value: Option<&toml::Value>) -> String {
+    match value {
+        None => "nothing".to_owned(),
+        Some(toml::Value::Table(_)) => "something".to_owned(),
+        Some(value) => value.to_string(),
+    }
+}
+
+/// Whether they are the same, by the bytes that would be kept.
+pub(crate) fn same(one: &Setting, other: &Setting) -> Result<bool, StoreError> {
+    Ok(codec::encode(one)? == codec::encode(other)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store_tests::curriculum;
+
+    fn manifest() -> Manifest {
+        let setting = Setting::new(&Default::default(), &curriculum());
+        Manifest { learner: "arm".to_owned(), seed: u64::MAX, setting }
+    }
+
+    #[test]
+    fn it_reads_back_and_sees_what_was_changed_in_it() {
+        let text = manifest().text("manifest").unwrap();
+        assert_eq!(Manifest::parse(&text, "manifest").unwrap(), manifest());
+        let other = text.replace("association_weight = 0.8", "association_weight = 0.7");
+        assert_ne!(other, text);
+        let error = Manifest::parse(&other, "manifest").unwrap_err().to_string();
+        assert!(error.contains("manifest: it is damaged"), "{error}");
+        let error = Manifest::parse("format = 2\nnew = true", "manifest").unwrap_err().to_string();
+        assert!(error.contains("format 2, and this release reads formats 1 to 1"), "{error}");
+    }
+
+    #[test]
+    fn differences_are_named() {
+        let kept = manifest().setting;
+        let mut live = curriculum();
+        live.stages[0].trials = 7;
+        live.stages
+            .push(pschema_learner::curriculum::Stage { name: "more".to_owned(), ..live.stages[0].clone() });
+        let parameters = pschema_learner::parameters::Parameters { attention: false, ..Default::default() };
+        let found = differences(&kept, &Setting::new(&parameters, &live));
+        let expected = [
+            ("parameters.attention", "true", "false"),
+            ("curriculum.stages.\"free\".trials", "0", "7"),
+            ("curriculum.stages.\"more\"", "nothing", "something"),
+        ];
+        let expected = expected.map(|(key, kept, given)| (key.to_owned(), kept.to_owned(), given.to_owned()));
+        assert_eq!(found, expected);
+        assert!(differences(&kept, &kept).is_empty());
+    }
 }

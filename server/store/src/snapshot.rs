@@ -3,131 +3,180 @@
 //! A snapshot is written beside its place, made durable, read back and compared, and only then takes its place. The two
 //! newest are kept; what one says and the other does not, the journal between them does.
 
-use std::io;
+use std::io::{self, Read};
 
 use pschema_learner::digest::digest;
 use pschema_learner::memory::Content;
 
-use crate::codec;
+use crate::codec::{self, VALUE_BYTES_MAX};
 use crate::error::StoreError;
 use crate::format::VERSION;
-use crate::format::v1::{Block, Reading, blocks};
-use crate::frame::{self, Head, SNAPSHOT};
-use crate::journal::{self, Place, segment_name};
+use crate::format::v1::{Block, Reading, Setting, Whole, blocks};
+use crate::frame::{self, Found, HEAD_LEN, Head, SNAPSHOT};
+use crate::journal::{Place, file_head, read_file_head};
 use crate::storage::Storage;
 
 /// Where snapshots are.
 pub(crate) const DIRECTORY: &str = "snapshot";
 const SUFFIX: &str = ".snapshot";
+/// Where one is while it is written.
+pub(crate) const TEMPORARY: &str = "snapshot/writing.tmp";
 /// `PSsn`: what begins a snapshot.
-const BEGIN: u32 = u32::from_le_bytes(*b"PSsn");
-/// Snapshots kept.
-const KEPT: usize = 2;
+pub(crate) const BEGIN: u32 = u32::from_le_bytes(*b"PSsn");
+/// So much is written at a time, and made durable, so that the journal never waits for more than that.
+const PORTION_BYTES: usize = 512 * 1024;
 
-fn name(number: u64) -> String {
+/// The file name of the snapshot made after frame `number`.
+pub(crate) fn name(number: u64) -> String {
     format!("{DIRECTORY}/{number:020}{SUFFIX}")
 }
 
 /// The frames after which there are snapshots, in order.
-fn numbers(storage: &dyn Storage) -> io::Result<Vec<u64>> {
-    let number = |name: &String| name.strip_suffix(SUFFIX)?.parse().ok();
+pub(crate) fn numbers(storage: &dyn Storage) -> io::Result<Vec<u64>> {
+    let number = |name: &String| {
+        let digits = name.strip_suffix(SUFFIX).filter(|digits| digits.len() == 20)?;
+        digits.parse().ok()
+    };
     Ok(storage.list(DIRECTORY)?.iter().filter_map(number).collect())
 }
 
-/// Writes `content`, which is memory as it is after frame `place`; that frame is durable.
-pub(crate) fn write(storage: &dyn Storage, content: &Content, place: Place) -> Result<(), StoreError> {
-    let (kept, temporary) = (name(place.number), format!("{DIRECTORY}/writing.tmp"));
-    let disk = |what| StoreError::disk(what, storage.path(&temporary));
-    let expected = digest(content);
-    let mut file = storage.create(&temporary).map_err(disk("create"))?;
-    let mut at = 0;
+/// Writes `content`, which is memory as it is after frame `place`; that frame is durable. `expected` is its digest. Returns
+/// how long the file is; nothing when it was given up, after which nothing was changed.
+pub(crate) fn write(
+    storage: &dyn Storage,
+    content: &Content,
+    setting: &Setting,
+    place: Place,
+    expected: &str,
+    given_up: impl Fn() -> bool,
+) -> Result<Option<u64>, StoreError> {
+    let disk = |what| StoreError::disk(what, storage.path(TEMPORARY));
+    let mut file = storage.create(TEMPORARY).map_err(disk("create"))?;
+    let (mut at, mut portion) = (0, Vec::with_capacity(PORTION_BYTES));
     let mut previous = place.crc;
-    let mut put = |magic, number, payload: &[u8]| -> Result<(), StoreError> {
+    let mut put = |magic, number, payload: &[u8], last| -> Result<(), StoreError> {
         let head = Head { number, durable: place.number, previous };
         let (bytes, crc) = frame::written(magic, head, payload);
-        file.write_at(&bytes, at).map_err(disk("write"))?;
-        at += bytes.len() as u64;
+        portion.extend_from_slice(&bytes);
         previous = crc;
+        if last || portion.len() >= PORTION_BYTES {
+            file.write_at(&portion, at).map_err(disk("write"))?;
+            file.sync().map_err(disk("make durable"))?;
+            at += portion.len() as u64;
+            portion.clear();
+        }
         Ok(())
     };
-    put(BEGIN, place.number, &VERSION.to_le_bytes())?;
-    let end = std::iter::once(Block::End { digest: expected.clone() });
-    for (number, block) in (1..).zip(blocks(content).chain(end)) {
-        put(SNAPSHOT, number, &codec::encode(&block)?)?;
+    put(BEGIN, place.number, &file_head(content.step), false)?;
+    let end = std::iter::once(Block::End { digest: expected.to_owned() });
+    for (number, block) in (1..).zip(blocks(content, setting).chain(end)) {
+        if given_up() {
+            return Ok(None);
+        }
+        put(SNAPSHOT, number, &codec::encode(&block)?, matches!(block, Block::End { .. }))?;
     }
-    file.sync().map_err(disk("make durable"))?;
     drop(file);
-    let bytes = storage.read(&temporary).map_err(disk("read back"))?;
-    let back = read(&bytes).filter(|(content, found)| *found == place && digest(content) == expected);
-    if back.is_none() {
+    let back = read(storage, TEMPORARY).map_err(disk("read back"))?;
+    if !back.is_some_and(|(whole, found)| found == place && digest(&whole.content) == expected) {
         return Err(disk("read back")(io::Error::other("it is not what was written")));
     }
-    storage.rename(&temporary, &kept).map_err(disk("rename"))?;
+    storage.rename(TEMPORARY, &name(place.number)).map_err(disk("rename"))?;
     storage.sync_directory(DIRECTORY).map_err(disk("make durable"))?;
-    tidy(storage)
+    Ok(Some(at))
 }
 
-/// Removes all but the newest snapshots, and of the journal what only the others needed.
-fn tidy(storage: &dyn Storage) -> Result<(), StoreError> {
-    let disk = |name: &str| StoreError::disk("remove", storage.path(name));
-    let numbers = numbers(storage).map_err(disk(DIRECTORY))?;
-    let Some(first_kept) = numbers.len().checked_sub(KEPT) else { return Ok(()) };
-    for number in numbers.iter().take(first_kept) {
-        storage.remove(&name(*number)).map_err(disk(&name(*number)))?;
-    }
-    let oldest = numbers.get(first_kept).copied().unwrap_or(0);
-    let firsts = journal::segments(storage).map_err(disk(journal::DIRECTORY))?;
-    for pair in firsts.windows(2) {
-        // The one before is needed no more when the next begins at or before what the oldest snapshot goes on with.
-        if let [first, next] = pair
-            && *next <= oldest
-        {
-            storage.remove(&segment_name(*first)).map_err(disk(&segment_name(*first)))?;
-        }
-    }
-    Ok(())
-}
-
-/// The newest snapshot that is sound, and the frame that it was made after; none when there is none at all.
-pub(crate) fn newest(storage: &dyn Storage) -> Result<Option<(Content, Place)>, StoreError> {
+/// The newest snapshot that is sound and not after step `until`, and the frame that it was made after; none when there
+/// is none at all.
+pub(crate) fn newest(
+    storage: &dyn Storage,
+    until: Option<u64>,
+) -> Result<Option<(Whole, Place)>, StoreError> {
     let numbers = numbers(storage).map_err(StoreError::disk("read", storage.path(DIRECTORY)))?;
     for number in numbers.iter().rev() {
         let file = name(*number);
-        let bytes = storage.read(&file).map_err(StoreError::disk("read", storage.path(&file)))?;
-        match read(&bytes) {
-            Some((content, place)) if place.number == *number => return Ok(Some((content, place))),
-            _ => tracing::error!(file = storage.path(&file), "the snapshot is damaged; an older one is used"),
+        let failed = |error| StoreError::disk("read", storage.path(&file))(error);
+        if let Some(until) = until
+            && step(storage, *number).map_err(failed)?.is_some_and(|step| step > until)
+        {
+            continue;
+        }
+        match sound(storage, *number).map_err(failed)? {
+            Some(found) => return Ok(Some(found)),
+            None => {
+                tracing::error!(file = storage.path(&file), "the snapshot is damaged; an older one is used")
+            }
         }
     }
     // Without any, the journal must begin at its beginning: it says so itself if it does not.
     Ok(None)
 }
 
-/// What a snapshot says, if all of it is sound.
-fn read(bytes: &[u8]) -> Option<(Content, Place)> {
-    let begin = frame::read(BEGIN, bytes)?;
-    if begin.payload != VERSION.to_le_bytes() {
-        return None;
+/// The step that a snapshot was made at, if its beginning is sound and its version ours.
+pub(crate) fn step(storage: &dyn Storage, number: u64) -> io::Result<Option<u64>> {
+    let mut frames = Frames { file: storage.open(&name(number))?, bytes: Vec::new() };
+    Ok(frames.next(BEGIN)?.and_then(|begin| read_file_head(begin.payload)?.1))
+}
+
+/// The snapshot made after frame `number`, if all of it is sound and its content has the digest that it says.
+pub(crate) fn sound(storage: &dyn Storage, number: u64) -> io::Result<Option<(Whole, Place)>> {
+    let found = read(storage, &name(number))?;
+    Ok(found.filter(|(_, place)| place.number == number))
+}
+
+/// Frames of a file, one at a time, so that a snapshot never is in memory whole.
+struct Frames {
+    file: Box<dyn Read>,
+    bytes: Vec<u8>,
+}
+
+impl Frames {
+    fn next(&mut self, magic: u32) -> io::Result<Option<Found<'_>>> {
+        self.bytes.clear();
+        let head = HEAD_LEN as u64;
+        (&mut self.file).take(head).read_to_end(&mut self.bytes)?;
+        let Some(length) = frame::length(&self.bytes).filter(|length| *length <= VALUE_BYTES_MAX) else {
+            return Ok(None);
+        };
+        (&mut self.file).take(length as u64).read_to_end(&mut self.bytes)?;
+        Ok(frame::read(magic, &self.bytes))
+    }
+
+    fn is_over(&mut self) -> io::Result<bool> {
+        Ok(self.file.read(&mut [0])? == 0)
+    }
+}
+
+fn read(storage: &dyn Storage, file: &str) -> io::Result<Option<(Whole, Place)>> {
+    let mut frames = Frames { file: storage.open(file)?, bytes: Vec::new() };
+    let Some(begin) = frames.next(BEGIN)? else { return Ok(None) };
+    if read_file_head(begin.payload).is_none_or(|(version, _)| version != VERSION) {
+        return Ok(None);
     }
     let place = Place { number: begin.head.number, crc: begin.head.previous };
-    let (mut at, mut previous) = (begin.len(), begin.crc);
+    let mut previous = begin.crc;
     let mut reading: Option<Reading> = None;
     for number in 1.. {
-        let found = frame::read(SNAPSHOT, bytes.get(at..)?)?;
+        let Some(found) = frames.next(SNAPSHOT)? else { return Ok(None) };
         if found.head.number != number || found.head.previous != previous {
-            return None;
+            return Ok(None);
         }
-        (at, previous) = (at + found.len(), found.crc);
-        match (codec::decode(found.payload).ok()?, &mut reading) {
-            (Block::Facts(facts), None) => reading = Some(Reading::begin(*facts).ok()?),
-            (Block::Observations(remembered), Some(reading)) => reading.observations(remembered).ok()?,
-            (Block::Schemas(schemas), Some(reading)) => reading.schemas(schemas).ok()?,
-            (Block::End { digest: written }, Some(_)) => {
-                let content = reading.take()?.end().ok()?;
-                return (at == bytes.len() && digest(&content) == written).then_some((content, place));
+        previous = found.crc;
+        let Ok(block) = codec::decode(found.payload) else { return Ok(None) };
+        match (block, reading.take()) {
+            (Block::Facts(facts), None) => reading = Some(Reading::begin(*facts)),
+            (Block::End { digest: written }, Some(read)) => {
+                let Ok(whole) = read.end() else { return Ok(None) };
+                let sound = frames.is_over()? && digest(&whole.content) == written;
+                return Ok(sound.then_some((whole, place)));
             }
-            _ => return None,
+            (block, Some(mut read)) => {
+                if read.take(block).is_err() {
+                    return Ok(None);
+                }
+                reading = Some(read);
+            }
+            (_, None) => return Ok(None),
         }
     }
-    None
+    Ok(None)
 }

@@ -2,9 +2,12 @@
 
 use std::fmt::Debug;
 use std::fs::{self, File, OpenOptions};
-use std::io;
-use std::os::unix::fs::{FileExt, OpenOptionsExt};
+use std::io::{self, Read};
+use std::os::unix::fs::{FileExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
+
+/// The longest file that is read as a whole: twice what a segment of the journal can be.
+pub(crate) const READ_BYTES_MAX: u64 = 256 * 1024 * 1024;
 
 /// A directory of files. Names are relative, with `/` between directory and file.
 pub(crate) trait Storage: Send + Sync + Debug {
@@ -14,11 +17,37 @@ pub(crate) trait Storage: Send + Sync + Debug {
     /// When it can't be read.
     fn list(&self, directory: &str) -> io::Result<Vec<String>>;
 
-    /// The whole of a file.
+    /// A file, to be read from its beginning.
     ///
     /// # Errors
     /// When it can't be read; [`io::ErrorKind::NotFound`] when it isn't there.
-    fn read(&self, name: &str) -> io::Result<Vec<u8>>;
+    fn open(&self, name: &str) -> io::Result<Box<dyn Read>>;
+
+    /// The whole of a file.
+    ///
+    /// # Errors
+    /// As [`Storage::open`], and when it is longer than [`READ_BYTES_MAX`].
+    fn read(&self, name: &str) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.open(name)?.take(READ_BYTES_MAX + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 > READ_BYTES_MAX {
+            let problem = format!("it is longer than {READ_BYTES_MAX} bytes, so it is none of ours");
+            return Err(io::Error::new(io::ErrorKind::InvalidData, problem));
+        }
+        Ok(bytes)
+    }
+
+    /// Bytes in a file.
+    ///
+    /// # Errors
+    /// When it isn't there.
+    fn size(&self, name: &str) -> io::Result<u64>;
+
+    /// Cuts a file off after so many bytes.
+    ///
+    /// # Errors
+    /// When it can't be done.
+    fn truncate(&self, name: &str, to: u64) -> io::Result<()>;
 
     /// A new, empty file in place of any of that name, to be written.
     ///
@@ -108,8 +137,16 @@ impl Storage for Directory {
         Ok(names)
     }
 
-    fn read(&self, name: &str) -> io::Result<Vec<u8>> {
-        fs::read(self.at(name))
+    fn open(&self, name: &str) -> io::Result<Box<dyn Read>> {
+        Ok(Box::new(File::open(self.at(name))?))
+    }
+
+    fn size(&self, name: &str) -> io::Result<u64> {
+        Ok(fs::metadata(self.at(name))?.len())
+    }
+
+    fn truncate(&self, name: &str, to: u64) -> io::Result<()> {
+        OpenOptions::new().write(true).open(self.at(name))?.set_len(to)
     }
 
     fn create(&self, name: &str) -> io::Result<Box<dyn Writing>> {
@@ -152,6 +189,11 @@ impl Writing for RealFile {
     }
 
     fn sync(&mut self) -> io::Result<()> {
-        self.0.sync_data()
+        self.0.sync_data()?;
+        // What has no name any more is gone with the process.
+        if self.0.metadata()?.nlink() == 0 {
+            return Err(io::Error::other("the file was removed while it was being written"));
+        }
+        Ok(())
     }
 }

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use pschema_learner::curriculum::{Afterwards, Curriculum, Lift, Stage};
+use pschema_learner::curriculum::Curriculum;
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::random::Random;
-use pschema_learner::step::{ActionOutcome, Frame, Learner, Output};
+use pschema_learner::step::{ActionOutcome, Frame, Learner, Output, Step};
 use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, ValueKind,
 };
@@ -18,34 +18,19 @@ use crate::format::v1;
 use crate::journal::{Sizes, segment_name, segments};
 use crate::storage::Storage;
 use crate::twin::{Fault, Twin};
-use crate::{Durability, Origin, Writer, codec, open_in, recovery};
+use crate::{
+    Cause, Change, Durability, Options, Recovered, Retention, Writer, codec, manifest, open_in, recovery,
+};
+use crate::{frame, snapshot};
 
 const FIELDS: i64 = 12;
-const SIZES: Sizes = Sizes { segment_max: 40_000, ahead: 4_000 };
+pub(crate) const SIZES: Sizes = Sizes { segment_max: 40_000, ahead: 4_000 };
 
-fn curriculum() -> Curriculum {
-    let stage = Stage {
-        name: "free".to_owned(),
-        lift: Lift::All,
-        learning: true,
-        trials: 0,
-        arrange: Vec::new(),
-        until: None,
-        until_absent: None,
-        trial_actions_max: 0,
-        saturation: None,
-        habituation: None,
-        say: Vec::new(),
-    };
-    Curriculum {
-        name: "free".to_owned(),
-        pools: Vec::new(),
-        stages: vec![stage],
-        afterwards: Afterwards::Continue,
-    }
+pub(crate) fn curriculum() -> Curriculum {
+    crate::bench::free()
 }
 
-fn declaration() -> Declaration {
+pub(crate) fn declaration() -> Declaration {
     let property = |name: &str, kind| DeclaredProperty { name: name.to_owned(), unit: String::new(), kind };
     let sense = |name: &str, own, transient, properties| DeclaredType {
         name: name.to_owned(),
@@ -70,7 +55,7 @@ fn declaration() -> Declaration {
 
 /// A finger over a row of fields, and a block that somebody moves now and then.
 #[derive(Clone)]
-struct World {
+pub(crate) struct World {
     random: Random,
     finger: Option<i64>,
     block: (u32, i64),
@@ -78,11 +63,11 @@ struct World {
 }
 
 impl World {
-    fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self { random: Random::from_seed(seed ^ 0x5151), finger: None, block: (0, 3), outcome: None }
     }
 
-    fn frame(&mut self) -> Frame {
+    pub(crate) fn frame(&mut self) -> Frame {
         if self.random.below(5) == 0 {
             let (colour, field) = (self.random.below(2) as u32, self.random.below(FIELDS as usize) as i64);
             self.block = (colour, field);
@@ -98,7 +83,7 @@ impl World {
         Frame { body: BodyId(0), outcome: self.outcome, observations }
     }
 
-    fn follow(&mut self, output: &Output) {
+    pub(crate) fn follow(&mut self, output: &Output) {
         self.outcome = None;
         if let Output::Act(primitive) = output {
             let failed = self.random.below(20) == 0;
@@ -108,20 +93,42 @@ impl World {
     }
 }
 
-fn opened(
-    twin: &Twin,
-    seed: u64,
-    snapshot_bytes: u64,
-) -> Result<(Learner, Writer, recovery::Recovered), StoreError> {
-    let (parameters, curriculum) = (Parameters::default(), curriculum());
-    let origin = Origin { learner: "test", seed, parameters: &parameters, curriculum: &curriculum };
-    let storage = Arc::new(twin.clone());
-    let (memory, writer, recovered) =
-        open_in(storage, origin, Durability::Strict, SIZES, snapshot_bytes, || ())?;
-    Ok((Learner::resume(memory, curriculum).unwrap(), writer, recovered))
+pub(crate) fn options<'a>(seed: u64, parameters: &'a Parameters, curriculum: &'a Curriculum) -> Options<'a> {
+    Options {
+        learner: "test",
+        seed,
+        parameters,
+        curriculum,
+        seed_given: true,
+        setting_given: true,
+        change: false,
+        at_unix_ms: 0,
+        durability: Durability::Strict,
+        retention: Retention { snapshot_bytes: 1_000_000, history_bytes: Some(0) },
+    }
 }
 
-fn settled(writer: &Writer, batch: u64) -> Result<(), StoreError> {
+pub(crate) fn opened_as(
+    twin: &Twin,
+    options: Options<'_>,
+) -> Result<(Learner, Writer, Recovered), StoreError> {
+    let found = open_in(Arc::new(twin.clone()), options, SIZES, Arc::new(|| ()))?;
+    Ok((found.learner, found.writer, found.recovered))
+}
+
+fn opened(twin: &Twin, seed: u64, snapshot_bytes: u64) -> Result<(Learner, Writer, Recovered), StoreError> {
+    let (parameters, curriculum) = (Parameters::default(), curriculum());
+    let retention = Retention { snapshot_bytes, history_bytes: Some(0) };
+    opened_as(twin, Options { retention, ..options(seed, &parameters, &curriculum) })
+}
+
+/// A change at a time that jumps about.
+pub(crate) fn step<'a>(frame: &'a Frame, step: &'a Step) -> Change<'a> {
+    let at_unix_ms = frame.observations.len() as u64 * 0x1234_5678_9ABC_DEF1;
+    Change { cause: Cause::Step(frame), at_unix_ms, effects: &step.effects }
+}
+
+pub(crate) fn settled(writer: &Writer, batch: u64) -> Result<(), StoreError> {
     while !writer.is_durable(batch) {
         if let Some(failure) = writer.failure() {
             return Err(failure);
@@ -132,12 +139,13 @@ fn settled(writer: &Writer, batch: u64) -> Result<(), StoreError> {
 }
 
 /// Has the body declared, which a body does whenever it attaches.
-fn attach(learner: &mut Learner, writer: &mut Writer) -> Result<(), StoreError> {
+pub(crate) fn attach(learner: &mut Learner, writer: &mut Writer) -> Result<(), StoreError> {
     let (_, mut effects) = learner.declare(declaration()).unwrap();
     for symbol in ["red", "blue"] {
         effects.extend(learner.symbol(symbol).1);
     }
-    writer.append(&effects, learner.memory().content()).map(drop)
+    let change = Change { cause: Cause::Declared("row"), at_unix_ms: u64::MAX, effects: &effects };
+    writer.append(&change, learner.memory().content()).map(drop)
 }
 
 #[test]
@@ -150,21 +158,21 @@ fn a_memory_found_again_is_the_same_and_decides_alike() {
             never_ended.symbol(symbol);
         }
         let mut random = Random::from_seed(seed);
-        let (mut snapshots, mut step) = (0, 0);
+        let (mut snapshots, mut taken) = (0, 0);
         for life in 0..8 {
             let (mut learner, mut writer, recovered) = opened(&twin, seed, 60_000).unwrap();
-            assert_eq!(recovered.step, step, "seed {seed}, life {life}");
+            assert_eq!(recovered.step, taken, "seed {seed}, life {life}");
             snapshots += u32::from(recovered.snapshot_step.is_some());
             attach(&mut learner, &mut writer).unwrap();
             assert_eq!(digest(learner.memory().content()), digest(never_ended.memory().content()));
             for _ in 0..400 {
                 let frame = world.frame();
                 let (live, resumed) = (never_ended.step(&frame), learner.step(&frame));
-                assert_eq!(live, resumed, "seed {seed}, life {life}, step {step}");
-                let batch = writer.append(&resumed.effects, learner.memory().content()).unwrap();
+                assert_eq!(live, resumed, "seed {seed}, life {life}, step {taken}");
+                let batch = writer.append(&step(&frame, &resumed), learner.memory().content()).unwrap();
                 settled(&writer, batch).unwrap();
                 world.follow(&resumed.output);
-                step += 1;
+                taken += 1;
             }
             if life % 2 == 0 {
                 writer.finish(learner.memory().content()).unwrap();
@@ -213,11 +221,12 @@ fn after_a_failure_of_the_disk_nothing_is_durable_that_is_not_on_it() {
         let mut live = || -> Result<(), StoreError> {
             attach(&mut learner, &mut writer)?;
             for _ in 0..3_000 {
-                let step = learner.step(&world.frame());
-                let batch = writer.append(&step.effects, learner.memory().content())?;
+                let frame = world.frame();
+                let taken = learner.step(&frame);
+                let batch = writer.append(&step(&frame, &taken), learner.memory().content())?;
                 settled(&writer, batch)?;
                 acknowledged.push(digest(learner.memory().content()));
-                world.follow(&step.output);
+                world.follow(&taken.output);
             }
             Ok(())
         };
@@ -242,10 +251,8 @@ fn a_memory_begun_with_something_else_is_refused() {
     let error = opened(&twin, 2, 1_000_000).unwrap_err().to_string();
     assert!(error.contains("begun with seed = 1, and 2 was given"), "{error}");
     let parameters = Parameters { association_weight: 0.5, ..Parameters::default() };
-    let origin = Origin { learner: "test", seed: 1, parameters: &parameters, curriculum: &curriculum() };
-    let opened = open_in(Arc::new(twin.clone()), origin, Durability::Strict, SIZES, 1_000, || ());
-    let error = opened.unwrap_err().to_string();
-    assert!(error.contains("association_weight = 0.8, and 0.5 was given"), "{error}");
+    let error = opened_as(&twin, options(1, &parameters, &curriculum())).unwrap_err().to_string();
+    assert!(error.contains("parameters.association_weight: 0.8 there, 0.5 given"), "{error}");
 }
 
 /// Sound checksums before anything at all: refused or read, but the process lives.
@@ -257,12 +264,12 @@ fn forged_frames_end_nothing() {
     attach(&mut learner, &mut writer).unwrap();
     let mut payloads = Vec::new();
     for _ in 0..60 {
-        let step = learner.step(&world.frame());
-        writer.append(&step.effects, learner.memory().content()).unwrap();
-        let effects = step.effects.iter().map(v1::Effect::from).collect();
-        let step_number = learner.memory().content().step + 1;
-        payloads.push(codec::encode(&v1::Record::Batch { step: step_number, effects }).unwrap());
-        world.follow(&step.output);
+        let frame = world.frame();
+        let taken = learner.step(&frame);
+        writer.append(&step(&frame, &taken), learner.memory().content()).unwrap();
+        let next = learner.memory().content().step + 1;
+        payloads.push(codec::encode(&step(&frame, &taken).record(next)).unwrap());
+        world.follow(&taken.output);
     }
     drop(writer);
     let mut refused = 0;
@@ -274,14 +281,68 @@ fn forged_frames_end_nothing() {
         }
         let forged = twin.copy();
         let storage: Arc<dyn Storage> = Arc::new(forged.clone());
-        let (_, end, _) = recovery::recover(&*storage, 1, &Parameters::default()).unwrap();
+        let manifest = manifest::read(&*storage).unwrap().unwrap();
+        let end = recovery::recover(&*storage, &manifest, None).unwrap().end;
         let mut journal = crate::journal::Journal::after(storage, end.last, SIZES);
-        journal.append(&payload).unwrap();
+        journal.append(&payload, 60).unwrap();
         journal.sync().unwrap();
         refused += u32::from(opened(&forged, 1, 1_000_000).is_err());
     }
     assert!(refused > 1_000, "{refused}");
     assert!(twin.read(&segment_name(1)).is_ok());
+}
+
+/// As forged frames: a snapshot whose every checksum is right.
+#[test]
+fn forged_snapshots_end_nothing() {
+    let mut random = Random::from_seed(12);
+    let (twin, mut world) = (Twin::new(), World::new(2));
+    let (mut learner, mut writer, _) = opened(&twin, 1, 1_000_000).unwrap();
+    attach(&mut learner, &mut writer).unwrap();
+    for _ in 0..400 {
+        let frame = world.frame();
+        let taken = learner.step(&frame);
+        writer.append(&step(&frame, &taken), learner.memory().content()).unwrap();
+        world.follow(&taken.output);
+    }
+    writer.finish(learner.memory().content()).unwrap();
+    let name = snapshot::name(snapshot::numbers(&twin).unwrap()[0]);
+    let sound = twin.read(&name).unwrap();
+    let mut rest = &sound[..];
+    let mut blocks = Vec::new();
+    while let Some(found) =
+        frame::read(if blocks.is_empty() { snapshot::BEGIN } else { frame::SNAPSHOT }, rest)
+    {
+        blocks.push((found.head, found.payload.to_vec()));
+        rest = &rest[found.len()..];
+    }
+    assert!(rest.is_empty() && blocks.len() > 4);
+    let mut refused = 0;
+    for _ in 0..5_000 {
+        let mut blocks = blocks.clone();
+        let at = random.below(blocks.len());
+        for _ in 0..=random.below(3) {
+            let payload = &mut blocks[at].1;
+            let byte = random.below(payload.len());
+            payload[byte] = random.next_u64() as u8;
+        }
+        let mut forged = Vec::new();
+        let mut previous = blocks[0].0.previous;
+        for (head, payload) in &blocks {
+            let magic = if forged.is_empty() { snapshot::BEGIN } else { frame::SNAPSHOT };
+            let (bytes, crc) = frame::written(magic, frame::Head { previous, ..*head }, payload);
+            forged.extend(bytes);
+            previous = crc;
+        }
+        let twin = twin.copy();
+        twin.edit(&name, |bytes| *bytes = forged);
+        // The digest of memory at the end sees what no checksum does.
+        match snapshot::newest(&twin, None).unwrap() {
+            Some((whole, _)) => assert_eq!(digest(&whole.content), digest(learner.memory().content())),
+            None => refused += 1,
+        }
+    }
+    assert!(refused > 3_000, "{refused}");
 }
 
 /// Effects survive the disk as they are.
@@ -290,18 +351,21 @@ fn effects_come_back_as_they_were() {
     let mut world = World::new(9);
     let mut learner = Learner::new(9, Parameters::default(), curriculum()).unwrap();
     let (_, mut effects) = learner.declare(declaration()).unwrap();
+    let mut last = world.frame();
     for _ in 0..500 {
-        let step = learner.step(&world.frame());
+        last = world.frame();
+        let step = learner.step(&last);
         world.follow(&step.output);
         effects.extend(step.effects);
     }
-    let record = |effects: &[Effect]| v1::Record::Batch {
-        step: 500,
-        effects: effects.iter().map(v1::Effect::from).collect(),
+    let change = Change { cause: Cause::Step(&last), at_unix_ms: 7, effects: &effects };
+    let bytes = codec::encode(&change.record(500)).unwrap();
+    let v1::Record::Batch { step, at_unix_ms, cause: v1::Cause::Step(input), effects: back } =
+        codec::decode(&bytes).unwrap()
+    else {
+        panic!("another record came back")
     };
-    let bytes = codec::encode(&record(&effects)).unwrap();
-    let v1::Record::Batch { effects: back, .. } = codec::decode(&bytes).unwrap() else { panic!() };
     let back: Result<Vec<Effect>, _> = back.into_iter().map(Effect::try_from).collect();
-    assert_eq!(back.unwrap(), effects);
+    assert_eq!((step, at_unix_ms, Frame::from(input), back.unwrap()), (500, 7, last, effects));
     assert!(bytes.len() > 5_000);
 }

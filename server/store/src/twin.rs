@@ -1,7 +1,7 @@
 //! A directory in memory that loses power: what was not synced is lost, sector by sector, as the seed decides.
 
 use std::collections::BTreeMap;
-use std::io;
+use std::io::{self, Read};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pschema_learner::random::Random;
@@ -47,6 +47,8 @@ struct State {
     changes: Vec<Change>,
     next: u64,
     fault: Fault,
+    /// Whether the sync of a snapshot waits.
+    hold_snapshots: bool,
 }
 
 /// The twin. A clone is the same directory.
@@ -62,6 +64,7 @@ impl Twin {
             changes: Vec::new(),
             next: 0,
             fault: Fault::None,
+            hold_snapshots: false,
         };
         Self(Arc::new(Mutex::new(state)))
     }
@@ -94,6 +97,11 @@ impl Twin {
         }
     }
 
+    /// Has the sync of a snapshot wait until it is said otherwise.
+    pub(crate) fn hold_snapshots(&self, hold: bool) {
+        self.state().hold_snapshots = hold;
+    }
+
     /// Damages one bit for good.
     pub(crate) fn flip(&self, name: &str, bit: usize) {
         self.edit(name, |bytes| bytes[bit / 8] ^= 1 << (bit % 8));
@@ -118,6 +126,7 @@ impl Twin {
             changes: state.changes.clone(),
             next: state.next,
             fault: state.fault,
+            hold_snapshots: state.hold_snapshots,
         })))
     }
 }
@@ -183,10 +192,26 @@ impl Storage for Twin {
         Ok(state.names.keys().filter_map(|name| name.strip_prefix(&prefix)).map(str::to_owned).collect())
     }
 
-    fn read(&self, name: &str) -> io::Result<Vec<u8>> {
+    fn open(&self, name: &str) -> io::Result<Box<dyn Read>> {
         let state = self.state();
         let id = state.node(name)?;
-        Ok(state.nodes[&id].seen.clone())
+        Ok(Box::new(io::Cursor::new(state.nodes[&id].seen.clone())))
+    }
+
+    fn size(&self, name: &str) -> io::Result<u64> {
+        let state = self.state();
+        let id = state.node(name)?;
+        Ok(state.nodes[&id].seen.len() as u64)
+    }
+
+    fn truncate(&self, name: &str, to: u64) -> io::Result<()> {
+        let mut state = self.state();
+        let id = state.node(name)?;
+        if let Some(node) = state.nodes.get_mut(&id) {
+            node.seen.truncate(usize::try_from(to).unwrap());
+            node.dirty.retain(|sector| sector * SECTOR < node.seen.len());
+        }
+        Ok(())
     }
 
     fn create(&self, name: &str) -> io::Result<Box<dyn Writing>> {
@@ -270,6 +295,11 @@ impl Writing for Open {
 
     fn sync(&mut self) -> io::Result<()> {
         let mut state = self.twin.state();
+        while state.hold_snapshots && state.names.get(crate::snapshot::TEMPORARY) == Some(&self.id) {
+            drop(state);
+            std::thread::yield_now();
+            state = self.twin.state();
+        }
         state.sync()?;
         if let Some(node) = state.nodes.get_mut(&self.id) {
             node.sync();

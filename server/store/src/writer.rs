@@ -2,66 +2,65 @@
 //! led to it is durable. What comes in while the disk is at work is written together.
 
 use std::fmt;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use pschema_learner::digest::digest;
-use pschema_learner::effect::Effect;
 use pschema_learner::memory::Content;
 
+use crate::archivist::{Archive, Archivist, Digested, Task};
+use crate::change::{Change, Durability};
 use crate::codec;
 use crate::error::StoreError;
 use crate::format::v1;
 use crate::journal::Journal;
-use crate::snapshot;
-use crate::storage::Storage;
 
 /// Batches that may wait for the disk; beyond it the daemon waits with them.
 const WAITING_MAX: usize = 1_024;
-/// A digest of memory is written after every so many steps.
+/// A digest of memory is written after every so many steps, or after as many as there are schemas divided by
+/// [`DIGEST_SCHEMAS`] when that is more: it takes time.
 pub const DIGEST_STEPS: u64 = 1_024;
+const DIGEST_SCHEMAS: u64 = 16;
 /// How old what is not yet durable may get under [`Durability::Relaxed`].
 const RELAXED_MAX: Duration = Duration::from_secs(1);
 
-/// When a reply may leave.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Durability {
-    /// When the step that led to it is durable.
-    #[default]
-    Strict,
-    /// At once; up to a second of steps is lost with the machine's power. For simulations.
-    Relaxed,
-}
-
-impl fmt::Display for Durability {
-    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        to.write_str(match self {
-            Self::Strict => "strict",
-            Self::Relaxed => "relaxed",
-        })
-    }
-}
-
 struct Job {
     payload: Vec<u8>,
+    /// Steps taken before and after it.
+    before: u64,
     step: u64,
-    /// Memory after it, when its digest is to be written or a snapshot made.
-    content: Option<Box<Content>>,
+    checkpoint: Option<Checkpoint>,
+}
+
+/// Memory after a job, for a digest.
+struct Checkpoint {
+    content: Box<Content>,
     snapshot: bool,
 }
 
+/// What the threads tell each other and the daemon.
 #[derive(Debug, Default)]
-struct Shared {
+pub(crate) struct Shared {
     durable: AtomicU64,
     durable_step: AtomicU64,
+    /// Bytes that were in the journal at the start, and that were written since.
     journal_bytes: AtomicU64,
+    /// Of these, removed since.
+    pub(crate) removed_bytes: AtomicU64,
+    pub(crate) oldest_step: AtomicU64,
     /// The step of the last snapshot, plus one; 0 for none.
-    snapshot: AtomicU64,
+    pub(crate) snapshot: AtomicU64,
+    /// How long it is.
+    pub(crate) snapshot_bytes: AtomicU64,
+    /// Whether the archivist is at work.
+    pub(crate) busy: AtomicBool,
     failure: Mutex<Option<String>>,
 }
+
+/// Tells the daemon that there is something to see.
+pub(crate) type Wake = Arc<dyn Fn() + Send + Sync>;
 
 /// The thread, from the daemon's side. Dropping it writes what was handed over and ends the thread.
 pub struct Writer {
@@ -69,9 +68,14 @@ pub struct Writer {
     thread: Option<JoinHandle<()>>,
     shared: Arc<Shared>,
     handed: u64,
-    digested: u64,
+    step: u64,
+    digested_step: u64,
     bytes_at_snapshot: u64,
     snapshot_bytes: u64,
+    /// Whether a snapshot is due however little was written.
+    overdue: bool,
+    /// Whether what is on disk is a snapshot and nothing else.
+    at_snapshot: bool,
 }
 
 impl fmt::Debug for Writer {
@@ -80,29 +84,51 @@ impl fmt::Debug for Writer {
     }
 }
 
-/// What the thread starts from.
+/// What the threads start from.
 pub(crate) struct Start {
-    pub(crate) storage: Arc<dyn Storage>,
+    pub(crate) archive: Archive,
     pub(crate) journal: Journal,
     pub(crate) durability: Durability,
     pub(crate) step: u64,
     pub(crate) snapshot_step: Option<u64>,
-    pub(crate) journal_bytes: u64,
-    /// A snapshot is made whenever the journal has grown by so much.
+    /// Bytes in the journal, and the oldest step in it.
+    pub(crate) kept: crate::retention::Kept,
+    /// Bytes of the journal since the last snapshot.
+    pub(crate) since_snapshot: u64,
+    /// A snapshot is made whenever the journal has grown by so much, and at least by the last snapshot.
     pub(crate) snapshot_bytes: u64,
+    /// Whether a snapshot is due however little was written: the start had many files to read.
+    pub(crate) overdue: bool,
+    /// Whether the journal has nothing that matters beyond the last snapshot.
+    pub(crate) at_snapshot: bool,
 }
 
 impl Writer {
-    pub(crate) fn start(start: Start, wake: impl Fn() + Send + 'static) -> Result<Self, StoreError> {
+    pub(crate) fn start(start: Start, wake: Wake) -> Result<Self, StoreError> {
         let (jobs, waiting) = sync_channel(WAITING_MAX);
-        let shared = Arc::new(Shared::default());
-        shared.durable_step.store(start.step, Ordering::Release);
-        shared.journal_bytes.store(start.journal_bytes, Ordering::Release);
-        shared.snapshot.store(start.snapshot_step.map_or(0, |step| step + 1), Ordering::Release);
-        let (step, snapshot_bytes) = (start.step, start.snapshot_bytes);
-        // What was replayed counts, so that a daemon that is often restarted makes snapshots too.
-        let mut thread =
-            Thread { start, shared: shared.clone(), wake: Box::new(wake), synced: Instant::now() };
+        let Start { archive, journal, durability, step, snapshot_step, kept, since_snapshot, .. } = start;
+        let shared = Arc::new(Shared {
+            durable_step: step.into(),
+            journal_bytes: kept.bytes.into(),
+            oldest_step: kept.oldest_step.into(),
+            snapshot: snapshot_step.map_or(0, |step| step + 1).into(),
+            ..Shared::default()
+        });
+        let path = archive.storage.path(crate::journal::DIRECTORY);
+        let archivist = Archivist::start(archive, shared.clone(), wake.clone())?;
+        let mut thread = Thread {
+            path,
+            journal,
+            durability,
+            shared: shared.clone(),
+            wake,
+            synced: Instant::now(),
+            step,
+            taken: 0,
+            unsynced: false,
+            task: None,
+            archivist,
+        };
         let run = move || thread.run(&waiting);
         let spawned = std::thread::Builder::new().name("writer".to_owned()).spawn(run);
         let thread = spawned.map_err(StoreError::disk("start a thread for", "the journal".to_owned()))?;
@@ -111,9 +137,13 @@ impl Writer {
             thread: Some(thread),
             shared,
             handed: 0,
-            digested: step / DIGEST_STEPS,
-            bytes_at_snapshot: 0,
-            snapshot_bytes,
+            step,
+            digested_step: step,
+            // What was replayed counts, so that a daemon that is often restarted makes snapshots too.
+            bytes_at_snapshot: kept.bytes.saturating_sub(since_snapshot),
+            snapshot_bytes: start.snapshot_bytes,
+            overdue: start.overdue,
+            at_snapshot: start.at_snapshot,
         })
     }
 
@@ -122,25 +152,41 @@ impl Writer {
     ///
     /// # Errors
     /// When it can't be written, or the thread has failed.
-    pub fn append(&mut self, effects: &[Effect], content: &Content) -> Result<u64, StoreError> {
-        if effects.is_empty() {
+    pub fn append(&mut self, change: &Change<'_>, content: &Content) -> Result<u64, StoreError> {
+        if change.effects.is_empty() {
             return Ok(self.handed);
         }
-        let step = content.step;
-        let record = v1::Record::Batch { step, effects: effects.iter().map(v1::Effect::from).collect() };
-        let payload = codec::encode(&record)?;
-        let bytes = self.journal_bytes();
-        let snapshot = bytes.saturating_sub(self.bytes_at_snapshot) >= self.snapshot_bytes;
-        if snapshot {
-            self.bytes_at_snapshot = bytes;
-        }
-        let due = step / DIGEST_STEPS > self.digested;
-        self.digested = step / DIGEST_STEPS;
-        let content = (due || snapshot).then(|| Box::new(content.clone()));
-        self.hand(Job { payload, step, content, snapshot })
+        let payload = codec::encode(&change.record(content.step))?;
+        let checkpoint = self.checkpoint(content);
+        self.hand(payload, content.step, checkpoint)
     }
 
-    fn hand(&mut self, job: Job) -> Result<u64, StoreError> {
+    /// Memory for a digest, and perhaps a snapshot, if one is due and the last is done.
+    fn checkpoint(&mut self, content: &Content) -> Option<Checkpoint> {
+        let bytes = self.written_bytes();
+        let enough = self.snapshot_bytes.max(self.shared.snapshot_bytes.load(Ordering::Acquire));
+        let snapshot = self.overdue || bytes.saturating_sub(self.bytes_at_snapshot) >= enough;
+        let steps = DIGEST_STEPS.max(content.schemas.len() as u64 / DIGEST_SCHEMAS);
+        let due = content.step.saturating_sub(self.digested_step) >= steps;
+        if !(due || snapshot) || self.shared.busy.swap(true, Ordering::AcqRel) {
+            return None;
+        }
+        self.digested_step = content.step;
+        if snapshot {
+            self.bytes_at_snapshot = bytes;
+            self.overdue = false;
+        }
+        Some(Checkpoint { content: Box::new(content.clone()), snapshot })
+    }
+
+    fn hand(
+        &mut self,
+        payload: Vec<u8>,
+        step: u64,
+        checkpoint: Option<Checkpoint>,
+    ) -> Result<u64, StoreError> {
+        let job = Job { payload, before: self.step, step, checkpoint };
+        self.step = step;
         let sent = self.jobs.as_ref().is_some_and(|jobs| jobs.send(job).is_ok());
         if !sent {
             return Err(self
@@ -151,15 +197,17 @@ impl Writer {
         Ok(self.handed)
     }
 
-    /// Writes a digest of memory and a snapshot, and ends the thread.
+    /// Writes a snapshot and a digest of memory, unless they are there, and ends the threads.
     ///
     /// # Errors
     /// When it can't be written.
     pub fn finish(mut self, content: &Content) -> Result<(), StoreError> {
-        let step = content.step;
-        let payload = codec::encode(&v1::Record::Digest { step, digest: digest(content) })?;
-        let snapshot = Some(Box::new(content.clone()));
-        self.hand(Job { payload, step, content: snapshot, snapshot: true })?;
+        if self.handed > 0 || !self.at_snapshot {
+            let step = content.step;
+            let payload = codec::encode(&v1::Record::Mark { step })?;
+            let content = Box::new(content.clone());
+            self.hand(payload, step, Some(Checkpoint { content, snapshot: true }))?;
+        }
         self.join();
         self.failure().map_or(Ok(()), Err)
     }
@@ -183,10 +231,20 @@ impl Writer {
         self.shared.durable_step.load(Ordering::Acquire)
     }
 
-    /// Bytes in the journal since the snapshot that the start began from.
+    /// Bytes of journal there are.
     #[must_use]
     pub fn journal_bytes(&self) -> u64 {
+        self.written_bytes().saturating_sub(self.shared.removed_bytes.load(Ordering::Acquire))
+    }
+
+    fn written_bytes(&self) -> u64 {
         self.shared.journal_bytes.load(Ordering::Acquire)
+    }
+
+    /// The oldest step that memory can be returned to.
+    #[must_use]
+    pub fn oldest_step(&self) -> u64 {
+        self.shared.oldest_step.load(Ordering::Acquire)
     }
 
     /// The step of the last snapshot.
@@ -195,12 +253,28 @@ impl Writer {
         self.shared.snapshot.load(Ordering::Acquire).checked_sub(1)
     }
 
+    /// How long the last snapshot of this run is; 0 before the first.
+    #[must_use]
+    pub fn snapshot_bytes(&self) -> u64 {
+        self.shared.snapshot_bytes.load(Ordering::Acquire)
+    }
+
+    /// Has a snapshot made whenever the journal has grown by so much from now on.
+    pub(crate) fn snapshot_when_grown_by(&mut self, bytes: u64) {
+        self.snapshot_bytes = bytes;
+    }
+
+    /// Whether a digest or a snapshot is being made.
+    #[must_use]
+    pub fn is_archiving(&self) -> bool {
+        self.shared.busy.load(Ordering::Acquire)
+    }
+
     /// Why nothing more can be written, if so.
     #[must_use]
     pub fn failure(&self) -> Option<StoreError> {
-        let failure = self.shared.failure.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(failure) = &*failure {
-            return Some(StoreError::Failed(failure.clone()));
+        if let Some(failure) = self.shared.failure() {
+            return Some(StoreError::Failed(failure));
         }
         let ended = self.thread.as_ref().is_some_and(JoinHandle::is_finished);
         ended.then(|| StoreError::Failed("the thread that writes has ended".to_owned()))
@@ -214,87 +288,112 @@ impl Drop for Writer {
 }
 
 impl Shared {
-    fn fail(&self, why: &str) {
+    pub(crate) fn fail(&self, why: &str) {
         let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
         failure.get_or_insert_with(|| why.to_owned());
+    }
+
+    fn failure(&self) -> Option<String> {
+        self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    pub(crate) fn has_failed(&self) -> bool {
+        self.failure().is_some()
     }
 }
 
 struct Thread {
-    start: Start,
+    /// How the journal is called in messages.
+    path: String,
+    journal: Journal,
+    durability: Durability,
     shared: Arc<Shared>,
-    wake: Box<dyn Fn() + Send>,
+    wake: Wake,
     synced: Instant,
+    /// Steps and batches written.
+    step: u64,
+    taken: u64,
+    unsynced: bool,
+    /// For the archivist, as soon as the mark is durable.
+    task: Option<Task>,
+    archivist: Archivist,
 }
 
 impl Thread {
     fn run(&mut self, waiting: &Receiver<Job>) {
-        let mut taken = 0;
-        let mut unsynced = None;
+        if let Err(error) = self.serve(waiting).and_then(|()| self.end()) {
+            // Never tried again: what the disk has is not known any more.
+            tracing::error!(%error, "memory could not be written");
+            self.shared.fail(&error.to_string());
+            (self.wake)();
+        }
+    }
+
+    fn serve(&mut self, waiting: &Receiver<Job>) -> Result<(), StoreError> {
         loop {
             let first = match waiting.recv_timeout(RELAXED_MAX) {
                 Ok(job) => Some(job),
                 Err(RecvTimeoutError::Timeout) => None,
-                Err(RecvTimeoutError::Disconnected) => break,
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
             };
             // One group: what has come in by now.
-            let jobs: Vec<Job> = first.into_iter().chain(waiting.try_iter()).collect();
-            let done = self.write(&jobs, &mut taken, &mut unsynced);
-            if let Err(error) = done {
-                // Never tried again: what the disk has is not known any more.
-                tracing::error!(%error, "memory could not be written");
-                self.shared.fail(&error.to_string());
-                (self.wake)();
-                return;
+            for job in first.into_iter().chain(waiting.try_iter()) {
+                self.take(job)?;
             }
-        }
-        if let Some(step) = unsynced
-            && let Err(error) = self.sync(taken, step)
-        {
-            self.shared.fail(&error.to_string());
+            self.digests()?;
+            let due = self.durability == Durability::Strict || self.synced.elapsed() >= RELAXED_MAX;
+            if self.unsynced && (due || self.task.is_some()) {
+                self.sync()?;
+            }
         }
     }
 
-    fn write(&mut self, jobs: &[Job], taken: &mut u64, unsynced: &mut Option<u64>) -> Result<(), StoreError> {
-        for job in jobs {
-            self.append(&job.payload)?;
-            *taken += 1;
-            *unsynced = Some(job.step);
-            let Some(content) = &job.content else { continue };
-            let record = v1::Record::Digest { step: job.step, digest: digest(content) };
-            self.append(&codec::encode(&record)?)?;
-            if job.snapshot {
-                self.sync(*taken, job.step)?;
-                snapshot::write(&*self.start.storage, content, self.start.journal.last())?;
-                self.shared.snapshot.store(job.step + 1, Ordering::Release);
-            }
-        }
-        let due = match self.start.durability {
-            Durability::Strict => true,
-            Durability::Relaxed => self.synced.elapsed() >= RELAXED_MAX,
-        };
-        if let Some(step) = unsynced.filter(|_| due) {
-            self.sync(*taken, step)?;
-            *unsynced = None;
-            (self.wake)();
+    fn take(&mut self, job: Job) -> Result<(), StoreError> {
+        self.append(&job.payload, job.before)?;
+        self.step = job.step;
+        self.taken += 1;
+        let Some(Checkpoint { content, snapshot }) = job.checkpoint else { return Ok(()) };
+        self.append(&codec::encode(&v1::Record::Mark { step: job.step })?, job.step)?;
+        self.task = Some(Task { content, mark: self.journal.last(), snapshot });
+        // One at a time, so the archivist takes it up at once, or, at the end, as soon as it can.
+        self.sync()
+    }
+
+    /// Writes down the digests that are known by now.
+    fn digests(&mut self) -> Result<(), StoreError> {
+        while let Some(Digested { mark, step, digest }) = self.archivist.digested() {
+            self.append(&codec::encode(&v1::Record::Digest { mark, step, digest })?, self.step)?;
         }
         Ok(())
     }
 
-    fn append(&mut self, payload: &[u8]) -> Result<(), StoreError> {
-        let path = self.start.storage.path(crate::journal::DIRECTORY);
-        self.start.journal.append(payload).map_err(StoreError::disk("write", path))?;
-        let bytes = self.start.journal_bytes + self.start.journal.written();
-        self.shared.journal_bytes.store(bytes, Ordering::Release);
+    fn append(&mut self, payload: &[u8], before: u64) -> Result<(), StoreError> {
+        let written = self.journal.written();
+        self.journal.append(payload, before).map_err(StoreError::disk("write", self.path.clone()))?;
+        self.shared.journal_bytes.fetch_add(self.journal.written() - written, Ordering::AcqRel);
+        self.unsynced = true;
         Ok(())
     }
 
-    fn sync(&mut self, taken: u64, step: u64) -> Result<(), StoreError> {
-        let path = self.start.storage.path(crate::journal::DIRECTORY);
-        self.start.journal.sync().map_err(StoreError::disk("make durable", path))?;
+    fn sync(&mut self) -> Result<(), StoreError> {
+        self.journal.sync().map_err(StoreError::disk("make durable", self.path.clone()))?;
         self.synced = Instant::now();
-        self.shared.durable_step.store(step, Ordering::Release);
-        self.shared.durable.store(taken, Ordering::Release);
+        self.unsynced = false;
+        self.shared.durable_step.store(self.step, Ordering::Release);
+        self.shared.durable.store(self.taken, Ordering::Release);
+        (self.wake)();
+        if let Some(task) = self.task.take() {
+            self.archivist.hand(task);
+        }
         Ok(())
+    }
+
+    /// Writes the last of it.
+    fn end(&mut self) -> Result<(), StoreError> {
+        self.sync()?;
+        self.archivist.end();
+        self.digests()?;
+        self.sync()?;
+        self.journal.end().map_err(StoreError::disk("cut", self.path.clone()))
     }
 }

@@ -1,36 +1,55 @@
 //! Memory whole, as a snapshot has it. Everything that refers to something else is checked on the way back: a file
 //! must not be able to make a learner look for what is not there.
 
+mod bounds;
+
+use std::ops::Range;
 use std::sync::Arc;
 
 use pschema_learner::chunks::Chunks;
 use pschema_learner::memory::Content;
 use pschema_learner::observation as seen;
+use pschema_learner::progress::REPORTS_MAX;
 use pschema_learner::random::Random;
-use pschema_learner::schema::{self as live, ObservationId, SchemaId};
+use pschema_learner::schema::{self as live, ObservationId, SchemaId, Sharing};
 use pschema_learner::vocabulary::PrimitiveId;
 use serde::{Deserialize, Serialize};
 
 use super::effect::Execution;
-use super::observation::{Count, Observation, Pattern, Term, Value, back, list};
-use super::stage::{Progress, Pursuit};
-use super::vocabulary::Vocabulary;
+use super::observation::{Count, Observation, Pattern, back, list};
+use super::setting::Setting;
+use super::stage::{Progress, Pursuit, StageReport};
+use super::vocabulary::{Body, Primitive, Vocabulary};
 use super::{Block, Impossible};
+pub(crate) use bounds::Bounds;
 
-/// Items in one block.
-const BLOCK_LEN: usize = 1_024;
+/// Items in one block: few enough that no block can be longer than a frame.
+const BLOCK_LEN: usize = 256;
+/// Names in one block.
+const NAMES_LEN: usize = 4_096;
 
 /// What there is one of, and how much of the rest follows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Facts {
+    pub(crate) setting: Setting,
     vocabulary: Vocabulary,
-    attempts: Vec<Count>,
     pending: Vec<Option<Execution>>,
     progress: Progress,
     pursuit: Option<Pursuit>,
     random: u64,
     step: u64,
     generalised_count: u32,
+    follow: Follow,
+}
+
+/// How much of the rest follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Follow {
+    symbols: u64,
+    primitives: u64,
+    bodies: u64,
+    pools: u64,
+    reports: u64,
     observations: u64,
     schemas: u64,
 }
@@ -127,14 +146,14 @@ impl From<Schema> for live::Schema {
                 contradicts: contradicts.map(SchemaId),
             }),
             Form::Generalised { pre, target, post, examples, counter_examples, retired } => {
-                live::Form::Generalised(live::Generalised {
+                live::Form::Generalised(Box::new(live::Generalised {
                     pre: back(pre),
                     target: back(target),
                     post: posts_back(post, seen::Pattern::from),
                     examples: examples.into_iter().map(SchemaId).collect(),
                     counter_examples: counter_examples.into_iter().map(SchemaId).collect(),
                     retired,
-                })
+                }))
             }
         };
         let associations = schema.associations.into_iter().map(|association| live::Association {
@@ -170,100 +189,42 @@ fn posts_back<A, B>(post: Vec<PostCondition<A>>, convert: impl Fn(A) -> B) -> Ve
     post.into_iter().map(convert).collect()
 }
 
-/// How much there is of what numbers on disk refer to.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Bounds {
-    types: usize,
-    properties: usize,
-    symbols: usize,
-    primitives: usize,
-    observations: usize,
-    schemas: usize,
-}
-
-impl Bounds {
-    /// What `content` has: what an effect that changes it may refer to.
-    pub(crate) fn of(content: &Content) -> Self {
-        let vocabulary = &content.vocabulary;
-        Self {
-            types: vocabulary.types().len(),
-            properties: vocabulary.properties().len(),
-            symbols: vocabulary.symbols().len(),
-            primitives: vocabulary.primitives().len(),
-            observations: content.observations.len(),
-            schemas: content.schemas.len(),
-        }
-    }
-
-    fn value(&self, value: Value) -> bool {
-        !matches!(value, Value::Symbol(symbol) if symbol as usize >= self.symbols)
-    }
-
-    fn observation(&self, observation: &Observation) -> bool {
-        usize::from(observation.kind) < self.types
-            && observation.properties.iter().all(|(p, v)| usize::from(*p) < self.properties && self.value(*v))
-    }
-
-    fn pattern(&self, pattern: &Pattern) -> bool {
-        let term = |term: &Term| match term {
-            Term::Constant(value) => self.value(*value),
-            Term::Variable(_) => true,
-        };
-        usize::from(pattern.kind) < self.types
-            && pattern.terms.iter().all(|(p, t)| usize::from(*p) < self.properties && term(t))
-    }
-
-    fn schemas<'a>(&self, ids: impl IntoIterator<Item = &'a u32>) -> bool {
-        ids.into_iter().all(|id| (*id as usize) < self.schemas)
-    }
-
-    fn interned<'a>(&self, ids: impl IntoIterator<Item = &'a u32>) -> bool {
-        ids.into_iter().all(|id| (*id as usize) < self.observations)
-    }
-
-    fn execution(&self, execution: &Execution) -> bool {
-        let links =
-            execution.chain.iter().flat_map(|link| [Some(&link.schema), link.carrier.as_ref()]).flatten();
-        (execution.action as usize) < self.primitives
-            && self.schemas(execution.schema.iter().chain(&execution.carrier).chain(links))
-            && execution.before.iter().all(|observation| self.observation(observation))
-    }
-
-    fn schema(&self, schema: &Schema) -> bool {
-        let form = match &schema.form {
-            Form::Concrete { pre, action, post, contradicts } => {
-                (*action as usize) < self.primitives
-                    && self.interned(pre.iter().chain(post.iter().map(|p| &p.what)))
-                    && self.schemas(contradicts)
-            }
-            Form::Generalised { pre, target, post, examples, counter_examples, retired: _ } => {
-                let patterns = pre.iter().chain(target).chain(post.iter().map(|p| &p.what));
-                patterns.into_iter().all(|pattern| self.pattern(pattern))
-                    && self.schemas(examples.iter().chain(counter_examples))
-            }
-        };
-        form && self.interned(schema.associations.iter().map(|a| &a.observation))
-            && self.schemas(&schema.parent)
-            && schema.associations.len() <= live::ASSOCIATIONS_MAX
-    }
-}
-
 /// Everything in `content`, block by block, the end with its digest left out.
-pub(crate) fn blocks(content: &Content) -> impl Iterator<Item = Block> {
+pub(crate) fn blocks<'a>(content: &'a Content, setting: &Setting) -> impl Iterator<Item = Block> + 'a {
+    let vocabulary = &*content.vocabulary;
+    let progress = &content.progress;
+    let follow = Follow {
+        symbols: vocabulary.symbols().len() as u64,
+        primitives: vocabulary.primitives().len() as u64,
+        bodies: vocabulary.bodies().len() as u64,
+        pools: progress.pools.len() as u64,
+        reports: progress.reports.len() as u64,
+        observations: content.observations.len() as u64,
+        schemas: content.schemas.len() as u64,
+    };
     let facts = Facts {
-        vocabulary: (&*content.vocabulary).into(),
-        attempts: content.attempts.iter().map(|count| (*count).into()).collect(),
+        setting: setting.clone(),
+        vocabulary: vocabulary.into(),
         pending: content.pending.iter().map(|slot| slot.as_ref().map(|e| Execution::from(&**e))).collect(),
-        progress: (&content.progress).into(),
+        progress: progress.into(),
         pursuit: content.pursuit.as_ref().map(Pursuit::from),
         random: content.random.state(),
         step: content.step,
         generalised_count: content.generalised_count,
-        observations: content.observations.len() as u64,
-        schemas: content.schemas.len() as u64,
+        follow,
     };
-    let starts = |len: usize| (0..len).step_by(BLOCK_LEN).map(move |from| from..(from + BLOCK_LEN).min(len));
-    let observations = starts(content.observations.len()).map(|range| {
+    let symbols = vocabulary.symbols().chunks(NAMES_LEN).map(|names| Block::Symbols(names.to_vec()));
+    let primitives = starts(vocabulary.primitives().len(), NAMES_LEN).map(|range| {
+        let one = |at: usize| {
+            let attempts = content.attempts.get(at).copied().unwrap_or_default();
+            Some(Primitive::new(vocabulary.primitives().get(at)?, attempts.into()))
+        };
+        Block::Primitives(range.filter_map(one).collect())
+    });
+    let bodies = vocabulary.bodies().iter().map(|body| Block::Body(body.into()));
+    let pools = progress.pools.iter().map(|pool| Block::Pool(pool.clone()));
+    let reports = progress.reports.iter().map(|report| Block::Report(Box::new(report.into())));
+    let observations = starts(content.observations.len(), BLOCK_LEN).map(|range| {
         let remembered = range.filter_map(|at| {
             Some(Remembered {
                 observation: content.observations.get(at)?.into(),
@@ -273,23 +234,106 @@ pub(crate) fn blocks(content: &Content) -> impl Iterator<Item = Block> {
         });
         Block::Observations(remembered.collect())
     });
-    let schemas = starts(content.schemas.len()).map(|range| {
+    let schemas = starts(content.schemas.len(), BLOCK_LEN).map(|range| {
         Block::Schemas(range.filter_map(|at| content.schemas.get(at).map(Schema::from)).collect())
     });
-    std::iter::once(Block::Facts(Box::new(facts))).chain(observations).chain(schemas)
+    let vocabulary = symbols.chain(primitives).chain(bodies);
+    let rest = pools.chain(reports).chain(observations).chain(schemas);
+    std::iter::once(Block::Facts(Box::new(facts))).chain(vocabulary).chain(rest)
+}
+
+fn starts(len: usize, step: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..len).step_by(step).map(move |from| from..(from + step).min(len))
 }
 
 /// Memory in the making, from blocks.
 #[derive(Debug)]
 pub(crate) struct Reading {
-    content: Content,
-    bounds: Bounds,
+    facts: Facts,
+    symbols: Vec<String>,
+    primitives: Vec<Primitive>,
+    bodies: Vec<Body>,
+    pools: Vec<Vec<i64>>,
+    reports: Vec<StageReport>,
+    sharing: Sharing,
+    /// Once all of the vocabulary is there.
+    content: Option<(Content, Bounds)>,
+}
+
+/// What a snapshot holds.
+#[derive(Debug)]
+pub(crate) struct Whole {
+    pub(crate) content: Content,
+    pub(crate) setting: Setting,
+}
+
+fn sound(sound: bool, what: &'static str) -> Result<(), Impossible> {
+    if sound { Ok(()) } else { Err(Impossible(what)) }
 }
 
 impl Reading {
     /// Begins with the facts.
-    pub(crate) fn begin(facts: Facts) -> Result<Self, Impossible> {
-        let vocabulary = pschema_learner::vocabulary::Vocabulary::try_from(facts.vocabulary)?;
+    pub(crate) fn begin(facts: Facts) -> Self {
+        let (symbols, primitives, bodies) = (Vec::new(), Vec::new(), Vec::new());
+        let (pools, reports, content) = (Vec::new(), Vec::new(), None);
+        let sharing = Sharing::default();
+        Self { facts, symbols, primitives, bodies, pools, reports, sharing, content }
+    }
+
+    /// Takes the next block, none of which is [`Block::End`].
+    pub(crate) fn take(&mut self, block: Block) -> Result<(), Impossible> {
+        let early = self.content.is_none();
+        match block {
+            Block::Symbols(symbols) if early => self.symbols.extend(symbols),
+            Block::Primitives(primitives) if early => self.primitives.extend(primitives),
+            Block::Body(body) if early => self.bodies.push(body),
+            Block::Pool(pool) if early => self.pools.push(pool),
+            Block::Report(report) if early => self.reports.push(*report),
+            Block::Observations(remembered) => self.content()?.observations(remembered)?,
+            Block::Schemas(schemas) => self.content()?.schemas(schemas)?,
+            _ => return Err(Impossible("a block in the wrong place")),
+        }
+        let follow = self.facts.follow;
+        let counts = [
+            (self.symbols.len(), follow.symbols),
+            (self.primitives.len(), follow.primitives),
+            (self.bodies.len(), follow.bodies),
+            (self.pools.len(), follow.pools),
+            (self.reports.len(), follow.reports),
+        ];
+        let within = early || self.content.is_some();
+        sound(within && counts.iter().all(|(count, said)| *count as u64 <= *said), "a count")
+    }
+
+    fn content(&mut self) -> Result<Filling<'_>, Impossible> {
+        if self.content.is_none() {
+            self.content = Some(self.basis()?);
+        }
+        match &mut self.content {
+            Some((content, bounds)) => Ok(Filling { content, bounds, sharing: &mut self.sharing }),
+            None => Err(Impossible("a block in the wrong place")),
+        }
+    }
+
+    /// Everything but observations and schemas.
+    fn basis(&mut self) -> Result<(Content, Bounds), Impossible> {
+        let Self { facts, symbols, primitives, bodies, pools, reports, .. } = self;
+        let Facts { vocabulary, pending, progress, pursuit, random, step, generalised_count, follow, .. } =
+            facts.clone();
+        let mut attempts = Chunks::default();
+        primitives.iter().for_each(|primitive| attempts.push(primitive.attempts.into()));
+        let (symbols, primitives) = (std::mem::take(symbols), std::mem::take(primitives));
+        let (bodies, pools, reports) =
+            (std::mem::take(bodies), std::mem::take(pools), std::mem::take(reports));
+        let counts = [
+            (symbols.len(), follow.symbols),
+            (primitives.len(), follow.primitives),
+            (bodies.len(), follow.bodies),
+            (pools.len(), follow.pools),
+            (reports.len(), follow.reports),
+        ];
+        sound(counts.iter().all(|(count, said)| *count as u64 == *said), "a count")?;
+        let vocabulary = super::vocabulary::whole(vocabulary, symbols, primitives, bodies)?;
         let count = |number: u64, limit: usize, what| {
             usize::try_from(number).ok().filter(|count| *count <= limit).ok_or(Impossible(what))
         };
@@ -298,20 +342,22 @@ impl Reading {
             properties: vocabulary.properties().len(),
             symbols: vocabulary.symbols().len(),
             primitives: vocabulary.primitives().len(),
-            observations: count(facts.observations, u32::MAX as usize, "observations")?,
-            schemas: count(facts.schemas, live::SCHEMAS_MAX, "schemas")?,
+            bodies: vocabulary.bodies().len(),
+            stages: facts.setting.curriculum.stages(),
+            observations: count(follow.observations, u32::MAX as usize, "observations")?,
+            schemas: count(follow.schemas, live::SCHEMAS_MAX, "schemas")?,
         };
-        let sound = |sound: bool, what| if sound { Ok(()) } else { Err(Impossible(what)) };
-        sound(facts.attempts.len() == bounds.primitives, "attempts")?;
-        sound(facts.pending.len() == vocabulary.bodies().len(), "pending")?;
-        sound(facts.pending.iter().flatten().all(|e| bounds.execution(e)), "pending")?;
-        let goal = facts.pursuit.as_ref();
-        let goal = goal.is_none_or(|p| {
-            usize::from(p.body) < facts.pending.len() && p.goal.iter().all(|pattern| bounds.pattern(pattern))
-        });
+        sound(pending.len() == vocabulary.bodies().len(), "pending")?;
+        sound(pending.iter().flatten().all(|e| bounds.execution(e)), "pending")?;
+        let goal = pursuit.as_ref();
+        let goal =
+            goal.is_none_or(|p| bounds.goal(p.body, &p.goal) && p.chains().all(|link| bounds.link(link)));
         sound(goal, "pursuit")?;
-        let mut attempts = Chunks::default();
-        facts.attempts.into_iter().for_each(|count| attempts.push(count.into()));
+        let mut progress = pschema_learner::progress::Progress::from(progress);
+        (progress.pools, progress.reports) = (pools, back(reports));
+        let student = progress.student.is_none_or(|body| usize::from(body.0) < bounds.bodies);
+        let stage = progress.stage < bounds.stages;
+        sound(student && stage && progress.reports.len() <= REPORTS_MAX, "progress")?;
         let content = Content {
             vocabulary: Arc::new(vocabulary),
             schemas: Chunks::default(),
@@ -319,23 +365,40 @@ impl Reading {
             attention: Chunks::default(),
             happened: Chunks::default(),
             attempts,
-            pending: facts.pending.into_iter().map(|slot| slot.map(|e| Box::new(e.into()))).collect(),
-            progress: facts.progress.into(),
-            pursuit: facts.pursuit.map(Into::into),
-            random: Random::from_seed(facts.random),
-            step: facts.step,
-            generalised_count: facts.generalised_count,
+            pending: pending.into_iter().map(|slot| slot.map(|e| Box::new(e.into()))).collect(),
+            progress,
+            pursuit: pursuit.map(Into::into),
+            random: Random::from_seed(random),
+            step,
+            generalised_count,
         };
-        Ok(Self { content, bounds })
+        Ok((content, bounds))
     }
 
-    pub(crate) fn observations(&mut self, remembered: Vec<Remembered>) -> Result<(), Impossible> {
+    /// All of it, if all of it was there.
+    pub(crate) fn end(mut self) -> Result<Whole, Impossible> {
+        self.content()?;
+        let (content, bounds) = self.content.ok_or(Impossible("a count"))?;
+        let whole =
+            content.observations.len() == bounds.observations && content.schemas.len() == bounds.schemas;
+        let generalised = content.schemas.iter().filter(|schema| schema.generalised().is_some()).count();
+        sound(whole && generalised == content.generalised_count as usize, "a count")?;
+        Ok(Whole { content, setting: self.facts.setting })
+    }
+}
+
+/// Where observations and schemas go.
+struct Filling<'a> {
+    content: &'a mut Content,
+    bounds: &'a Bounds,
+    sharing: &'a mut Sharing,
+}
+
+impl Filling<'_> {
+    fn observations(self, remembered: Vec<Remembered>) -> Result<(), Impossible> {
         for Remembered { observation, attention, happened } in remembered {
-            if !self.bounds.observation(&observation)
-                || self.content.observations.len() >= self.bounds.observations
-            {
-                return Err(Impossible("an observation"));
-            }
+            let room = self.content.observations.len() < self.bounds.observations;
+            sound(room && self.bounds.observation(&observation), "an observation")?;
             self.content.observations.push(observation.into());
             self.content.attention.push(attention);
             self.content.happened.push(happened);
@@ -343,49 +406,14 @@ impl Reading {
         Ok(())
     }
 
-    pub(crate) fn schemas(&mut self, schemas: Vec<Schema>) -> Result<(), Impossible> {
+    fn schemas(self, schemas: Vec<Schema>) -> Result<(), Impossible> {
         for schema in schemas {
-            if !self.bounds.schema(&schema) || self.content.schemas.len() >= self.bounds.schemas {
-                return Err(Impossible("a schema"));
-            }
-            self.content.schemas.push(schema.into());
+            let room = self.content.schemas.len() < self.bounds.schemas;
+            sound(room && self.bounds.schema(&schema), "a schema")?;
+            let mut schema = schema.into();
+            self.sharing.share(&mut schema);
+            self.content.schemas.push(schema);
         }
         Ok(())
-    }
-
-    /// All of it, if all of it was there.
-    pub(crate) fn end(self) -> Result<Content, Impossible> {
-        let Self { content, bounds } = self;
-        let whole =
-            content.observations.len() == bounds.observations && content.schemas.len() == bounds.schemas;
-        let generalised = content.schemas.iter().filter(|schema| schema.generalised().is_some()).count();
-        if whole && generalised == content.generalised_count as usize {
-            Ok(content)
-        } else {
-            Err(Impossible("a count"))
-        }
-    }
-}
-
-impl super::Effect {
-    /// Whether all that the effect says of observations can be said of memory as it is; the rest
-    /// [`pschema_learner::memory::Memory::apply`] checks.
-    pub(crate) fn fits(&self, bounds: &Bounds) -> bool {
-        let all = |list: &[Observation]| list.iter().all(|one| bounds.observation(one));
-        match self {
-            Self::OutcomeAdded { observation, .. } | Self::Associated { observation, .. } => {
-                bounds.observation(observation)
-            }
-            Self::Created { pre, post, parent, .. } => {
-                all(pre) && post.iter().all(|(one, _)| bounds.observation(one)) && bounds.schemas(parent)
-            }
-            Self::Generalised { pre, target, post, .. } => {
-                let patterns = pre.iter().chain(target).chain(post.iter().map(|(pattern, _)| pattern));
-                patterns.into_iter().all(|pattern| bounds.pattern(pattern))
-            }
-            Self::Happened(list) | Self::Attended(list) => all(list),
-            Self::StepEnded { pending: Some(execution), .. } => bounds.execution(execution),
-            _ => true,
-        }
     }
 }

@@ -26,6 +26,7 @@ pub(crate) enum StageEffect {
     Finished,
     Held(bool),
     Stuck(String),
+    Left,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,10 +76,10 @@ pub(crate) struct Pursuit {
     ended: Option<Ending>,
 }
 
+/// Without its pools and reports, which are blocks of their own.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Progress {
     student: Option<u16>,
-    pools: Vec<Vec<i64>>,
     stage: u64,
     begun: bool,
     finished: bool,
@@ -91,7 +92,6 @@ pub(crate) struct Progress {
     said: Vec<u32>,
     quiet_actions: u32,
     habituating: bool,
-    reports: Vec<StageReport>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -143,6 +143,7 @@ impl From<&live::StageEffect> for StageEffect {
             Live::Finished => Self::Finished,
             Live::Held(held) => Self::Held(*held),
             Live::Stuck(reason) => Self::Stuck(reason.clone()),
+            Live::Left => Self::Left,
         }
     }
 }
@@ -176,6 +177,7 @@ impl TryFrom<StageEffect> for live::StageEffect {
             StageEffect::Finished => Self::Finished,
             StageEffect::Held(held) => Self::Held(held),
             StageEffect::Stuck(reason) => Self::Stuck(reason),
+            StageEffect::Left => Self::Left,
         })
     }
 }
@@ -269,6 +271,19 @@ impl From<PursuitEffect> for pursuit::PursuitEffect {
     }
 }
 
+impl PlanMade {
+    pub(super) fn chain(&self) -> &[ChainLink] {
+        &self.chain
+    }
+}
+
+impl Pursuit {
+    /// Every link of every chain in it.
+    pub(super) fn chains(&self) -> impl Iterator<Item = &ChainLink> {
+        self.plans.iter().flat_map(|plan| &plan.chain)
+    }
+}
+
 impl From<&pursuit::Pursuit> for Pursuit {
     fn from(live: &pursuit::Pursuit) -> Self {
         Self {
@@ -344,24 +359,20 @@ impl From<StageReport> for live::StageReport {
 
 impl From<&live::Progress> for Progress {
     fn from(progress: &live::Progress) -> Self {
-        let reports = list(&progress.reports);
-        let progress = progress.clone();
         Self {
             student: progress.student.map(|body| body.0),
-            pools: progress.pools,
             stage: progress.stage as u64,
             begun: progress.begun,
             finished: progress.finished,
             held: progress.held,
-            stuck: progress.stuck,
+            stuck: progress.stuck.clone(),
             trial_open: progress.trial_open,
             trial_actions: progress.trial_actions,
             absent_actions: progress.absent_actions,
             trial_fresh: progress.trial_fresh,
-            said: progress.said,
+            said: progress.said.clone(),
             quiet_actions: progress.quiet_actions,
             habituating: progress.habituating,
-            reports,
         }
     }
 }
@@ -370,7 +381,9 @@ impl From<Progress> for live::Progress {
     fn from(progress: Progress) -> Self {
         Self {
             student: progress.student.map(BodyId),
-            pools: progress.pools,
+            // These follow in blocks of their own.
+            pools: Vec::new(),
+            reports: Vec::new(),
             stage: index(progress.stage),
             begun: progress.begun,
             finished: progress.finished,
@@ -383,7 +396,6 @@ impl From<Progress> for live::Progress {
             said: progress.said,
             quiet_actions: progress.quiet_actions,
             habituating: progress.habituating,
-            reports: back(progress.reports),
         }
     }
 }

@@ -4,7 +4,7 @@ use pschema_learner::observation::PropertyId;
 use pschema_learner::vocabulary as live;
 use serde::{Deserialize, Serialize};
 
-use super::observation::{back, list};
+use super::observation::{Count, back, list};
 use super::{Impossible, index};
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,16 +53,27 @@ pub(crate) struct Declaration {
     repertoire: Vec<(u64, Vec<Parameter>)>,
 }
 
-/// A whole vocabulary.
+/// A vocabulary without its symbols, primitives and bodies, which are blocks of their own.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Vocabulary {
     types: Vec<(DeclaredType, Vec<u16>)>,
-    properties: Vec<String>,
-    property_kinds: Vec<ValueKind>,
-    pub(super) symbols: Vec<String>,
+    properties: Vec<(String, ValueKind)>,
     actions: Vec<DeclaredAction>,
-    primitives: Vec<(u64, Vec<Parameter>)>,
-    bodies: Vec<(String, Vec<u32>)>,
+}
+
+/// A primitive, with how often it was asked for and carried out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Primitive {
+    action: u64,
+    parameters: Vec<Parameter>,
+    pub(super) attempts: Count,
+}
+
+/// A body and what it can do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Body {
+    name: String,
+    repertoire: Vec<u32>,
 }
 
 impl From<&live::ValueKind> for ValueKind {
@@ -175,56 +186,58 @@ impl From<Declaration> for live::Declaration {
 
 impl From<&live::Vocabulary> for Vocabulary {
     fn from(vocabulary: &live::Vocabulary) -> Self {
-        let live::Parts { types, properties, property_kinds, symbols, actions, primitives, bodies } =
-            vocabulary.parts();
-        let types = types.iter().map(|kind| {
+        let types = vocabulary.types().iter().map(|kind| {
             let properties = kind.properties.iter().map(|id| id.0).collect();
             (DeclaredType::from(&kind.declared), properties)
         });
-        let primitives = primitives.iter().map(|p| (p.action as u64, list(&p.parameters)));
-        let bodies = bodies.into_iter().map(|body| {
-            let repertoire = body.repertoire.iter().map(|id| id.0).collect();
-            (body.name, repertoire)
-        });
-        Self {
-            types: types.collect(),
-            properties,
-            property_kinds: list(&property_kinds),
-            symbols,
-            actions: list(&actions),
-            primitives: primitives.collect(),
-            bodies: bodies.collect(),
-        }
+        let properties = (0..)
+            .zip(vocabulary.properties())
+            .filter_map(|(at, name)| Some((name.clone(), vocabulary.property_kind(PropertyId(at))?.into())));
+        Self { types: types.collect(), properties: properties.collect(), actions: list(vocabulary.actions()) }
     }
 }
 
-impl TryFrom<Vocabulary> for live::Vocabulary {
-    type Error = Impossible;
-
-    fn try_from(vocabulary: Vocabulary) -> Result<Self, Impossible> {
-        let Vocabulary { types, properties, property_kinds, symbols, actions, primitives, bodies } =
-            vocabulary;
-        let types = types.into_iter().map(|(declared, properties)| live::ObservationType {
-            declared: declared.into(),
-            properties: properties.into_iter().map(PropertyId).collect(),
-        });
-        let primitives = primitives.into_iter().map(|(action, parameters)| live::Primitive {
-            action: index(action),
-            parameters: back(parameters),
-        });
-        let bodies = bodies.into_iter().map(|(name, repertoire)| live::KnownBody {
-            name,
-            repertoire: repertoire.into_iter().map(live::PrimitiveId).collect(),
-        });
-        live::Vocabulary::from_parts(live::Parts {
-            types: types.collect(),
-            properties,
-            property_kinds: back(property_kinds),
-            symbols,
-            actions: back(actions),
-            primitives: primitives.collect(),
-            bodies: bodies.collect(),
-        })
-        .map_err(Impossible)
+impl From<&live::KnownBody> for Body {
+    fn from(live::KnownBody { name, repertoire }: &live::KnownBody) -> Self {
+        Self { name: name.clone(), repertoire: repertoire.iter().map(|id| id.0).collect() }
     }
+}
+
+impl Primitive {
+    /// A primitive and how it went.
+    pub(super) fn new(live::Primitive { action, parameters }: &live::Primitive, attempts: Count) -> Self {
+        Self { action: *action as u64, parameters: list(parameters), attempts }
+    }
+}
+
+/// The vocabulary of these parts.
+pub(super) fn whole(
+    vocabulary: Vocabulary,
+    symbols: Vec<String>,
+    primitives: Vec<Primitive>,
+    bodies: Vec<Body>,
+) -> Result<live::Vocabulary, Impossible> {
+    let types = vocabulary.types.into_iter().map(|(declared, properties)| live::ObservationType {
+        declared: declared.into(),
+        properties: properties.into_iter().map(PropertyId).collect(),
+    });
+    let primitives = primitives.into_iter().map(|primitive| live::Primitive {
+        action: index(primitive.action),
+        parameters: back(primitive.parameters),
+    });
+    let bodies = bodies.into_iter().map(|body| live::KnownBody {
+        name: body.name,
+        repertoire: body.repertoire.into_iter().map(live::PrimitiveId).collect(),
+    });
+    let (properties, kinds): (Vec<_>, Vec<_>) = vocabulary.properties.into_iter().unzip();
+    live::Vocabulary::from_parts(live::Parts {
+        types: types.collect(),
+        properties,
+        property_kinds: back(kinds),
+        symbols,
+        actions: back(vocabulary.actions),
+        primitives: primitives.collect(),
+        bodies: bodies.collect(),
+    })
+    .map_err(Impossible)
 }

@@ -1,0 +1,139 @@
+//! The thread that takes its time: digests of memory, and snapshots. It works on a copy that shares memory's chunks, so
+//! that neither the daemon nor what is written to the journal waits for it.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::thread::JoinHandle;
+
+use pschema_learner::digest::digest;
+use pschema_learner::memory::Content;
+
+use crate::error::StoreError;
+use crate::format::v1::Setting;
+use crate::journal::Place;
+use crate::retention;
+use crate::snapshot;
+use crate::storage::Storage;
+use crate::writer::{Shared, Wake};
+
+/// Memory as it was at a mark that is durable.
+#[derive(Debug)]
+pub(crate) struct Task {
+    pub(crate) content: Box<Content>,
+    pub(crate) mark: Place,
+    /// Whether a snapshot is to be made, too.
+    pub(crate) snapshot: bool,
+}
+
+/// A digest that is known.
+#[derive(Debug)]
+pub(crate) struct Digested {
+    pub(crate) mark: u64,
+    pub(crate) step: u64,
+    pub(crate) digest: String,
+}
+
+/// The thread, from the writer's side.
+#[derive(Debug)]
+pub(crate) struct Archivist {
+    tasks: Option<SyncSender<Task>>,
+    digested: Receiver<Digested>,
+    thread: Option<JoinHandle<()>>,
+    shared: Arc<Shared>,
+}
+
+/// What the thread works with.
+#[derive(Debug)]
+pub(crate) struct Archive {
+    pub(crate) storage: Arc<dyn Storage>,
+    pub(crate) setting: Setting,
+    pub(crate) history_bytes: Option<u64>,
+}
+
+impl Archivist {
+    pub(crate) fn start(archive: Archive, shared: Arc<Shared>, wake: Wake) -> Result<Self, StoreError> {
+        let (tasks, waiting) = sync_channel(1);
+        let (found, digested) = channel();
+        let own = shared.clone();
+        let run = move || serve(&archive, &waiting, &found, &own, &wake);
+        let spawned = std::thread::Builder::new().name("archivist".to_owned()).spawn(run);
+        let thread = spawned.map_err(StoreError::disk("start a thread for", "snapshots".to_owned()))?;
+        Ok(Self { tasks: Some(tasks), digested, thread: Some(thread), shared })
+    }
+
+    /// Hands a task over; waits if there is one already that has not been begun.
+    pub(crate) fn hand(&self, task: Task) {
+        if let Some(tasks) = &self.tasks
+            && tasks.send(task).is_err()
+        {
+            // Only after a failure, of which it has told.
+            tracing::debug!("the archivist has ended");
+        }
+    }
+
+    /// A digest that is known and was not taken yet.
+    pub(crate) fn digested(&self) -> Option<Digested> {
+        self.digested.try_recv().ok()
+    }
+
+    /// Waits for what was handed over; what is known of it is still to be taken.
+    pub(crate) fn end(&mut self) {
+        drop(self.tasks.take());
+        if self.thread.take().is_some_and(|thread| thread.join().is_err()) {
+            self.shared.fail("the thread that makes snapshots panicked");
+        }
+    }
+}
+
+impl Drop for Archivist {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+fn serve(
+    archive: &Archive,
+    tasks: &Receiver<Task>,
+    digested: &Sender<Digested>,
+    shared: &Shared,
+    wake: &Wake,
+) {
+    while let Ok(Task { content, mark, snapshot }) = tasks.recv() {
+        if shared.has_failed() {
+            return;
+        }
+        let (step, digest) = (content.step, digest(&content));
+        // Nobody takes it any more only when the writer has failed.
+        drop(digested.send(Digested { mark: mark.number, step, digest: digest.clone() }));
+        if snapshot && let Err(error) = archive.snapshot(&content, mark, &digest, shared) {
+            tracing::error!(%error, "a snapshot could not be made");
+            shared.fail(&error.to_string());
+            wake();
+            return;
+        }
+        shared.busy.store(false, Ordering::Release);
+    }
+}
+
+impl Archive {
+    fn snapshot(
+        &self,
+        content: &Content,
+        mark: Place,
+        digest: &str,
+        shared: &Shared,
+    ) -> Result<(), StoreError> {
+        let storage = &*self.storage;
+        let given_up = || shared.has_failed();
+        let Some(bytes) = snapshot::write(storage, content, &self.setting, mark, digest, given_up)? else {
+            return Ok(());
+        };
+        shared.snapshot_bytes.store(bytes, Ordering::Release);
+        shared.snapshot.store(content.step + 1, Ordering::Release);
+        let removed = retention::tidy(storage, self.history_bytes)?;
+        shared.removed_bytes.fetch_add(removed, Ordering::AcqRel);
+        shared.oldest_step.store(retention::kept(storage)?.oldest_step, Ordering::Release);
+        Ok(())
+    }
+}

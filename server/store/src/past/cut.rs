@@ -1,0 +1,144 @@
+//! Part of a data directory as a data directory of its own, and the cut that mends one. Files are copied and cut; what is
+//! in them stays as it is.
+
+use std::io::{self, Read};
+
+use super::PastError;
+use crate::error::StoreError;
+use crate::journal::{self, segment_name};
+use crate::manifest::{self, Manifest};
+use crate::snapshot;
+use crate::storage::Storage;
+
+/// Bytes copied at a time.
+const PIECE_BYTES: usize = 1024 * 1024;
+
+/// Where a journal is to end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Cut {
+    /// The last frame that stays.
+    pub(super) frame: u64,
+    /// The segment that it is in; none when no segment stays.
+    pub(super) segment: Option<u64>,
+    /// Bytes of that segment that stay.
+    pub(super) bytes: u64,
+}
+
+impl Cut {
+    fn keeps(&self, segment: u64) -> bool {
+        self.segment.is_some_and(|last| segment <= last)
+    }
+
+    /// Bytes of a segment that stay; none: all of it.
+    fn length(&self, segment: u64) -> Option<u64> {
+        (self.segment == Some(segment)).then_some(self.bytes)
+    }
+}
+
+/// Puts the part of `from` that ends with `cut` into `to`, where nothing is. `usable` says which snapshots go with it. The
+/// manifest comes last: what has no manifest is no memory, so a copy that was not finished is none.
+pub(super) fn copy(
+    from: &dyn Storage,
+    to: &dyn Storage,
+    manifest: &Manifest,
+    cut: Cut,
+    usable: impl Fn(u64) -> bool,
+) -> Result<(), PastError> {
+    for name in [journal::DIRECTORY, snapshot::DIRECTORY] {
+        to.directory(name).map_err(StoreError::disk("create", to.path(name)))?;
+    }
+    for first in segments(from)?.into_iter().filter(|first| cut.keeps(*first)) {
+        copy_file(from, to, &segment_name(first), &segment_name(first), cut.length(first))?;
+    }
+    for number in snapshots(from)?.into_iter().filter(|number| *number <= cut.frame && usable(*number)) {
+        copy_file(from, to, &snapshot::name(number), &snapshot::name(number), None)?;
+    }
+    for name in [journal::DIRECTORY, snapshot::DIRECTORY, ""] {
+        to.sync_directory(name).map_err(StoreError::disk("make durable", to.path(name)))?;
+    }
+    Ok(manifest::write(to, manifest)?)
+}
+
+/// Cuts `storage` so that it ends with `cut`. Done again after it was interrupted, it does the rest: the order is such
+/// that the directory never says more than it did, and nothing that stays is ever missing.
+pub(super) fn cut(storage: &dyn Storage, cut: Cut, usable: impl Fn(u64) -> bool) -> Result<(), PastError> {
+    let failed = |what, name: &str| StoreError::disk(what, storage.path(name));
+    // From the end back, so that what is left is always a journal that ends early.
+    for first in segments(storage)?.into_iter().rev().filter(|first| !cut.keeps(*first)) {
+        let name = segment_name(first);
+        storage.remove(&name).map_err(failed("remove", &name))?;
+        storage.sync_directory(journal::DIRECTORY).map_err(failed("make durable", journal::DIRECTORY))?;
+    }
+    if let Some(first) = cut.segment {
+        let name = segment_name(first);
+        if storage.size(&name).map_err(failed("read", &name))? > cut.bytes {
+            storage.truncate(&name, cut.bytes).map_err(failed("cut", &name))?;
+            storage.sync(&name).map_err(failed("make durable", &name))?;
+        }
+    }
+    for number in snapshots(storage)?.into_iter().filter(|number| *number > cut.frame || !usable(*number)) {
+        let name = snapshot::name(number);
+        storage.remove(&name).map_err(failed("remove", &name))?;
+    }
+    Ok(storage.sync_directory(snapshot::DIRECTORY).map_err(failed("make durable", snapshot::DIRECTORY))?)
+}
+
+/// Copies every file of the directory, durably.
+pub(super) fn copy_all(from: &dyn Storage, to: &dyn Storage, files: &[String]) -> Result<(), PastError> {
+    for name in [journal::DIRECTORY, snapshot::DIRECTORY] {
+        to.directory(name).map_err(StoreError::disk("create", to.path(name)))?;
+    }
+    for name in files {
+        copy_file(from, to, name, name, None)?;
+    }
+    for name in [journal::DIRECTORY, snapshot::DIRECTORY, ""] {
+        to.sync_directory(name).map_err(StoreError::disk("make durable", to.path(name)))?;
+    }
+    Ok(())
+}
+
+/// Every file that a data directory is made of, but for the lock and what was being written.
+pub(super) fn files(storage: &dyn Storage) -> Result<Vec<String>, PastError> {
+    let mut files = Vec::new();
+    if storage.size(manifest::FILE).is_ok() {
+        files.push(manifest::FILE.to_owned());
+    }
+    for directory in [journal::DIRECTORY, snapshot::DIRECTORY] {
+        let listed = storage.list(directory).map_err(StoreError::disk("read", storage.path(directory)))?;
+        files.extend(listed.into_iter().map(|name| format!("{directory}/{name}")));
+    }
+    Ok(files)
+}
+
+fn copy_file(
+    from: &dyn Storage,
+    to: &dyn Storage,
+    name: &str,
+    under: &str,
+    length: Option<u64>,
+) -> Result<(), StoreError> {
+    let reading = |error| StoreError::disk("read", from.path(name))(error);
+    let writing = |error| StoreError::disk("write", to.path(under))(error);
+    let mut source = from.open(name).map_err(reading)?.take(length.unwrap_or(u64::MAX));
+    let mut target = to.create(under).map_err(writing)?;
+    let (mut at, mut piece) = (0, vec![0; PIECE_BYTES]);
+    loop {
+        let read = match source.read(&mut piece) {
+            Ok(0) => break,
+            Ok(read) => read,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) => return Err(reading(error)),
+        };
+        target.write_at(piece.get(..read).unwrap_or_default(), at).map_err(writing)?;
+        at += read as u64;
+    }
+    target.sync().map_err(|error| StoreError::disk("make durable", to.path(under))(error))
+}
+
+fn segments(storage: &dyn Storage) -> Result<Vec<u64>, StoreError> {
+    journal::segments(storage).map_err(StoreError::disk("read", storage.path(journal::DIRECTORY)))
+}
+
+fn snapshots(storage: &dyn Storage) -> Result<Vec<u64>, StoreError> {
+    snapshot::numbers(storage).map_err(StoreError::disk("read", storage.path(snapshot::DIRECTORY)))
+}

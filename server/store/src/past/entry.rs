@@ -1,0 +1,338 @@
+//! Batches of the journal as people read them.
+
+use std::sync::Arc;
+
+use pschema_learner::effect::{Effect, Seen};
+use pschema_learner::notation;
+use pschema_learner::observation::{Observation, Pattern};
+use pschema_learner::progress::StageEffect;
+use pschema_learner::pursuit::{Because, Ending, PursuitEffect};
+use pschema_learner::step::{ActionOutcome, Frame};
+use pschema_learner::vocabulary::{BodyId, Vocabulary};
+
+use crate::format::v1::{Cause, Record};
+use crate::frame::HEAD_LEN;
+use crate::journal::{Shown, segment_name};
+use crate::storage::Storage;
+
+/// What one step, one order or one attachment changed.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Batch {
+    /// Its frame in the journal.
+    pub frame: u64,
+    /// Steps taken, this one included.
+    pub step: u64,
+    /// When, by the machine's clock, in milliseconds since 1970.
+    pub at_unix_ms: u64,
+    /// What led to it.
+    pub cause: Caused,
+    /// What changed, counted by kind, in the order in which the kinds came.
+    pub effects: Vec<Counted>,
+    /// What changed, in words, if it was asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub told: Vec<Told>,
+    /// The file it is in.
+    pub file: String,
+    /// Where in it.
+    pub offset: u64,
+    /// How long it is, with its head.
+    pub bytes: u64,
+}
+
+/// What led to a batch.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Caused {
+    /// A body attached.
+    Attached {
+        /// Its name.
+        body: String,
+    },
+    /// An operator's order.
+    Order {
+        /// As it was given.
+        order: String,
+    },
+    /// A body's frame.
+    Frame {
+        /// The body.
+        body: String,
+        /// How the action went that it was sent; none when it was sent none.
+        outcome: Option<&'static str>,
+        /// What it perceived, as it prints.
+        perceived: Vec<String>,
+    },
+    /// Memory goes on under other parameters or another curriculum.
+    Changed {
+        /// The curriculum.
+        curriculum: String,
+    },
+}
+
+/// Effects of one kind.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Counted {
+    /// Which kind.
+    pub kind: &'static str,
+    /// How many.
+    pub count: u32,
+}
+
+/// One effect in words.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Told {
+    /// Which kind.
+    pub kind: &'static str,
+    /// What it says.
+    pub text: String,
+}
+
+/// What numbers are called.
+#[derive(Clone, Debug)]
+pub(super) struct Words(pub(super) Arc<Vocabulary>);
+
+impl Batch {
+    /// The batch that a record is, if it is one.
+    pub(super) fn of(
+        storage: &dyn Storage,
+        shown: &Shown<'_>,
+        record: Record,
+        words: &Words,
+        told: bool,
+    ) -> Option<Self> {
+        let Record::Batch { step, at_unix_ms, cause, effects } = record else { return None };
+        let mut batch = Self {
+            frame: shown.place.number,
+            step,
+            at_unix_ms,
+            cause: words.cause(cause),
+            effects: Vec::new(),
+            told: Vec::new(),
+            file: storage.path(&segment_name(shown.segment)),
+            offset: shown.offset as u64,
+            bytes: (HEAD_LEN + shown.payload.len()) as u64,
+        };
+        for effect in effects {
+            let live = Effect::try_from(effect);
+            let kind = live.as_ref().map_or("impossible", kind);
+            match batch.effects.iter_mut().find(|counted| counted.kind == kind) {
+                Some(counted) => counted.count = counted.count.saturating_add(1),
+                None => batch.effects.push(Counted { kind, count: 1 }),
+            }
+            if told {
+                let text = live.map_or_else(|error| error.to_string(), |live| words.effect(&live));
+                batch.told.push(Told { kind, text });
+            }
+        }
+        Some(batch)
+    }
+}
+
+/// The kind of an effect, as it is counted.
+pub(super) fn kind(effect: &Effect) -> &'static str {
+    match effect {
+        Effect::Declared(_) => "declared",
+        Effect::SymbolsMet(_) => "symbols_met",
+        Effect::Attempted { .. } => "attempted",
+        Effect::Executed { .. } => "executed",
+        Effect::OutcomeAdded { .. } => "outcome_added",
+        Effect::Created { .. } => "created",
+        Effect::Generalised { .. } => "generalised",
+        Effect::Supported { .. } => "supported",
+        Effect::Retired { .. } => "retired",
+        Effect::Associated { .. } => "associated",
+        Effect::Happened(_) => "happened",
+        Effect::Attended(_) => "attended",
+        Effect::Stage(_) => "stage",
+        Effect::Pursuit(_) => "pursuit",
+        Effect::StepEnded { .. } => "step_ended",
+    }
+}
+
+impl Words {
+    fn cause(&self, cause: Cause) -> Caused {
+        match cause {
+            Cause::Declared(body) => Caused::Attached { body },
+            Cause::Order(order) => Caused::Order { order },
+            Cause::Step(input) => {
+                let Frame { body, outcome, observations } = Frame::from(input);
+                let outcome = outcome.map(|outcome| match outcome {
+                    ActionOutcome::Done => "done",
+                    ActionOutcome::Refused => "refused",
+                    ActionOutcome::Failed => "failed",
+                    ActionOutcome::TimedOut => "timed_out",
+                });
+                let perceived = observations.iter().map(|one| self.observation(one)).collect();
+                Caused::Frame { body: self.body(body), outcome, perceived }
+            }
+            Cause::Changed(setting) => Caused::Changed { curriculum: setting.curriculum.name.clone() },
+        }
+    }
+
+    fn body(&self, body: BodyId) -> String {
+        let known = self.0.bodies().get(usize::from(body.0));
+        known.map_or_else(|| format!("body {}", body.0), |body| body.name.clone())
+    }
+
+    fn observation(&self, observation: &Observation) -> String {
+        notation::observation(&self.0, observation)
+    }
+
+    fn list(&self, observations: &[Observation]) -> String {
+        listed(observations.iter().map(|one| self.observation(one)))
+    }
+
+    fn patterns(&self, patterns: &[Pattern]) -> String {
+        listed(patterns.iter().map(|one| notation::pattern(&self.0, one)))
+    }
+
+    /// An effect as a sentence.
+    fn effect(&self, effect: &Effect) -> String {
+        match effect {
+            Effect::Declared(declaration) => format!(
+                "body {} declares {} observation types, {} actions, a repertoire of {}",
+                declaration.body,
+                declaration.observation_types.len(),
+                declaration.actions.len(),
+                declaration.repertoire.len()
+            ),
+            Effect::SymbolsMet(symbols) => format!("symbols met for the first time: {}", symbols.join(", ")),
+            Effect::Attempted { primitive, carried_out } => {
+                let action = notation::primitive(&self.0, *primitive);
+                if *carried_out {
+                    format!("{action} was carried out")
+                } else {
+                    format!("{action} was asked for, and not carried out")
+                }
+            }
+            Effect::Executed { schema, success, post, .. } => executed(schema.0, *success, post),
+            Effect::OutcomeAdded { schema, observation, absent } => {
+                let outcome = outcome(self.observation(observation), *absent);
+                format!("schema {} gains the outcome {outcome}", schema.0)
+            }
+            Effect::Created { pre, action, post, contradicts, .. } => {
+                let post = post.iter().map(|(what, absent)| outcome(self.observation(what), *absent));
+                let exception = contradicts.map_or(String::new(), |id| format!(", an exception to {}", id.0));
+                let action = notation::primitive(&self.0, *action);
+                format!("a schema is made: {} / {action} / {}{exception}", self.list(pre), listed(post))
+            }
+            Effect::Generalised { pre, target, post, examples, .. } => {
+                let post =
+                    post.iter().map(|(what, absent)| outcome(notation::pattern(&self.0, what), *absent));
+                let (pre, target, post) = (self.patterns(pre), self.patterns(target), listed(post));
+                let examples: Vec<_> = examples.iter().map(|id| id.0.to_string()).collect();
+                format!(
+                    "a generalised schema is made: {pre} / achieve {target} / {post}, of examples {}",
+                    examples.join(", ")
+                )
+            }
+            Effect::Supported { generalised, example } => {
+                format!("generalised schema {} has example {} as well", generalised.0, example.0)
+            }
+            Effect::Retired { generalised } => {
+                format!("generalised schema {} fails too often and is retired", generalised.0)
+            }
+            Effect::Associated { schema, observation, .. } => {
+                format!("schema {} is associated with {}", schema.0, self.observation(observation))
+            }
+            Effect::Happened(events) => format!("happened: {}", self.list(events)),
+            Effect::Attended(observations) => format!("attended to: {}", self.list(observations)),
+            Effect::Stage(effect) => self.stage(effect),
+            Effect::Pursuit(effect) => self.pursuit(effect),
+            Effect::StepEnded { body, pending, .. } => {
+                let body = self.body(*body);
+                match pending {
+                    None => format!("body {body} is sent to do nothing"),
+                    Some(execution) => {
+                        let action = notation::primitive(&self.0, execution.action);
+                        let why = execution
+                            .schema
+                            .map_or("no schema yet".to_owned(), |id| format!("schema {}", id.0));
+                        format!("body {body} is sent to {action}, for {why}")
+                    }
+                }
+            }
+        }
+    }
+
+    fn stage(&self, effect: &StageEffect) -> String {
+        match effect {
+            StageEffect::Begun { student, .. } => {
+                format!("the curriculum begins for body {}", self.body(*student))
+            }
+            StageEffect::Entered { name, .. } => format!("stage {name:?} is entered"),
+            StageEffect::TrialBegun { drawn } => {
+                let drawn: Vec<_> = drawn.iter().map(|(_, number)| number.to_string()).collect();
+                match drawn.len() {
+                    0 => "a trial begins".to_owned(),
+                    _ => format!("a trial begins, with {} drawn", drawn.join(", ")),
+                }
+            }
+            StageEffect::Acted { .. } => "an action counts in the stage".to_owned(),
+            StageEffect::Spoken { utterances, .. } => match utterances.len() {
+                0 => "the teacher says nothing".to_owned(),
+                count => format!("the teacher speaks, {count} times"),
+            },
+            StageEffect::Quiet(true) => "the action brought nothing new or exciting".to_owned(),
+            StageEffect::Quiet(false) => "the action brought something new or exciting".to_owned(),
+            StageEffect::TrialEnded { met: true, .. } => "the trial ends with what it was for".to_owned(),
+            StageEffect::TrialEnded { met: false, .. } => "the trial ends without what it was for".to_owned(),
+            StageEffect::Saturated => "the stage is saturated".to_owned(),
+            StageEffect::Ended => "the stage is over".to_owned(),
+            StageEffect::Finished => "the curriculum is over".to_owned(),
+            StageEffect::Held(true) => "an operator holds the learner".to_owned(),
+            StageEffect::Held(false) => "an operator lets the learner go on".to_owned(),
+            StageEffect::Stuck(why) => format!("the curriculum can't go on: {why}"),
+            StageEffect::Left => "the curriculum is left for another".to_owned(),
+        }
+    }
+
+    fn pursuit(&self, effect: &PursuitEffect) -> String {
+        match effect {
+            PursuitEffect::Begun { body, goal, actions_max } => {
+                let (body, goal) = (self.body(*body), self.patterns(goal));
+                format!("body {body} pursues {goal}, with at most {actions_max} actions")
+            }
+            PursuitEffect::Planned(plan) => {
+                let because = match plan.because {
+                    Because::First => "the first plan",
+                    Because::NotReached => "a new plan, for the goal was not reached",
+                    Because::NextNotAllowed => "a new plan, for the next schema was not allowed",
+                    Because::NotCarriedOut => "a new plan, for an action was not carried out",
+                    Because::Interrupted => "a new plan, for the last was interrupted",
+                };
+                let schemas: Vec<_> = plan.chain.iter().map(|link| link.schema.0.to_string()).collect();
+                format!("{because}: schemas {}, probability {:.2}", schemas.join(", "), plan.probability)
+            }
+            PursuitEffect::Acted => "an action counts for the goal".to_owned(),
+            PursuitEffect::Ended(ending) => {
+                let ending = match ending {
+                    Ending::Achieved => "achieved",
+                    Ending::NothingLeadsThere => "given up: nothing known leads there",
+                    Ending::ActionsUsedUp => "given up: its actions are used up",
+                    Ending::Constrained => "given up: the stage constrains what it speaks of",
+                    Ending::Cancelled => "called off",
+                };
+                format!("the goal is {ending}")
+            }
+        }
+    }
+}
+
+fn executed(schema: u32, success: bool, post: &[Seen]) -> String {
+    let held = post.iter().filter(|seen| **seen == Seen::Held).count();
+    let known = post.iter().filter(|seen| **seen != Seen::Constrained).count();
+    let verdict = if success { "as predicted" } else { "not as predicted" };
+    let outcomes = if known == 1 { "outcome" } else { "outcomes" };
+    format!("schema {schema} was executed, {verdict}: {held} of {known} {outcomes} held")
+}
+
+fn outcome(text: String, absent: bool) -> String {
+    if absent { format!("no longer {text}") } else { text }
+}
+
+/// Things side by side; `∅` for none.
+fn listed(things: impl Iterator<Item = String>) -> String {
+    let things: Vec<_> = things.collect();
+    if things.is_empty() { "∅".to_owned() } else { things.join(" & ") }
+}

@@ -1,0 +1,104 @@
+//! Data directories that are made of something else: of an export, or of what a memory was at an earlier step.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::cut::{self, Cut};
+use super::export::Imported;
+use super::{Past, PastError};
+use crate::error::StoreError;
+use crate::format::v1::{Record, Setting};
+use crate::frame::HEAD_LEN;
+use crate::journal::{self, Journal, Place, Sizes};
+use crate::manifest::{self, Manifest};
+use crate::snapshot;
+use crate::storage::{Directory, Storage};
+
+/// A data directory that was made.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Made {
+    /// Where it is.
+    pub directory: String,
+    /// The step that a daemon goes on from.
+    pub step: u64,
+    /// The digest of memory there.
+    pub memory_digest: String,
+}
+
+/// Makes a data directory of what was exported. A daemon goes on from it; it has no past of its own.
+///
+/// # Errors
+/// When there is something in `to`, or the disk fails.
+pub fn import(imported: &Imported, to: &Path) -> Result<Made, PastError> {
+    let target = new_directory(to)?;
+    let setting = Setting::new(&imported.parameters, &imported.curriculum);
+    let manifest =
+        Manifest { learner: imported.learner.clone(), seed: imported.seed, setting: setting.clone() };
+    for name in [journal::DIRECTORY, snapshot::DIRECTORY] {
+        target.directory(name).map_err(StoreError::disk("create", target.path(name)))?;
+    }
+    // Frame 1 is never written, so that nobody takes this for a journal that begins with the memory.
+    let base = Place { number: 1, crc: 0 };
+    let digest = &imported.lines.memory_digest;
+    let step = imported.content.step;
+    snapshot::write(&target, &imported.content, &setting, base, digest, || false)?;
+    let mut journal = Journal::after(Arc::new(target.clone()), base, Sizes::default());
+    let record = crate::codec::encode(&Record::Mark { step }).map_err(StoreError::from)?;
+    let written = journal.append(&record, step).and_then(|_| journal.end());
+    written.map_err(StoreError::disk("write", target.path(journal::DIRECTORY)))?;
+    for name in [journal::DIRECTORY, snapshot::DIRECTORY, ""] {
+        target.sync_directory(name).map_err(StoreError::disk("make durable", target.path(name)))?;
+    }
+    manifest::write(&target, &manifest)?;
+    sync_parent(to)?;
+    Ok(Made { directory: to.display().to_string(), step, memory_digest: digest.clone() })
+}
+
+impl Past {
+    /// Makes a data directory of the memory as it was after step `until`, with its past: a life that branches off there.
+    ///
+    /// # Errors
+    /// When there is something in `to`, the step can't be returned to, or the disk fails.
+    pub fn branch(&self, until: Option<u64>, to: &Path) -> Result<Made, PastError> {
+        let moment = self.moment(until)?;
+        let target = new_directory(to)?;
+        let after = self.begins()?.first().map_or(Place::default(), |head| head.after);
+        let mut end = None;
+        journal::read::<PastError>(&*self.storage, after, |shown| {
+            if shown.place.number > moment.frame {
+                return Ok(ControlFlow::Break(()));
+            }
+            end = Some((shown.segment, (shown.offset + HEAD_LEN + shown.payload.len()) as u64));
+            Ok(ControlFlow::Continue(()))
+        })?;
+        if end.is_none() {
+            end = self.head_after(after)?;
+        }
+        let (segment, bytes) = end.map_or((None, 0), |(segment, bytes)| (Some(segment), bytes));
+        let cut = Cut { frame: moment.frame, segment, bytes };
+        cut::copy(&*self.storage, &target, &self.manifest, cut, |_| true)?;
+        sync_parent(to)?;
+        let (step, memory_digest) = (moment.step(), moment.memory_digest());
+        Ok(Made { directory: to.display().to_string(), step, memory_digest })
+    }
+}
+
+/// A directory with nothing in it, made when it isn't there.
+pub(super) fn new_directory(path: &Path) -> Result<Directory, PastError> {
+    let shown = path.display().to_string();
+    std::fs::create_dir_all(path).map_err(StoreError::disk("create", shown.clone()))?;
+    let mut inside = std::fs::read_dir(path).map_err(StoreError::disk("read", shown.clone()))?;
+    if inside.next().is_some() {
+        return Err(PastError::Taken { path: shown });
+    }
+    Ok(Directory::new(path))
+}
+
+/// Makes durable that a directory is there.
+pub(super) fn sync_parent(path: &Path) -> Result<(), PastError> {
+    let path = path.canonicalize().map_err(StoreError::disk("find", path.display().to_string()))?;
+    let Some(parent) = path.parent() else { return Ok(()) };
+    let synced = Directory::new(parent).sync_directory("");
+    Ok(synced.map_err(StoreError::disk("make durable", parent.display().to_string()))?)
+}

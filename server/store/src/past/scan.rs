@@ -1,0 +1,327 @@
+//! What files a memory is in, and looking back through the journal without rebuilding memory.
+
+use std::collections::VecDeque;
+use std::io;
+use std::ops::ControlFlow;
+
+use pschema_learner::memory::Memory;
+use pschema_learner::parameters::Parameters;
+
+use super::entry::{Batch, Words};
+use super::{Past, PastError, Seen};
+use crate::error::StoreError;
+use crate::format::v1::{Cause, Effect, Record};
+use crate::frame::{self, HEAD_LEN};
+use crate::journal::{self, FILE_HEAD_LEN, JournalError, Place, SEGMENT, read_file_head, segment_name};
+use crate::retention;
+use crate::snapshot;
+use crate::storage::Storage;
+
+/// What a memory is kept in.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Files {
+    /// Segments of the journal, in order.
+    pub segments: Vec<Segment>,
+    /// Snapshots, in order.
+    pub snapshots: Vec<Snapshot>,
+    /// The first step that can be returned to.
+    pub oldest_step: u64,
+}
+
+/// A file of the journal.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Segment {
+    /// Its path.
+    pub file: String,
+    /// The first frame in it.
+    pub first_frame: u64,
+    /// Steps taken before it; none when its head is damaged.
+    pub step: Option<u64>,
+    /// How long it is, with what is zeroed ahead.
+    pub bytes: u64,
+}
+
+/// A snapshot.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Snapshot {
+    /// Its path.
+    pub file: String,
+    /// The frame that it was made after.
+    pub frame: u64,
+    /// The step that it was made at; none when its head is damaged.
+    pub step: Option<u64>,
+    /// How long it is.
+    pub bytes: u64,
+}
+
+/// How a journal ends.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(tag = "state", rename_all = "snake_case")]
+pub enum Tail {
+    /// With its last frame.
+    Whole,
+    /// With something that was being written when the daemon ended, or is being written now; nobody acted on it.
+    Torn {
+        /// Which file.
+        file: String,
+        /// Where it begins.
+        offset: u64,
+    },
+    /// With damage to something that was acknowledged, or that cannot be read.
+    Damaged {
+        /// What is wrong, and where.
+        problem: String,
+    },
+}
+
+/// The head of a segment.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Begins {
+    pub(super) first: u64,
+    /// The frame before.
+    pub(super) after: Place,
+    /// Steps taken before.
+    pub(super) step: u64,
+}
+
+impl Past {
+    pub(super) fn segments(&self) -> Result<Vec<u64>, StoreError> {
+        let path = self.storage.path(journal::DIRECTORY);
+        journal::segments(&*self.storage).map_err(StoreError::disk("read", path))
+    }
+
+    /// The first step that can be returned to; none when there is no journal at all.
+    pub(super) fn first_step(&self) -> Result<Option<u64>, StoreError> {
+        if self.segments()?.is_empty() {
+            return Ok(None);
+        }
+        retention::kept(&*self.storage).map(|kept| Some(kept.oldest_step))
+    }
+
+    /// The heads of the segments that are sound.
+    pub(super) fn begins(&self) -> Result<Vec<Begins>, StoreError> {
+        let mut begins = Vec::new();
+        for first in self.segments()? {
+            let name = segment_name(first);
+            match beginning(&*self.storage, first) {
+                Ok(found) => begins.extend(found),
+                // A daemon drops what is no longer to be kept.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => (),
+                Err(error) => return Err(StoreError::disk("read", self.storage.path(&name))(error)),
+            }
+        }
+        Ok(begins)
+    }
+
+    /// What the memory is kept in.
+    ///
+    /// # Errors
+    /// When the directory can't be read.
+    pub fn files(&self) -> Result<Files, PastError> {
+        super::beside(|| self.files_once())
+    }
+
+    fn files_once(&self) -> Result<Files, PastError> {
+        let begins = self.begins()?;
+        let failed = |name: &str| StoreError::disk("read", self.storage.path(name));
+        let mut segments = Vec::new();
+        for first in self.segments()? {
+            let name = segment_name(first);
+            let step = begins.iter().find(|head| head.first == first).map(|head| head.step);
+            let bytes = self.storage.size(&name).map_err(failed(&name))?;
+            segments.push(Segment { file: self.storage.path(&name), first_frame: first, step, bytes });
+        }
+        let mut snapshots = Vec::new();
+        for frame in snapshot::numbers(&*self.storage).map_err(failed(snapshot::DIRECTORY))? {
+            let name = snapshot::name(frame);
+            let step = snapshot::step(&*self.storage, frame).map_err(failed(&name))?;
+            let bytes = self.storage.size(&name).map_err(failed(&name))?;
+            snapshots.push(Snapshot { file: self.storage.path(&name), frame, step, bytes });
+        }
+        let oldest_step = retention::kept(&*self.storage)?.oldest_step;
+        Ok(Files { segments, snapshots, oldest_step })
+    }
+
+    /// The last thing that `found` finds in the journal up to and with step `until`: the segments are looked through
+    /// from the last one back.
+    fn look_back<T>(
+        &self,
+        until: u64,
+        mut found: impl FnMut(&Record) -> Option<T>,
+    ) -> Result<Option<T>, PastError> {
+        let mut beyond = u64::MAX;
+        for head in self.begins()?.iter().rev().filter(|head| head.step <= until) {
+            let mut last = None;
+            journal::read::<PastError>(&*self.storage, head.after, |shown| {
+                let record = self.record(&shown)?;
+                let over = matches!(&record, Record::Batch { step, .. } if *step > until);
+                if over || shown.place.number >= beyond {
+                    return Ok(ControlFlow::Break(()));
+                }
+                last = found(&record).or(last.take());
+                Ok(ControlFlow::Continue(()))
+            })?;
+            if last.is_some() {
+                return Ok(last);
+            }
+            beyond = head.first;
+        }
+        Ok(None)
+    }
+
+    /// What was perceived last, up to and with step `until`.
+    pub(super) fn last_input(&self, until: u64) -> Result<Seen, PastError> {
+        let found = self.look_back(until, |record| match record {
+            Record::Batch { at_unix_ms, cause: Cause::Step(input), .. } => {
+                Some(Seen { at_unix_ms: Some(*at_unix_ms), input: Some(input.clone()) })
+            }
+            _ => None,
+        })?;
+        Ok(found.unwrap_or_default())
+    }
+
+    /// The last step up to and with step `until` that chose an action.
+    pub(super) fn last_decided(&self, until: u64) -> Result<Option<u64>, PastError> {
+        self.look_back(until, |record| match record {
+            Record::Batch { step, cause: Cause::Step(_), effects, .. } => {
+                let chose = |effect: &Effect| matches!(effect, Effect::StepEnded { pending: Some(_), .. });
+                effects.iter().any(chose).then_some(*step)
+            }
+            _ => None,
+        })
+    }
+
+    /// Batches of the journal in order: those of the steps `from` to `to`, at most `limit` of them; the last ones when
+    /// `from` is not given. With `told`, effects are put into words.
+    ///
+    /// A damaged journal is read as far as it goes, which the tail then says.
+    ///
+    /// # Errors
+    /// When the directory can't be read.
+    pub fn batches(
+        &self,
+        from: Option<u64>,
+        to: Option<u64>,
+        limit: usize,
+        told: bool,
+    ) -> Result<(Vec<Batch>, Tail), PastError> {
+        super::beside(|| self.batches_once(from, to, limit, told))
+    }
+
+    fn batches_once(
+        &self,
+        from: Option<u64>,
+        to: Option<u64>,
+        limit: usize,
+        told: bool,
+    ) -> Result<(Vec<Batch>, Tail), PastError> {
+        let words = self.words()?;
+        let to = to.unwrap_or(u64::MAX);
+        let mut begins = self.begins()?;
+        let mut tail = Tail::Whole;
+        let mut batches = VecDeque::new();
+        // From where it is wanted on; or from the last segment back, until there are enough.
+        begins.retain(|head| head.step <= to);
+        let wanted = from.map(|from| begins.iter().rposition(|head| head.step < from.max(1)).unwrap_or(0));
+        let mut at = wanted.unwrap_or(begins.len().saturating_sub(1));
+        while let Some(head) = begins.get(at) {
+            batches.clear();
+            tail = self.read_batches(
+                head.after,
+                |batch| {
+                    let beyond = batch.step > to || (from.is_some() && batches.len() >= limit);
+                    if beyond {
+                        return ControlFlow::Break(());
+                    }
+                    if from.is_none_or(|from| batch.step >= from) {
+                        batches.push_back(batch);
+                        if batches.len() > limit {
+                            batches.pop_front();
+                        }
+                    }
+                    ControlFlow::Continue(())
+                },
+                &words,
+                told,
+            )?;
+            if from.is_some() || batches.len() >= limit || at == 0 {
+                break;
+            }
+            at -= 1;
+        }
+        Ok((batches.into(), tail))
+    }
+
+    fn read_batches(
+        &self,
+        after: Place,
+        mut take: impl FnMut(Batch) -> ControlFlow<()>,
+        words: &Words,
+        told: bool,
+    ) -> Result<Tail, PastError> {
+        let end = journal::read::<PastError>(&*self.storage, after, |shown| {
+            let record = self.record(&shown)?;
+            Ok(match Batch::of(&*self.storage, &shown, record, words, told) {
+                Some(batch) => take(batch),
+                None => ControlFlow::Continue(()),
+            })
+        });
+        match end {
+            Ok(end) => Ok(match end.torn {
+                None => Tail::Whole,
+                Some((file, offset)) => Tail::Torn { file, offset: offset as u64 },
+            }),
+            Err(PastError::Store(
+                error @ (StoreError::Replay { .. }
+                | StoreError::Journal(JournalError::Damaged { .. } | JournalError::Missing { .. })),
+            )) => Ok(Tail::Damaged { problem: super::damage(&error) }),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// What numbers are called, as far as that can be found out: names never change, so the newest are right for all of
+    /// the past.
+    fn words(&self) -> Result<Words, PastError> {
+        let newest = snapshot::newest(&*self.storage, None)?;
+        let (content, from) = newest.map(|(whole, place)| (whole.content, place)).unzip();
+        let mut memory = Memory::new(0, Parameters::default());
+        if let Some(content) = content {
+            let vocabulary = content.vocabulary;
+            let mut empty = memory.content().clone();
+            empty.vocabulary = vocabulary;
+            empty.pending.resize(empty.vocabulary.bodies().len(), None);
+            for _ in empty.vocabulary.primitives() {
+                empty.attempts.push(Default::default());
+            }
+            memory = Memory::restore(empty, Parameters::default());
+        }
+        let read = journal::read::<PastError>(&*self.storage, from.unwrap_or_default(), |shown| {
+            if let Record::Batch { effects, .. } = self.record(&shown)? {
+                let naming = |effect: &Effect| matches!(effect, Effect::Declared(_) | Effect::SymbolsMet(_));
+                for effect in effects.into_iter().filter(naming) {
+                    let live = pschema_learner::effect::Effect::try_from(effect).map_err(StoreError::from)?;
+                    // One that contradicts what is known is not in memory either.
+                    drop(super::guarded(|| memory.apply(&live).map_err(|error| error.to_string())));
+                }
+            }
+            Ok(ControlFlow::Continue(()))
+        });
+        if let Err(error) = read {
+            tracing::debug!(%error, "names are known only up to the damage");
+        }
+        Ok(Words(memory.content().vocabulary.clone()))
+    }
+}
+
+/// The head of the segment that begins with frame `first`, if it is sound.
+fn beginning(storage: &dyn Storage, first: u64) -> io::Result<Option<Begins>> {
+    let mut bytes = Vec::new();
+    let length = (HEAD_LEN + FILE_HEAD_LEN) as u64;
+    io::Read::read_to_end(&mut io::Read::take(storage.open(&segment_name(first))?, length), &mut bytes)?;
+    let Some(found) = frame::read(SEGMENT, &bytes).filter(|found| found.head.number == first) else {
+        return Ok(None);
+    };
+    let step = read_file_head(found.payload).and_then(|(_, step)| step);
+    let after = Place { number: first.saturating_sub(1), crc: found.head.previous };
+    Ok(step.map(|step| Begins { first, after, step }))
+}

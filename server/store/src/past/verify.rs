@@ -1,0 +1,384 @@
+//! Checking all of a data directory: every byte that says something, and that what they say fits together.
+
+use std::ops::ControlFlow;
+
+use pschema_learner::digest::digest;
+use pschema_learner::memory::Memory;
+use pschema_learner::parameters::Parameters;
+use pschema_learner::step::Learner;
+
+use super::{Past, PastError, READ_AGAIN_MAX, Tail, is_gone, relearn};
+use crate::codec;
+use crate::error::StoreError;
+use crate::format::v1::{Cause, Record};
+use crate::frame::{self, JOURNAL};
+use crate::journal::{self, JournalError, Place, Shown, segment_name};
+use crate::recovery::{Replay, unplayable};
+use crate::snapshot;
+
+/// What was checked, and what was found.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Checked {
+    /// The directory.
+    pub directory: String,
+    /// Whether nothing is wrong.
+    pub sound: bool,
+    /// Files of the journal.
+    pub segments: u64,
+    /// Bytes of sound frames in them.
+    pub journal_bytes: u64,
+    /// Sound frames.
+    pub frames: u64,
+    /// Those that changed memory, and were replayed.
+    pub batches: u64,
+    /// Digests of memory that were written on the way, and that replaying came to as well.
+    pub digests: u64,
+    /// Snapshots that are sound, and are what replaying came to where it passed them.
+    pub snapshots: u64,
+    /// The first step that can be returned to; none when nothing could be replayed.
+    pub first_step: Option<u64>,
+    /// The last step that is sound; none when nothing could be replayed.
+    pub last_step: Option<u64>,
+    /// The digest of memory after it.
+    pub memory_digest: Option<String>,
+    /// Steps that were learnt again and gave what was learnt then; none when that was not asked for.
+    pub relearnt: Option<u64>,
+    /// How the journal ends.
+    pub tail: Tail,
+    /// What is wrong.
+    pub findings: Vec<Finding>,
+}
+
+/// Something that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Finding {
+    /// The file; none when it is about the whole.
+    pub file: Option<String>,
+    /// Where in it, if that is known.
+    pub offset: Option<u64>,
+    /// The steps from this one on that are lost by it; none when nothing is.
+    pub lost_from: Option<u64>,
+    /// The last of them that is known to have been taken.
+    pub lost_to: Option<u64>,
+    /// What is wrong.
+    pub problem: String,
+}
+
+/// How far a check is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Bytes checked.
+    pub bytes: u64,
+    /// Bytes there are.
+    pub of: u64,
+    /// The step it is at.
+    pub step: u64,
+}
+
+struct Check<'a> {
+    past: &'a Past,
+    told: &'a mut dyn FnMut(Progress),
+    of: u64,
+    bytes: u64,
+    checked: Checked,
+    /// Sound snapshots, and the digest of each.
+    snapshots: Vec<(Place, String)>,
+    /// Memory, once the place is reached that it is rebuilt from.
+    replay: Option<Replay>,
+    /// Who learns it again; has the memory meanwhile.
+    learner: Option<Learner>,
+    relearn: bool,
+    /// Whether what is missing is taken for missing.
+    last_try: bool,
+}
+
+impl Past {
+    /// Checks everything, and with `relearn` learns it again from what bodies sent. What is wrong is in the result.
+    ///
+    /// # Errors
+    /// When the directory can't be read.
+    pub fn verify(&self, relearn: bool, told: &mut dyn FnMut(Progress)) -> Result<Checked, PastError> {
+        for left in (0..READ_AGAIN_MAX).rev() {
+            match self.verify_once(relearn, left == 0, told) {
+                // A daemon dropped meanwhile what it keeps no longer.
+                Err(PastError::Store(error)) if left > 0 && is_gone(&error) => (),
+                done => return done,
+            }
+        }
+        self.verify_once(relearn, true, told)
+    }
+
+    fn verify_once(
+        &self,
+        relearn: bool,
+        last_try: bool,
+        told: &mut dyn FnMut(Progress),
+    ) -> Result<Checked, PastError> {
+        let files = self.files()?;
+        let sizes =
+            files.segments.iter().map(|one| one.bytes).chain(files.snapshots.iter().map(|one| one.bytes));
+        let checked = Checked {
+            directory: self.path(),
+            sound: true,
+            segments: files.segments.len() as u64,
+            journal_bytes: 0,
+            frames: 0,
+            batches: 0,
+            digests: 0,
+            snapshots: 0,
+            first_step: None,
+            last_step: None,
+            memory_digest: None,
+            relearnt: relearn.then_some(0),
+            tail: Tail::Whole,
+            findings: Vec::new(),
+        };
+        let mut check = Check {
+            past: self,
+            told,
+            of: sizes.sum(),
+            bytes: 0,
+            checked,
+            snapshots: Vec::new(),
+            replay: None,
+            learner: None,
+            relearn,
+            last_try,
+        };
+        check.snapshots()?;
+        check.journal()?;
+        Ok(check.end())
+    }
+
+    /// The last step that anything sound in the journal speaks of, wherever it stands.
+    pub(super) fn last_known_step(&self) -> Result<u64, PastError> {
+        let mut last = self.begins()?.iter().map(|head| head.step).max().unwrap_or(0);
+        for first in self.segments()?.into_iter().rev() {
+            let name = segment_name(first);
+            let bytes =
+                self.storage.read(&name).map_err(StoreError::disk("read", self.storage.path(&name)))?;
+            let steps = frame::scan(JOURNAL, &bytes).filter_map(|(_, found)| {
+                match codec::decode(found.payload).ok()? {
+                    Record::Batch { step, .. } | Record::Mark { step } => Some(step),
+                    Record::Digest { .. } => None,
+                }
+            });
+            if let Some(found) = steps.max() {
+                last = last.max(found);
+                break;
+            }
+        }
+        Ok(last)
+    }
+}
+
+impl Check<'_> {
+    fn found(&mut self, file: Option<String>, offset: Option<u64>, problem: String) {
+        let finding = Finding { file, offset, lost_from: None, lost_to: None, problem };
+        self.checked.findings.push(finding);
+    }
+
+    fn tell(&mut self) {
+        let step = self.memory().map_or(0, |memory| memory.content().step);
+        (self.told)(Progress { bytes: self.bytes.min(self.of), of: self.of, step });
+    }
+
+    fn memory(&self) -> Option<&Memory> {
+        let learnt = self.learner.as_ref().map(Learner::memory);
+        learnt.or(self.replay.as_ref().map(|replay| &replay.memory))
+    }
+
+    /// Reads every snapshot.
+    fn snapshots(&mut self) -> Result<(), PastError> {
+        let storage = &*self.past.storage;
+        let failed = |name: &str| StoreError::disk("read", storage.path(name));
+        for number in snapshot::numbers(storage).map_err(failed(snapshot::DIRECTORY))? {
+            let name = snapshot::name(number);
+            match snapshot::sound(storage, number) {
+                Ok(Some((whole, place))) => self.snapshots.push((place, digest(&whole.content))),
+                Ok(None) => {
+                    let problem = "the snapshot is damaged: a block of it is not what was written".to_owned();
+                    self.found(Some(storage.path(&name)), None, problem);
+                }
+                // A daemon drops those that are no longer to be kept.
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
+                Err(error) => return Err(failed(&name)(error).into()),
+            }
+            self.bytes += storage.size(&name).unwrap_or(0);
+            self.tell();
+        }
+        Ok(())
+    }
+
+    /// Follows the journal from its first segment to its end.
+    fn journal(&mut self) -> Result<(), PastError> {
+        let begins = self.past.begins()?;
+        let firsts = self.past.segments()?;
+        let from = match (begins.first(), firsts.first()) {
+            (Some(head), Some(first)) if head.first == *first => head.after,
+            (_, Some(first)) => {
+                let file = self.past.storage.path(&segment_name(*first));
+                self.found(Some(file), Some(0), "the head of the segment is damaged".to_owned());
+                begins.first().map_or(Place::default(), |head| head.after)
+            }
+            // Without any snapshot it is a memory that is only just begun; else the journal is missing.
+            (_, None) => self.snapshots.last().map_or(Place::default(), |(place, _)| *place),
+        };
+        if from.number == 0 {
+            self.replay = Some(Replay::birth(&self.past.manifest)?);
+        }
+        self.passes(from)?;
+        self.first_step();
+        let read = journal::read::<PastError>(&*self.past.storage, from, |shown| {
+            self.frame(&shown)?;
+            Ok(ControlFlow::Continue(()))
+        });
+        match read {
+            Ok(end) => {
+                if let Some((file, offset)) = end.torn {
+                    self.checked.tail = Tail::Torn { file, offset: offset as u64 };
+                }
+                Ok(())
+            }
+            Err(PastError::Store(error)) if self.last_try || !is_gone(&error) => self.damaged(error),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Puts down what ended the journal before its end.
+    fn damaged(&mut self, error: StoreError) -> Result<(), PastError> {
+        let problem = super::damage(&error);
+        let (file, offset) = match error {
+            StoreError::Journal(JournalError::Damaged { file, offset, .. })
+            | StoreError::Replay { file, offset, .. } => (Some(file), Some(offset as u64)),
+            StoreError::Journal(JournalError::Missing { .. } | JournalError::Version { .. }) => (None, None),
+            error => return Err(error.into()),
+        };
+        let step = self.memory().map(|memory| memory.content().step);
+        let last = self.past.last_known_step()?;
+        self.checked.tail = Tail::Damaged { problem: problem.clone() };
+        let lost_from = step.map(|step| step + 1).filter(|from| *from <= last);
+        let lost_to = lost_from.map(|_| last);
+        self.checked.findings.push(Finding { file, offset, lost_from, lost_to, problem });
+        Ok(())
+    }
+
+    fn frame(&mut self, shown: &Shown<'_>) -> Result<(), PastError> {
+        let record = self.past.record(shown)?;
+        let length = (frame::HEAD_LEN + shown.payload.len()) as u64;
+        self.checked.frames += 1;
+        self.checked.journal_bytes += length;
+        self.bytes += length;
+        self.record(record, shown)?;
+        self.passes(shown.place)?;
+        if self.checked.frames.is_multiple_of(256) {
+            self.tell();
+        }
+        Ok(())
+    }
+
+    fn record(&mut self, record: Record, shown: &Shown<'_>) -> Result<(), PastError> {
+        let Some(replay) = &mut self.replay else { return Ok(()) };
+        let storage = &*self.past.storage;
+        let wrong = |problem| PastError::Store(unplayable(storage, shown, problem));
+        let batch = matches!(record, Record::Batch { .. });
+        match record {
+            Record::Batch { step, cause: Cause::Step(input), effects, .. } if self.relearn => {
+                let learner = match &mut self.learner {
+                    Some(learner) => learner,
+                    None => {
+                        let (_, curriculum) = replay.setting.clone().live().map_err(StoreError::from)?;
+                        let hollow = Memory::new(0, Parameters::default());
+                        let memory = std::mem::replace(&mut replay.memory, hollow);
+                        let learner = Learner::resume(memory, curriculum);
+                        self.learner.insert(learner.map_err(|error| wrong(error.to_string()))?)
+                    }
+                };
+                super::guarded(|| relearn::step(learner, input, &effects)).map_err(wrong)?;
+                if learner.memory().content().step != step {
+                    return Err(wrong(format!(
+                        "it was written after step {step}, and learning it again leads elsewhere"
+                    )));
+                }
+                if let Some(relearnt) = &mut self.checked.relearnt {
+                    *relearnt += 1;
+                }
+            }
+            record => {
+                if let Some(learner) = self.learner.take() {
+                    replay.memory = learner.into_memory();
+                }
+                replay.apply(record, shown.place.number).map_err(wrong)?;
+            }
+        }
+        self.checked.batches += u64::from(batch);
+        Ok(())
+    }
+
+    /// Where a snapshot was made, it must be what replaying comes to; the first one is what it begins with when the
+    /// journal does not reach back to its beginning.
+    fn passes(&mut self, place: Place) -> Result<(), PastError> {
+        let Some((there, written)) = self.snapshots.iter().find(|(there, _)| there.number == place.number)
+        else {
+            return Ok(());
+        };
+        let (crc, written) = (there.crc, written.clone());
+        let name = snapshot::name(place.number);
+        let file = self.past.storage.path(&name);
+        if crc != place.crc {
+            self.found(Some(file), None, "the snapshot was made in another journal than this one".to_owned());
+            return Ok(());
+        }
+        match self.memory() {
+            None => {
+                let found = snapshot::sound(&*self.past.storage, place.number);
+                let found = found.map_err(StoreError::disk("read", file))?;
+                if let Some((whole, _)) = found {
+                    self.replay = Some(Replay::from_snapshot(whole)?);
+                    self.first_step();
+                    self.checked.snapshots += 1;
+                }
+            }
+            Some(memory) => {
+                let found = digest(memory.content());
+                if found == written {
+                    self.checked.snapshots += 1;
+                } else {
+                    let problem =
+                        format!("the snapshot has digest {written}, and the journal leads to {found}");
+                    self.found(Some(file), None, problem);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn first_step(&mut self) {
+        if self.checked.first_step.is_none() {
+            self.checked.first_step = self.memory().map(|memory| memory.content().step);
+        }
+    }
+
+    fn end(mut self) -> Checked {
+        self.bytes = self.of;
+        self.tell();
+        let step = self.memory().map(|memory| memory.content().step);
+        let found = self.memory().map(|memory| digest(memory.content()));
+        let mut checked = self.checked;
+        (checked.last_step, checked.memory_digest) = (step, found);
+        checked.digests = self.replay.map_or(0, |replay| replay.digests);
+        checked.sound = checked.findings.is_empty() && step.is_some();
+        if step.is_none() {
+            let problem = "nothing can be replayed: the journal does not reach back to its beginning, and no snapshot in \
+                           it is sound";
+            checked.findings.push(Finding {
+                file: None,
+                offset: None,
+                lost_from: None,
+                lost_to: None,
+                problem: problem.to_owned(),
+            });
+        }
+        checked
+    }
+}
