@@ -182,10 +182,15 @@ pub struct Status {
     pub bodies: Vec<BodyStatus>,
     /// Steps a second, over the last 10 seconds.
     pub steps_per_s: f64,
-    /// Time of a step (frame decoded to reply sent), median of the last 4,096.
+    /// Time of a decision (a frame's arrival to the action chosen), median of the last 4,096.
     pub step_latency_us_p50: f64,
     /// The same, 99th percentile.
     pub step_latency_us_p99: f64,
+    /// From a frame's arrival until its reply has left: with memory on disk, once the step is durable. Median of the
+    /// last 4,096.
+    pub commit_latency_us_p50: f64,
+    /// The same, 99th percentile.
+    pub commit_latency_us_p99: f64,
     /// Resident memory of the daemon.
     pub memory_bytes: u64,
     /// Digest of everything learnt: equal digests are equal memories.
@@ -198,6 +203,19 @@ pub struct Status {
     pub goal: Option<GoalSummary>,
     /// How memory is kept; none while it is in RAM only.
     pub storage: Option<Storage>,
+    /// Messages of bodies and tools that were refused since the daemon began, by reason; only those that there were.
+    pub refused: Vec<RefusalCount>,
+}
+
+/// How many messages were refused for one reason.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RefusalCount {
+    /// The number of the refusal, as in `docs/PROTOCOL.md`.
+    pub code: u32,
+    /// What it is about, in a word or two.
+    pub reason: String,
+    /// How many.
+    pub count: u64,
 }
 
 /// How memory is kept on disk.
@@ -209,8 +227,10 @@ pub struct Storage {
     pub durability: String,
     /// The last step known to be on disk.
     pub durable_step: u64,
-    /// Bytes of the journal since the snapshot that the start began from.
+    /// Bytes of journal there are.
     pub journal_bytes: u64,
+    /// The oldest step that memory can be returned to.
+    pub oldest_step: u64,
     /// The step of the last snapshot; none before the first.
     pub snapshot_step: Option<u64>,
 }

@@ -10,7 +10,7 @@ use clap::Parser;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use tracing_subscriber::EnvFilter;
 
-use crate::{Durability, Keeping, ServerError, Setup, config, serve_kept};
+use crate::{Durability, Keeping, Retention, ServerError, Setup, config, serve_kept};
 
 /// Run a learner in the foreground, for bodies to attach to and tools to ask.
 ///
@@ -21,17 +21,19 @@ pub struct ServerArgs {
     #[arg(long, default_value = "default")]
     pub name: LearnerName,
 
-    /// What the learner's draws begin from. The same seed, curriculum and body give the same memory.
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// What the learner's draws begin from. The same seed, curriculum and body give the same memory. 1 unless given; a
+    /// memory found with --data has its own.
+    #[arg(long)]
+    pub seed: Option<u64>,
 
     /// A file with the learner's parameters, such as `server/learner.toml`; without it, the defaults.
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
 
-    /// A built-in curriculum (free, or that of an experiment, such as exp1-s1), or a file with one.
-    #[arg(long, value_name = "NAME|FILE", default_value = "free")]
-    pub curriculum: String,
+    /// A built-in curriculum (free, or that of an experiment, such as exp1-s1), or a file with one. `free` unless given;
+    /// a memory found with --data has its own, and its own parameters.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub curriculum: Option<String>,
 
     /// Replace what the curriculum says: `learner.PARAMETER=VALUE`, or `values.NAME=NUMBER` for a number that it
     /// names in its `[values]`. May be given several times.
@@ -42,10 +44,49 @@ pub struct ServerArgs {
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
 
+    /// Have a memory that was found go on under the --curriculum, --config and --set given now, from the first stage.
+    /// Without this, a memory that lives under others is refused.
+    #[arg(long, requires = "data")]
+    pub change: bool,
+
     /// When an action may leave: `strict`, when the step that chose it is on disk; `relaxed`, at once, so that up to a
     /// second of steps is lost with the machine's power.
     #[arg(long, value_enum, default_value_t = DurabilityArg::Strict, requires = "data")]
     pub durability: DurabilityArg,
+
+    /// How much of the journal is kept to return to earlier steps: a size such as 500MiB, or `all`. What the two newest
+    /// snapshots need is always kept.
+    #[arg(long, value_name = "SIZE|all", value_parser = history, default_value = "8GiB", requires = "data")]
+    pub history: History,
+
+    /// A snapshot of memory is made whenever the journal has grown by this, or by the size of the last snapshot when that
+    /// is more. A start reads the last snapshot and the journal after it.
+    #[arg(long, value_name = "SIZE", value_parser = size, default_value = "64MiB", requires = "data")]
+    pub snapshot_every: u64,
+}
+
+/// How many bytes of journal are kept; none: all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct History(pub Option<u64>);
+
+fn history(text: &str) -> Result<History, String> {
+    if text == "all" { Ok(History(None)) } else { size(text).map(|bytes| History(Some(bytes))) }
+}
+
+/// Bytes: a whole number, alone or with KiB, MiB, GiB or TiB.
+fn size(text: &str) -> Result<u64, String> {
+    let digits = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let shift = match unit.trim() {
+        "" | "B" => 0,
+        "KiB" => 10,
+        "MiB" => 20,
+        "GiB" => 30,
+        "TiB" => 40,
+        _ => return Err(format!("{unit:?} is no unit: give B, KiB, MiB, GiB or TiB, as in 500MiB")),
+    };
+    let number: u64 = number.parse().map_err(|_| "give a whole number of bytes, as in 500MiB".to_owned())?;
+    number.checked_mul(1 << shift).ok_or_else(|| format!("{text} is more than can be counted"))
 }
 
 /// A [`Durability`] on the command line.
@@ -74,8 +115,21 @@ impl ServerArgs {
     /// [`config::ConfigError`] with the place of the mistake.
     pub fn setup(&self) -> Result<Setup, config::ConfigError> {
         let parameters = config::parameters(self.config.as_deref())?;
-        let (curriculum, parameters) = config::lesson(&self.curriculum, parameters, &self.settings)?;
-        Ok(Setup { seed: self.seed, parameters, curriculum })
+        let curriculum = self.curriculum.as_deref().unwrap_or("free");
+        let (curriculum, parameters) = config::lesson(curriculum, parameters, &self.settings)?;
+        Ok(Setup { seed: self.seed.unwrap_or(1), parameters, curriculum })
+    }
+
+    /// Where and how memory is kept, if on disk.
+    fn keeping(&self) -> Option<Keeping> {
+        Some(Keeping {
+            directory: self.data.clone()?,
+            durability: self.durability.into(),
+            retention: Retention { snapshot_bytes: self.snapshot_every, history_bytes: self.history.0 },
+            seed_given: self.seed.is_some(),
+            setting_given: self.curriculum.is_some() || self.config.is_some() || !self.settings.is_empty(),
+            change: self.change,
+        })
     }
 }
 
@@ -88,9 +142,7 @@ pub fn run(args: &ServerArgs, stop: &AtomicBool) -> Result<(), ServerError> {
     // Before anything is created: a mistake in a file leaves nothing behind.
     let setup = args.setup()?;
     let place = Place::new(RuntimeDir::from_environment()?, args.name.clone());
-    let durability = args.durability.into();
-    let keeping = args.data.clone().map(|directory| Keeping { directory, durability });
-    serve_kept(place, setup, keeping.as_ref(), stop)
+    serve_kept(place, setup, args.keeping().as_ref(), stop)
 }
 
 /// The whole program `pschema-server`: reads the command line, logs to stderr, ends cleanly on SIGINT and
@@ -127,6 +179,8 @@ fn log_to_stderr(json: bool) {
 
 fn signals() -> Result<Arc<AtomicBool>, std::io::Error> {
     let stop = Arc::new(AtomicBool::new(false));
+    // A file that may not grow further (`ulimit -f`) is an error to be told of, and not an end without a word.
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::new(AtomicBool::new(false)))?;
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         // The order matters: the first signal only sets the flag, which arms the second.
         signal_hook::flag::register_conditional_shutdown(signal, 1, stop.clone())?;
@@ -148,4 +202,40 @@ struct Program {
     /// Write the log as JSON, one object a line. `RUST_LOG` sets the level; the default is info.
     #[arg(long)]
     log_json: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read_with_their_units() {
+        let sound =
+            [("0", 0), ("17", 17), ("0B", 0), ("3KiB", 3 << 10), ("500MiB", 500 << 20), ("2 TiB", 2 << 40)];
+        for (text, bytes) in sound {
+            assert_eq!(size(text), Ok(bytes), "{text}");
+        }
+        for text in ["", "MiB", "-1", "1.5GiB", "5MB", "99999999999999999999", "99999999TiB"] {
+            assert!(size(text).is_err(), "{text}");
+        }
+        assert_eq!((history("all"), history("1GiB")), (Ok(History(None)), Ok(History(Some(1 << 30)))));
+    }
+
+    #[test]
+    fn what_is_not_given_is_the_memorys_own() {
+        let kept = |text: &str| {
+            let words = ["pschema-server", "--data", "somewhere"].into_iter().chain(text.split_whitespace());
+            Program::try_parse_from(words).unwrap().args.keeping().unwrap()
+        };
+        assert_eq!((kept("").seed_given, kept("").setting_given), (false, false));
+        assert_eq!((kept("--seed 1").seed_given, kept("--seed 1").setting_given), (true, false));
+        for given in ["--curriculum free", "--config learner.toml", "--set learner.attention=false"] {
+            assert!(kept(given).setting_given, "{given}");
+        }
+        assert_eq!(
+            kept("--history 5").retention,
+            Retention { history_bytes: Some(5), ..Retention::default() }
+        );
+        assert!(Program::try_parse_from(["pschema-server", "--change"]).is_err());
+    }
 }

@@ -16,14 +16,16 @@ use pschema_protocol::refusal::Refusal;
 use pschema_protocol::transport::DaemonWaker;
 use pschema_protocol::transport::server::{AttachReply, FrameReply, Incoming, RequestReply, ServerTransport};
 use pschema_protocol::{codec, decode};
-use pschema_store::{Origin, Store};
+use pschema_store::{Cause, Opened, Options, Store};
 
 use crate::ServerError;
 use crate::inspect::NO_BODY;
 use crate::inspector::{Inspected, Inspector, encoded};
-use crate::keeper::{Keeper, Keeping};
+use crate::keeper::{Keeper, Keeping, now_unix_ms};
 use crate::mind::{HostFacts, Mind, Setup, View};
+use crate::refusals::{LogBudget, Refusals};
 use crate::session::Session;
+use crate::supervise::Supervisor;
 
 /// How long the loop sleeps when nothing comes in; a stop flag set by a signal is seen within it.
 const SLEEP_MAX: Duration = Duration::from_millis(100);
@@ -102,8 +104,12 @@ pub fn serve_kept(
             tracing::info!(learner = %daemon.name, pid = std::process::id(), "ready; memory is kept in RAM only")
         }
     }
+    let mut supervisor = Supervisor::from_environment();
+    supervisor.ready(&daemon.summary());
+    let sleep = SLEEP_MAX.min(supervisor.sleep_max());
     while !daemon.is_over(Instant::now()) {
-        transport.wait(SLEEP_MAX);
+        supervisor.turned(|| daemon.summary());
+        transport.wait(sleep);
         if stop.load(Ordering::Relaxed) {
             daemon.on(Event::Signal);
         }
@@ -119,6 +125,7 @@ pub fn serve_kept(
             daemon.bodies.keys().for_each(|session| transport.rouse(*session));
         }
     }
+    supervisor.stopping();
     tracing::info!(learner = %daemon.name, steps = daemon.mind.learner().memory().content().step, "ended");
     // What the inspector still works on is for tools that will find the daemon gone.
     daemon.keeper.finish(daemon.mind.learner().memory())?.for_each(Held::leave);
@@ -135,25 +142,44 @@ fn found(
     let Setup { seed, parameters, curriculum } = setup;
     parameters.check().map_err(LearnerError::from)?;
     curriculum.check().map_err(LearnerError::from)?;
-    let origin = Origin { learner: name, seed, parameters: &parameters, curriculum: &curriculum };
+    let options = Options {
+        learner: name,
+        seed,
+        parameters: &parameters,
+        curriculum: &curriculum,
+        seed_given: keeping.seed_given,
+        setting_given: keeping.setting_given,
+        change: keeping.change,
+        at_unix_ms: now_unix_ms(),
+        durability: keeping.durability,
+        retention: keeping.retention,
+    };
     let wake = move || waker.wake();
-    let (memory, store) = pschema_store::open(&keeping.directory, origin, keeping.durability, wake)?;
+    let Opened { learner, seed, changed, store } = pschema_store::open(&keeping.directory, options, wake)?;
     let found = &store.recovered;
     tracing::info!(
         step = found.step,
         snapshot = found.snapshot_step,
         frames = found.frames,
-        schemas = memory.content().schemas.len(),
+        schemas = learner.memory().content().schemas.len(),
+        seed,
+        curriculum = learner.curriculum().name,
         "memory found"
     );
-    Ok((Mind::resume(memory, seed, curriculum)?, store))
+    if changed {
+        tracing::warn!(
+            curriculum = learner.curriculum().name,
+            "it goes on under other parameters or another curriculum from here, as asked"
+        );
+    }
+    Ok((Mind::resume(learner, seed), store))
 }
 
 /// What waits until memory is durable.
 #[derive(Debug)]
 enum Held {
-    /// A reply to a body.
-    Reply(FrameReply, Reply),
+    /// A reply to a body; when its frame came, if a step was taken on it.
+    Reply(FrameReply, Reply, Option<Instant>),
     /// An answer to a tool.
     Answer(RequestReply, Vec<u8>),
 }
@@ -161,7 +187,7 @@ enum Held {
 impl Held {
     fn leave(self) {
         match self {
-            Self::Reply(to, reply) => log_undelivered(to.send(&reply)),
+            Self::Reply(to, reply, _) => log_undelivered(to.send(&reply)),
             Self::Answer(to, bytes) => to.answer(bytes),
         }
     }
@@ -178,8 +204,10 @@ struct Daemon {
     bodies: BTreeMap<u64, Attached>,
     ended: Vec<BodyStatus>,
     sessions: u64,
-    /// Messages refused that belonged to no session.
-    strays: u64,
+    /// Messages refused, of bodies and tools.
+    refusals: Refusals,
+    /// How much may be logged of what peers do.
+    log: LogBudget,
     inspector: Inspector,
     /// Whom to answer, and after which batch.
     asking: BTreeMap<u64, (RequestReply, u64)>,
@@ -201,7 +229,8 @@ impl Daemon {
             bodies: BTreeMap::new(),
             ended: Vec::new(),
             sessions: 0,
-            strays: 0,
+            refusals: Refusals::default(),
+            log: LogBudget::default(),
             inspector,
             asking: BTreeMap::new(),
             asked: 0,
@@ -210,6 +239,18 @@ impl Daemon {
             rouse: false,
             ends_at: None,
         }
+    }
+
+    /// What it is doing, in a line.
+    fn summary(&self) -> String {
+        let Self { name, bodies, mind, .. } = self;
+        let content = mind.learner().memory().content();
+        format!(
+            "learner {name}: step {}, {} schemas, bodies attached: {}",
+            content.step,
+            content.schemas.len(),
+            bodies.len()
+        )
     }
 
     fn is_over(&self, now: Instant) -> bool {
@@ -253,13 +294,12 @@ impl Daemon {
                 sent
             }
             Err(refusal) => {
-                self.strays += 1;
-                log_refused(self.strays, None, &refusal.to_string());
+                self.count_refused(None, refusal.code(), &refusal.to_string());
                 reply.refuse(&refusal, &name)
             }
         };
         if let Err(error) = sent {
-            tracing::info!(%error, "a body went before it was welcomed");
+            tracing::debug!(%error, "a body went before it was welcomed");
         }
     }
 
@@ -288,9 +328,11 @@ impl Daemon {
             problem: error.to_string(),
         })?;
         // The welcome need not wait: nothing is done before the first step, which is written after this.
-        self.keep(&effects);
+        self.keep(Cause::Declared(body), &effects);
         let (kind, pid) = (&hello.description.kind, hello.pid);
-        tracing::info!(session = self.sessions, %body, %kind, pid, "body attached");
+        if self.log.takes() {
+            tracing::info!(session = self.sessions, %body, %kind, pid, "body attached");
+        }
         self.ended.retain(|ended| ended.name != *body);
         self.bodies.insert(self.sessions, Attached { session, pid });
         Ok(self.sessions)
@@ -310,31 +352,38 @@ impl Daemon {
         }
         let listening = self.mind.is_listening(&body.session, student_attached);
         let served = self.mind.serve(&mut body.session, frame, listening);
-        if let Reply::Refused { reason, .. } = &served.reply {
-            log_refused(body.session.counters().frames_refused, Some(number), reason);
+        if let Reply::Refused { code, reason } = &served.reply {
+            self.refusals.count(Some(number), *code, reason, &mut self.log);
         }
         let content = self.mind.learner().memory().content();
         if let Some(step) = &served.step {
-            self.batch = self.keeper.keep(&step.effects, content);
+            let cause = Cause::Step(body.session.input());
+            self.batch = self.keeper.keep(cause, &step.effects, content);
         }
-        self.keeper.hold(self.batch, Held::Reply(reply, served.reply));
+        let decided = began.elapsed();
+        let stepped = served.step.is_some().then_some(began);
+        self.keeper.hold(self.batch, Held::Reply(reply, served.reply, stepped));
         self.release();
         if let Some(body) = self.bodies.get(&number)
             && let Some(step) = served.step
         {
-            self.mind.stepped(&body.session, step, began);
+            self.mind.stepped(&body.session, step, decided);
         }
     }
 
     /// Has what changed memory written.
-    fn keep(&mut self, effects: &[Effect]) {
-        self.batch = self.keeper.keep(effects, self.mind.learner().memory().content());
+    fn keep(&mut self, cause: Cause<'_>, effects: &[Effect]) {
+        self.batch = self.keeper.keep(cause, effects, self.mind.learner().memory().content());
     }
 
     /// Lets leave what may.
     fn release(&mut self) {
         while let Some(held) = self.keeper.released() {
+            let began = if let Held::Reply(_, _, began) = &held { *began } else { None };
             held.leave();
+            if let Some(began) = began {
+                self.mind.committed(began.elapsed());
+            }
         }
     }
 
@@ -342,22 +391,22 @@ impl Daemon {
     /// so that `status` shows whose fault it is.
     fn refused(&mut self, session: Option<u64>, refusal: &Refusal) {
         let body = session.and_then(|number| self.bodies.get_mut(&number));
-        let (session, count) = match body {
-            Some(body) => {
-                body.session.count_refused(refusal);
-                (session, body.session.counters().frames_refused)
-            }
-            None => {
-                self.strays += 1;
-                (None, self.strays)
-            }
-        };
-        log_refused(count, session, &refusal.to_string());
+        let session = body.map(|body| {
+            body.session.count_refused(refusal);
+            body.session.number()
+        });
+        self.count_refused(session, refusal.code(), &refusal.to_string());
+    }
+
+    fn count_refused(&mut self, session: Option<u64>, code: u32, reason: &str) {
+        self.refusals.count(session, code, reason, &mut self.log);
     }
 
     fn gone(&mut self, session: u64, state: &str) {
         let Some(body) = self.bodies.remove(&session) else { return };
-        tracing::info!(session, body = %body.session.description().name, state, "body gone");
+        if self.log.takes() {
+            tracing::info!(session, body = %body.session.description().name, state, "body gone");
+        }
         if self.ended.len() >= ENDED_KEPT_MAX {
             self.ended.remove(0);
         }
@@ -368,9 +417,9 @@ impl Daemon {
         let request: Request = match codec::decode(bytes) {
             Ok(request) => request,
             Err(error) => {
-                let problem =
-                    format!("the question can't be read ({error}): use tools and daemon of one release");
-                return reply.answer(encoded(&Answer::Error(problem)));
+                let refusal = Refusal::Request { problem: error.to_string() };
+                self.count_refused(None, refusal.code(), &refusal.to_string());
+                return reply.answer(encoded(&Answer::Error(refusal.to_string())));
             }
         };
         if let Err(answer) = self.obey(&request) {
@@ -400,7 +449,7 @@ impl Daemon {
                     StageOrder::Set(name) => StageCommand::Set(name.clone()),
                 };
                 let effects = self.mind.stage(&command).map_err(|error| failed(error.to_string()))?;
-                self.keep(&effects);
+                self.keep(Cause::Order(&ordered(&command)), &effects);
                 Ok(())
             }
             Request::Shutdown => {
@@ -421,12 +470,13 @@ impl Daemon {
                 let body = body.ok_or_else(|| failed(NO_BODY.to_owned()))?;
                 let effects = self.mind.achieve(body, goal, *actions_max);
                 let effects = effects.map_err(|error| failed(error.to_string()))?;
-                self.keep(&effects);
+                let order = format!("achieve {} with at most {actions_max} actions", goal.join(" and "));
+                self.keep(Cause::Order(&order), &effects);
                 Ok(())
             }
             Request::Cancel { number } => {
                 let effects = self.mind.cancel(*number).map_err(|error| failed(error.to_string()))?;
-                self.keep(&effects);
+                self.keep(Cause::Order(&format!("cancel {number}")), &effects);
                 Ok(())
             }
         }
@@ -449,23 +499,26 @@ impl Daemon {
             world: shown.map(|body| body.session.world(learner)).unwrap_or_default(),
             perceived: shown.map(|body| (body.session.body(), body.session.perceived().to_vec())),
             storage: self.keeper.facts(),
+            refused: self.refusals.counts(),
         })
     }
 }
 
-/// Logs a refusal, the more rarely the more there are: a peer must not be able to fill a disk.
-fn log_refused(count: u64, session: Option<u64>, reason: &str) {
-    if count.is_power_of_two() {
-        tracing::warn!(session, count, %reason, "refused");
-    } else {
-        tracing::debug!(session, count, %reason, "refused");
+/// An operator's order as people give it.
+fn ordered(command: &StageCommand) -> String {
+    match command {
+        StageCommand::Next => "stage next".to_owned(),
+        StageCommand::Hold => "stage hold".to_owned(),
+        StageCommand::Resume => "stage resume".to_owned(),
+        StageCommand::Set(name) => format!("stage set {name}"),
     }
 }
 
 fn log_undelivered(sent: Result<(), pschema_protocol::transport::server::Undelivered>) {
     if let Err(error) = sent {
-        // The session ends when the transport notices that the body has gone.
-        tracing::info!(%error, "a reply was not delivered");
+        // The session ends when the transport notices that the body has gone. A body that asks and does not wait for
+        // the reply could fill the log with this.
+        tracing::debug!(%error, "a reply was not delivered");
     }
 }
 

@@ -72,7 +72,18 @@ impl<B: Body> InProcess<B> {
     /// # Errors
     /// When the learner can't be made or can't take the body.
     pub fn new(body: B, setup: Setup) -> Result<Self, InProcessError> {
-        let mut mind = Mind::new(setup)?;
+        Self::with(body, Mind::new(setup)?)
+    }
+
+    /// Attaches `body` to a learner that has lived before, perhaps in another body.
+    ///
+    /// # Errors
+    /// When the learner can't take the body.
+    pub fn going_on(body: B, learner: Learner, seed: u64) -> Result<Self, InProcessError> {
+        Self::with(body, Mind::resume(learner, seed))
+    }
+
+    fn with(body: B, mut mind: Mind) -> Result<Self, InProcessError> {
         let mut body = BodyLoop::new(body);
         let hello = body.hello().map_err(InProcessError::Description)?;
         let hello = decode::hello(&hello).map_err(InProcessError::Description)?;
@@ -89,9 +100,11 @@ impl<B: Body> InProcess<B> {
         let frame = self.body.next_frame();
         let began = Instant::now();
         let served = self.mind.serve(&mut self.session, frame, true);
+        let decided = began.elapsed();
         let wire = encode::reply(self.session.number(), frame.header.sequence, &served.reply);
         if let Some(step) = served.step {
-            self.mind.stepped(&self.session, step, began);
+            self.mind.stepped(&self.session, step, decided);
+            self.mind.committed(began.elapsed());
         }
         match self.body.obey(&wire).map_err(InProcessError::Reply)? {
             Directive::Continue => self.idle_frames = 0,
@@ -148,6 +161,12 @@ impl<B: Body> InProcess<B> {
         self.mind.learner()
     }
 
+    /// The learner alone, to live on in another body.
+    #[must_use]
+    pub fn into_learner(self) -> Learner {
+        self.mind.into_learner()
+    }
+
     /// The body.
     #[must_use]
     pub fn body(&self) -> &B {
@@ -166,7 +185,14 @@ impl<B: Body> InProcess<B> {
         let world = self.session.world(self.mind.learner());
         let perceived = Some((self.session.body(), self.session.perceived().to_vec()));
         let bodies = vec![body_status(&self.session, std::process::id(), "attached")];
-        self.mind.view(HostFacts { name: "in-process".to_owned(), bodies, world, perceived, storage: None })
+        self.mind.view(HostFacts {
+            name: "in-process".to_owned(),
+            bodies,
+            world,
+            perceived,
+            storage: None,
+            refused: Vec::new(),
+        })
     }
 
     /// What a tool would be answered. Orders are not obeyed here: see [`InProcess::say`],

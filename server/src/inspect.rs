@@ -86,11 +86,14 @@ fn status(view: &View) -> Status {
         steps_per_s: view.steps_per_s,
         step_latency_us_p50: view.latencies.recent_us(0.5),
         step_latency_us_p99: view.latencies.recent_us(0.99),
+        commit_latency_us_p50: view.commits.recent_us(0.5),
+        commit_latency_us_p99: view.commits.recent_us(0.99),
         memory_bytes: resident_bytes(),
         memory_digest: digest(&view.content),
         excitation_top: excitation_top(view),
         world: view.host.world.clone(),
         goal: goals::summary(view),
+        refused: view.host.refused.clone(),
     }
 }
 

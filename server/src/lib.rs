@@ -14,7 +14,9 @@ mod inspector;
 mod keeper;
 pub mod latency;
 pub mod mind;
+mod refusals;
 pub mod session;
+mod supervise;
 mod trace;
 pub mod translate;
 
@@ -26,7 +28,7 @@ pub use args::{ServerArgs, program, run};
 pub use daemon::{serve, serve_kept};
 pub use keeper::Keeping;
 pub use mind::Setup;
-pub use pschema_store::{Durability, StoreError};
+pub use pschema_store::{Durability, Retention, StoreError};
 
 /// Why the daemon can't run.
 #[derive(Debug, thiserror::Error)]

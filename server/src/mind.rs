@@ -3,12 +3,12 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::decision::Decision;
 use pschema_learner::effect::Effect;
-use pschema_learner::memory::{Content, Memory};
+use pschema_learner::memory::Content;
 use pschema_learner::notation::{self, PatternError};
 use pschema_learner::observation::Observation;
 use pschema_learner::parameters::Parameters;
@@ -18,7 +18,7 @@ use pschema_learner::schema::SchemaId;
 use pschema_learner::step::{Learner, LearnerError, Step};
 use pschema_learner::vocabulary::BodyId;
 use pschema_learner::vocabulary::limits::SYMBOLS_MAX;
-use pschema_protocol::inspect::{BodyStatus, Storage};
+use pschema_protocol::inspect::{BodyStatus, RefusalCount, Storage};
 use pschema_protocol::message::RawFrame;
 
 use crate::latency::Latencies;
@@ -96,6 +96,7 @@ pub struct Mind {
     words: Vec<String>,
     decisions: VecDeque<Arc<Decision>>,
     latencies: Latencies,
+    commits: Latencies,
     trace: Trace,
     started: Instant,
     /// What the host could not do for the learner, last.
@@ -112,12 +113,10 @@ impl Mind {
         Ok(Self::host(Learner::new(seed, parameters, curriculum)?, seed))
     }
 
-    /// A learner that goes on from a memory that began with `seed`.
-    ///
-    /// # Errors
-    /// When a parameter is out of range or the curriculum can't be followed.
-    pub fn resume(memory: Memory, seed: u64, curriculum: Curriculum) -> Result<Self, LearnerError> {
-        Ok(Self::host(Learner::resume(memory, curriculum)?, seed))
+    /// Goes on with a learner that began with `seed`.
+    #[must_use]
+    pub fn resume(learner: Learner, seed: u64) -> Self {
+        Self::host(learner, seed)
     }
 
     fn host(learner: Learner, seed: u64) -> Self {
@@ -128,6 +127,7 @@ impl Mind {
             words: Vec::new(),
             decisions: VecDeque::with_capacity(DECISIONS_KEPT_MAX),
             latencies: Latencies::default(),
+            commits: Latencies::default(),
             trace: Trace::default(),
             started: Instant::now(),
             problem: None,
@@ -138,6 +138,11 @@ impl Mind {
     #[must_use]
     pub fn learner(&self) -> &Learner {
         &self.learner
+    }
+
+    /// The learner alone.
+    pub(crate) fn into_learner(self) -> Learner {
+        self.learner
     }
 
     /// The learner, for a body to attach to.
@@ -164,12 +169,10 @@ impl Mind {
         served
     }
 
-    /// Takes account of a step that began at `began` and has just been replied to. It is logged, counted and kept
-    /// only now, so that the body does not wait for that.
-    pub fn stepped(&mut self, session: &Session, step: Step, began: Instant) {
-        let now = Instant::now();
-        let latency = now.saturating_duration_since(began);
-        self.latencies.count(latency, now);
+    /// Takes account of a step that took `latency` from the frame's arrival until it was decided. It is logged, counted
+    /// and kept only now, so that the body does not wait for that.
+    pub fn stepped(&mut self, session: &Session, step: Step, latency: Duration) {
+        self.latencies.count(latency, Instant::now());
         let Step { effects, decision, .. } = step;
         let memory = self.learner.memory();
         self.trace.keep(memory, &effects, decision.as_ref(), session.perceived(), latency);
@@ -180,6 +183,11 @@ impl Mind {
             }
             self.decisions.push_back(Arc::new(decision));
         }
+    }
+
+    /// Counts a reply that has left so long after its frame came.
+    pub(crate) fn committed(&mut self, latency: Duration) {
+        self.commits.count(latency, Instant::now());
     }
 
     /// Says words, which are heard with the next frame.
@@ -298,6 +306,7 @@ impl Mind {
             uptime_s: now.saturating_duration_since(self.started).as_secs_f64(),
             steps_per_s: self.latencies.rate(now, self.started),
             latencies: self.latencies.clone(),
+            commits: self.commits.clone(),
             trace: self.trace.clone(),
             host,
         }
@@ -317,6 +326,8 @@ pub struct HostFacts {
     pub perceived: Option<(BodyId, Vec<Observation>)>,
     /// How memory is kept; none when in RAM only.
     pub storage: Option<Storage>,
+    /// What was refused, by reason.
+    pub refused: Vec<RefusalCount>,
 }
 
 /// A learner as it was at one moment, to be inspected at leisure: shares memory's chunks, so that making it
@@ -333,8 +344,24 @@ pub struct View {
     pub(crate) uptime_s: f64,
     pub(crate) steps_per_s: f64,
     pub(crate) latencies: Latencies,
+    pub(crate) commits: Latencies,
     pub(crate) trace: Trace,
     pub(crate) host: HostFacts,
+}
+
+impl View {
+    /// A learner as it was at an earlier moment, of which memory is known, what `host` says, and perhaps the last decision.
+    /// What it was doing is said as if a body had been attached.
+    #[must_use]
+    pub fn past(learner: Learner, seed: u64, decision: Option<Decision>, mut host: HostFacts) -> Self {
+        let mut mind = Mind::host(learner, seed);
+        mind.decisions.extend(decision.map(Arc::new));
+        let vocabulary = &mind.learner.memory().content().vocabulary;
+        if let Some((_, perceived)) = &host.perceived {
+            host.world = perceived.iter().map(|one| notation::observation(vocabulary, one)).collect();
+        }
+        Self { state: mind.state(true), ..mind.view(host) }
+    }
 }
 
 /// Tells the log what people want to follow: stages and generalisations.

@@ -81,8 +81,8 @@ pub struct Session {
     to_arrange: VecDeque<Action>,
     /// What the learner asked for last and the body was never told, for it could not be.
     unsaid: bool,
-    /// What the last step was about.
-    perceived: Vec<Observation>,
+    /// What the last step was taken on.
+    input: Frame,
     counters: Counters,
 }
 
@@ -117,7 +117,7 @@ impl Session {
             translation,
             to_arrange: VecDeque::new(),
             unsaid: false,
-            perceived: Vec::new(),
+            input: Frame { body, outcome: None, observations: Vec::new() },
             counters: Counters::default(),
         };
         Ok((session, effects))
@@ -147,17 +147,23 @@ impl Session {
         &self.counters
     }
 
+    /// What the last step was taken on.
+    #[must_use]
+    pub fn input(&self) -> &Frame {
+        &self.input
+    }
+
     /// What the body perceived in the last step, constrained senses included.
     #[must_use]
     pub fn perceived(&self) -> &[Observation] {
-        &self.perceived
+        &self.input.observations
     }
 
     /// What the body perceived in the last step, as it prints.
     #[must_use]
     pub fn world(&self, learner: &Learner) -> Vec<String> {
         let vocabulary = &learner.memory().content().vocabulary;
-        self.perceived.iter().map(|one| notation::observation(vocabulary, one)).collect()
+        self.perceived().iter().map(|one| notation::observation(vocabulary, one)).collect()
     }
 
     /// Serves one frame. A frame that is refused changes nothing but the counters. `words` are heard with
@@ -213,11 +219,10 @@ impl Session {
             })
             .collect();
         let observations = self.translation.observations(&frame.observations, &heard);
-        let frame = Frame { body: self.body, outcome, observations };
-        let mut step = learner.step(&frame);
+        self.input = Frame { body: self.body, outcome, observations };
+        let mut step = learner.step(&self.input);
         // A word met for the first time is part of what the frame changed.
         step.effects.splice(0..0, met);
-        self.perceived = frame.observations;
         let (reply, problem) = match self.reply(&step.output) {
             Ok(reply) => (reply, None),
             Err(problem) => {

@@ -4,198 +4,11 @@
 
 mod common;
 
-use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
-use common::Row;
-use pschema_learner::digest::digest;
-use pschema_learner::memory::Memory;
-use pschema_learner::parameters::Parameters;
+use common::process::{Daemon, Running, directory, place, recovered, served, status};
 use pschema_learner::random::Random;
-use pschema_protocol::body::{Body, Outcome, RunOptions, Senses};
-use pschema_protocol::client::Client;
-use pschema_protocol::description::{Action, Description};
-use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::inspect::{Answer, Request, Status};
-use pschema_server::in_process::InProcess;
-use pschema_server::{Setup, config};
-use pschema_store::{Durability, Origin};
-
-/// What any wait of these tests may take; a machine under load takes its time.
-const PATIENCE: Duration = Duration::from_secs(60);
-const BLOCK: i64 = 5;
-
-/// A [`Row`] that counts what it was told to do: each order is a step that was acknowledged.
-struct Counted(Row, Arc<AtomicU64>);
-
-impl Body for Counted {
-    fn describe(&self) -> Description {
-        self.0.describe()
-    }
-    fn sense(&mut self, frame: &mut Senses) {
-        self.0.sense(frame);
-    }
-    fn act(&mut self, action: &Action) -> Outcome {
-        self.1.fetch_add(1, Ordering::SeqCst);
-        self.0.act(action)
-    }
-    fn arrange(&mut self, command: &Action) -> Outcome {
-        self.0.arrange(command)
-    }
-}
-
-struct Running {
-    acts: Arc<AtomicU64>,
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Running {
-    fn start(place: &Place) -> Self {
-        let (acts, stop) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
-        let options = RunOptions { place: place.clone(), exit_when_daemon_gone: false, stop: stop.clone() };
-        let body = Counted(Row::with_block("row", BLOCK), acts.clone());
-        let run = move || pschema_protocol::body::run(body, &options).map(|_| ()).unwrap();
-        let thread = std::thread::spawn(run);
-        Self { acts, stop, thread: Some(thread) }
-    }
-
-    fn acts(&self) -> u64 {
-        self.acts.load(Ordering::SeqCst)
-    }
-
-    /// Waits until it was told to do so much.
-    fn past(&self, acts: u64) {
-        let start = Instant::now();
-        while self.acts() < acts {
-            assert!(start.elapsed() < PATIENCE, "only {} orders came", self.acts());
-            std::thread::yield_now();
-        }
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::SeqCst);
-        if let Some(thread) = self.thread.take() {
-            thread.join().unwrap();
-        }
-    }
-}
-
-/// A daemon's process; dropped, it is killed.
-struct Daemon(Child);
-
-impl Daemon {
-    fn start(directory: &Path, arguments: &[&str]) -> Self {
-        let child = Command::new(env!("CARGO_BIN_EXE_pschema-server"))
-            .args(arguments)
-            .env("PSCHEMA_RUNTIME_DIR", directory.join("run"))
-            .env_remove("RUST_LOG")
-            .stderr(Stdio::piped())
-            .spawn();
-        Self(child.unwrap())
-    }
-
-    /// Waits until it is ready, and goes on reading what it says.
-    fn ready(&mut self) {
-        let mut log = BufReader::new(self.0.stderr.take().unwrap());
-        let mut said = String::new();
-        while !said.lines().last().unwrap_or_default().contains("ready") {
-            assert!(log.read_line(&mut said).unwrap() > 0, "the daemon ended before it was ready: {said}");
-        }
-        std::thread::spawn(move || log.read_to_string(&mut said).map(drop));
-    }
-
-    fn kill(mut self) {
-        self.0.kill().unwrap();
-        self.0.wait().unwrap();
-    }
-
-    /// What it says when it ends by itself.
-    fn failed(mut self) -> String {
-        let mut said = String::new();
-        self.0.stderr.take().unwrap().read_to_string(&mut said).unwrap();
-        assert_eq!(self.0.wait().unwrap().code(), Some(1), "{said}");
-        said
-    }
-}
-
-impl Drop for Daemon {
-    fn drop(&mut self) {
-        // Fails only for a process that has ended.
-        drop(self.0.kill());
-        drop(self.0.wait());
-    }
-}
-
-fn place(directory: &Path) -> Place {
-    Place::new(RuntimeDir::at(&directory.join("run")).unwrap(), LearnerName::new("one").unwrap())
-}
-
-fn directory() -> tempfile::TempDir {
-    tempfile::Builder::new().prefix("ps").tempdir_in("/tmp").unwrap()
-}
-
-fn setup(seed: u64) -> Setup {
-    let (curriculum, parameters) = config::lesson("free", Parameters::default(), &[]).unwrap();
-    Setup { seed, parameters, curriculum }
-}
-
-/// Memory as the disk has it.
-fn recovered(data: &Path, seed: u64) -> Memory {
-    let Setup { seed, parameters, curriculum } = setup(seed);
-    let origin = Origin { learner: "one", seed, parameters: &parameters, curriculum: &curriculum };
-    pschema_store::open(data, origin, Durability::Strict, || ()).unwrap().0
-}
-
-fn status(place: &Place) -> Status {
-    let mut client = Client::connect(place, PATIENCE).unwrap();
-    match client.ask(&Request::Status).unwrap() {
-        Answer::Status(status) => *status,
-        other => panic!("{other:?}"),
-    }
-}
-
-fn served(directory: &Path, data: &str, seed: u64, more: &[&str]) -> Daemon {
-    let seed = seed.to_string();
-    let arguments = [&["--name", "one", "--seed", &seed, "--data", data], more].concat();
-    Daemon::start(directory, &arguments)
-}
-
-#[test]
-fn killed_at_any_instant_it_remembers_what_an_uninterrupted_run_does() {
-    let mut random = Random::from_seed(2011);
-    for seed in 0..20 {
-        let directory = directory();
-        let data = directory.path().join("data");
-        let mut daemon = served(directory.path(), data.to_str().unwrap(), seed, &[]);
-        daemon.ready();
-        let body = Running::start(&place(directory.path()));
-        body.past(1 + random.below(300) as u64);
-        daemon.kill();
-        let acknowledged = body.acts();
-        drop(body);
-        let memory = recovered(&data, seed);
-        let step = memory.content().step;
-        assert!(step >= acknowledged, "seed {seed}: {step} of {acknowledged} steps");
-        assert!(step <= acknowledged + 1, "seed {seed}: {step} steps, {acknowledged} acted on");
-        let mut uninterrupted = InProcess::new(Row::with_block("row", BLOCK), setup(seed)).unwrap();
-        while uninterrupted.learner().memory().content().step < step {
-            uninterrupted.advance().unwrap();
-        }
-        assert_eq!(
-            digest(memory.content()),
-            digest(uninterrupted.learner().memory().content()),
-            "seed {seed}, step {step}"
-        );
-    }
-}
+use rustix::process::{Resource, Rlimit, Signal, kill_process, prlimit};
 
 #[test]
 fn one_memory_outlives_many_daemons_and_says_so() {
@@ -244,4 +57,148 @@ fn what_stands_in_the_way_of_keeping_memory_is_told() {
     std::fs::write(&journal, "").unwrap();
     let unreadable = served(directory.path(), data, 1, &[]).failed();
     assert!(unreadable.contains("cannot read") && unreadable.contains("data/journal"), "{unreadable}");
+}
+
+/// A weeks-old memory must be able to enter another curriculum, and must not do so by mistake.
+#[test]
+fn it_goes_on_as_it_is_unless_it_is_told_to_change() {
+    let directory = directory();
+    let place = place(directory.path());
+    let data = directory.path().join("data");
+    let started = |more: &[&str]| {
+        let arguments = [&["--name", "one", "--data", data.to_str().unwrap()], more].concat();
+        Daemon::start(directory.path(), &arguments)
+    };
+    let asked = ["--seed", "7", "--curriculum", "exp1-s1"];
+    let lived = |mut daemon: Daemon, curriculum: &str| {
+        daemon.ready();
+        let now = status(&place);
+        assert_eq!(now.curriculum, curriculum);
+        daemon.kill();
+        now
+    };
+    let born = lived(started(&asked), "exp1-s1");
+    // Said again, or not said: the same.
+    for more in [&asked[..], &[], &["--seed", "7"], &["--curriculum", "exp1-s1"], &["--change"]] {
+        assert_eq!(lived(started(more), "exp1-s1").memory_digest, born.memory_digest, "{more:?}");
+    }
+    let refused = started(&["--curriculum", "free", "--set", "learner.attention=false"]).failed();
+    for part in [
+        "curriculum.name: \"exp1-s1\" there, \"free\" given",
+        "parameters.attention: true there, false given",
+        "Add --change to go on under what is given",
+    ] {
+        assert!(refused.contains(part), "{refused}");
+    }
+    let mut changed = started(&["--curriculum", "free", "--set", "learner.attention=false", "--change"]);
+    changed.ready();
+    let body = Running::start(&place);
+    body.past(50);
+    changed.kill();
+    let acknowledged = body.acts();
+    drop(body);
+    // The change is kept, through the journal and through a snapshot.
+    for _ in 0..2 {
+        let mut daemon = started(&[]);
+        daemon.ready();
+        let now = status(&place);
+        assert_eq!((now.curriculum.as_str(), now.stage.as_str()), ("free", "free"));
+        assert!(now.step >= acknowledged, "{now:?}");
+        kill_process(daemon.pid(), Signal::TERM).unwrap();
+        assert_eq!(daemon.ended().0, Some(0));
+    }
+    let seed = started(&["--seed", "8", "--change"]).failed();
+    assert!(seed.contains("begun with seed = 7, and 8 was given"), "{seed}");
+}
+
+/// As on a full disk: the kernel takes no more bytes.
+#[test]
+fn when_no_more_can_be_written_nothing_is_done_any_more() {
+    let directory = directory();
+    let data = directory.path().join("data");
+    let mut daemon = served(directory.path(), data.to_str().unwrap(), 5, &[]);
+    daemon.ready();
+    let body = Running::start(&place(directory.path()));
+    body.past(10);
+    // The journal is made longer a megabyte at a time.
+    let most = Some(1_100_000);
+    prlimit(Some(daemon.pid()), Resource::Fsize, Rlimit { current: most, maximum: most }).unwrap();
+    let said = daemon.failed();
+    assert!(said.contains("memory could not be written, so the daemon ends"), "{said}");
+    assert!(
+        said.contains("cannot write") && said.contains("data/journal") && said.contains("os error 27"),
+        "{said}"
+    );
+    let acknowledged = body.acts();
+    drop(body);
+    let step = recovered(&data, 5).content().step;
+    assert!(step == acknowledged || step == acknowledged + 1, "{step} steps, {acknowledged} acted on");
+    // With room again it goes on.
+    let mut daemon = served(directory.path(), data.to_str().unwrap(), 5, &[]);
+    daemon.ready();
+    let body = Running::start(&place(directory.path()));
+    body.past(10);
+    assert!(status(&place(directory.path())).durable_step >= Some(step + 10));
+}
+
+#[test]
+fn a_directory_taken_away_under_it_ends_it() {
+    let directory = directory();
+    let data = directory.path().join("data");
+    let mut daemon = served(directory.path(), data.to_str().unwrap(), 5, &[]);
+    daemon.ready();
+    let body = Running::start(&place(directory.path()));
+    body.past(10);
+    std::fs::remove_dir_all(&data).unwrap();
+    let said = daemon.failed();
+    assert!(said.contains("data/journal: the file was removed while it was being written"), "{said}");
+}
+
+#[test]
+fn a_place_that_takes_no_files_is_told_of() {
+    let directory = directory();
+    let said = served(directory.path(), "/proc/pschema", 5, &[]).failed();
+    assert!(said.contains("cannot create /proc/pschema"), "{said}");
+    // A directory that lets nobody write, to anybody but root.
+    let data = directory.path().join("data");
+    std::fs::create_dir(&data).unwrap();
+    let closed = |mode| {
+        let permissions = std::os::unix::fs::PermissionsExt::from_mode(mode);
+        std::fs::set_permissions(&data, permissions).unwrap();
+    };
+    closed(0o500);
+    let mut daemon = served(directory.path(), data.to_str().unwrap(), 5, &[]);
+    if rustix::process::geteuid().is_root() {
+        println!("root may write anywhere, so the daemon must begin");
+        daemon.ready();
+    } else {
+        let said = daemon.failed();
+        assert!(said.contains("cannot open") && said.contains("data/LOCK"), "{said}");
+    }
+    closed(0o700);
+}
+
+/// The end is asked for while steps are taken as fast as they can be.
+#[test]
+fn an_end_in_the_middle_of_it_all_keeps_everything() {
+    let directory = directory();
+    let place = place(directory.path());
+    let data = directory.path().join("data");
+    let mut step = 0;
+    for life in 0..4 {
+        let mut daemon = served(directory.path(), data.to_str().unwrap(), 5, &["--snapshot-every", "20KiB"]);
+        daemon.ready();
+        let now = status(&place);
+        assert_eq!(now.step, step, "life {life}");
+        // A clean end leaves a snapshot and nothing after it.
+        assert_eq!(now.storage.unwrap().snapshot_step, (life > 0).then_some(step), "life {life}");
+        let body = Running::start(&place);
+        body.past(400);
+        kill_process(daemon.pid(), Signal::TERM).unwrap();
+        let (code, said) = daemon.ended();
+        assert!(code == Some(0) && said.contains("ended"), "{said}");
+        drop(body);
+        step = recovered(&data, 5).content().step;
+        assert!(step >= 400 * (life + 1), "life {life}: {step}");
+    }
 }

@@ -15,7 +15,7 @@ use super::stage::{WrittenStage, checked_stage};
 use super::{ConfigError, Mistake, Source, read};
 
 /// The curricula that come with the daemon: names and texts.
-pub const BUILT_IN: [(&str, &str); 11] = [
+pub const BUILT_IN: [(&str, &str); 12] = [
     ("free", include_str!("../../curricula/free.toml")),
     ("exp1-s1", include_str!("../../curricula/exp1-s1.toml")),
     ("exp1-s1-narrow", include_str!("../../curricula/exp1-s1-narrow.toml")),
@@ -23,6 +23,7 @@ pub const BUILT_IN: [(&str, &str); 11] = [
     ("exp1-s3", include_str!("../../curricula/exp1-s3.toml")),
     ("exp2", include_str!("../../curricula/exp2.toml")),
     ("exp2-noise", include_str!("../../curricula/exp2-noise.toml")),
+    ("exp4-transfer", include_str!("../../curricula/exp4-transfer.toml")),
     ("habituation", include_str!("../../curricula/habituation.toml")),
     ("ablations", include_str!("../../curricula/ablations.toml")),
     ("ablations-timed", include_str!("../../curricula/ablations-timed.toml")),

@@ -23,6 +23,10 @@ pub struct Experiment {
     pub title: String,
     /// The body's world: a built-in name or a file.
     pub world: String,
+    /// The body.
+    pub body: BodyKind,
+    /// What was learnt before: the run goes on from the memory of that one.
+    pub after: Option<Earlier>,
     /// How long a run takes, about, on two cores. Decides the order in which several are run.
     pub seconds: u32,
     /// What is put before the robot, for people: `blue block`.
@@ -51,6 +55,37 @@ pub struct Experiment {
     pub sweep: Option<Sweep>,
     /// Its stages, in order.
     pub stages: Vec<String>,
+}
+
+/// Which body a run is carried out with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum BodyKind {
+    /// The simulated arm.
+    #[default]
+    Sim,
+    /// The Adept arm, on an emulator of its controller.
+    Adept,
+}
+
+impl BodyKind {
+    /// Its name, as it is written.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sim => "sim",
+            Self::Adept => "adept",
+        }
+    }
+}
+
+/// A run whose memory another goes on from, in the same world.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Earlier {
+    /// Its curriculum: a built-in name or a file.
+    pub curriculum: String,
+    /// Its body.
+    pub body: BodyKind,
 }
 
 /// What the paper reports of a run.
@@ -208,6 +243,10 @@ pub fn experiment(name: &str) -> Result<Experiment, ConfigError> {
         return Err(ConfigError::NoExperiment { name: name.to_owned() });
     };
     let experiment = checked(name, &file, written, &beside).map_err(|mistake| source.wrong(mistake))?;
+    if let (Some(earlier), Some(written)) = (&experiment.after, &written.get_ref().after) {
+        lesson(&earlier.curriculum, Parameters::default(), &[])
+            .map_err(|error| source.wrong(Mistake::new(written.span(), error.to_string())))?;
+    }
     for (variant, written) in experiment.variants.iter().zip(&written.get_ref().variant) {
         let curriculum = variant.curriculum.as_deref().unwrap_or(name);
         lesson(curriculum, Parameters::default(), &variant.settings)

@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 
 pub use curriculum::{BUILT_IN, curriculum, lesson};
 pub use experiment::{
-    Experiment, FieldMap, Measure, Of, Peak, Published, Sweep, Variant, experiment, experiments,
+    BodyKind, Earlier, Experiment, FieldMap, Measure, Of, Peak, Published, Sweep, Variant, experiment,
+    experiments,
 };
 pub use learner::parameters;
 

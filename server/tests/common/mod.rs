@@ -1,6 +1,8 @@
 //! A body small enough to reason about: a finger over a row of fields, and a block that can be put into one.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
+pub(crate) mod process;
+
 use pschema_learner::curriculum::{
     Afterwards, Argument, Curriculum, Habituation, Lift, Pool, Saturation, SceneCommand, Stage, Until,
 };

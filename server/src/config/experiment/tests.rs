@@ -57,6 +57,20 @@ fn a_world_file_is_looked_for_beside_the_curriculum() {
 }
 
 #[test]
+fn a_run_may_have_another_body_and_go_on_from_what_was_learnt_before() {
+    let plain = written(TABLE).unwrap();
+    assert_eq!((plain.body, plain.after), (BodyKind::Sim, None));
+    let after = "body = \"adept\"\nafter = { curriculum = \"exp1-s1-narrow\" }\n";
+    let experiment = written(&format!("{TABLE}{after}")).unwrap();
+    let earlier = Earlier { curriculum: "exp1-s1-narrow".to_owned(), body: BodyKind::Sim };
+    assert_eq!((experiment.body, experiment.after), (BodyKind::Adept, Some(earlier)));
+    let unknown = written(&format!("{TABLE}{}", after.replace("exp1-s1-narrow", "exp0"))).unwrap_err();
+    assert!(unknown.contains("exp0") && unknown.contains("mine.toml:15:9"), "{unknown}");
+    let unknown = written(&format!("{TABLE}{}", after.replace("adept", "octopus"))).unwrap_err();
+    assert!(unknown.contains("octopus") && unknown.contains("sim"), "{unknown}");
+}
+
+#[test]
 fn mistakes_are_located() {
     let cases = [
         ("", "mine.toml is a curriculum and no experiment", "[experiment]"),

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::super::Mistake;
-use super::{Experiment, FieldMap, Measure, Of, Peak, Published, Sweep, Variant};
+use super::{BodyKind, Earlier, Experiment, FieldMap, Measure, Of, Peak, Published, Sweep, Variant};
 
 const VARIANTS_MAX: usize = 64;
 const MEASURES_MAX: usize = 64;
@@ -34,6 +34,9 @@ struct WrittenStage {
 pub(super) struct WrittenExperiment {
     title: String,
     world: String,
+    #[serde(default)]
+    body: BodyKind,
+    pub(super) after: Option<Spanned<WrittenEarlier>>,
     #[serde(default = "a_minute")]
     seconds: u32,
     #[serde(default = "an_object")]
@@ -54,6 +57,15 @@ pub(super) struct WrittenExperiment {
     pub(super) variant: Vec<Spanned<WrittenVariant>>,
     #[serde(default)]
     sweep: BTreeMap<Spanned<String>, Spanned<Vec<f64>>>,
+}
+
+/// `{ curriculum = "exp1-s1-narrow", body = "sim" }`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct WrittenEarlier {
+    curriculum: String,
+    #[serde(default)]
+    body: BodyKind,
 }
 
 fn a_minute() -> u32 {
@@ -154,6 +166,11 @@ pub(super) fn checked(
         curriculum: source.to_owned(),
         title: written.title.clone(),
         world: beside(&written.world),
+        body: written.body,
+        after: written.after.as_ref().map(|earlier| Earlier {
+            curriculum: beside(&earlier.get_ref().curriculum),
+            body: earlier.get_ref().body,
+        }),
         seconds: written.seconds,
         object: written.object.clone(),
         published: written.published.clone(),
