@@ -82,8 +82,10 @@ impl Arm {
         self.posture_above(manifold, point, 0.0)
     }
 
-    /// The posture whose tip is straight above a point of the manifold, by `lift_m`.
-    fn posture_above(&self, manifold: &Manifold, point: OnManifold, lift_m: f64) -> Option<Posture> {
+    /// The posture whose tip is straight above a point of the manifold, or of its rim carried on beyond its end, by
+    /// `lift_m`; None when the links do not reach.
+    #[must_use]
+    pub fn posture_above(&self, manifold: &Manifold, point: OnManifold, lift_m: f64) -> Option<Posture> {
         let (tip_out, tip_up) = manifold.profile(point.arc_m);
         let tip_up = tip_up + lift_m;
         let wrist = (tip_out + self.wrist_from_tip_m.0, tip_up + self.wrist_from_tip_m.1);
@@ -124,6 +126,31 @@ impl Arm {
                 wrapped(finger_rad - forearm_rad),
             ],
         })
+    }
+
+    /// The posture that joint angles (yaw, shoulder, elbow, wrist, in radians) are: whatever they are, on the manifold
+    /// or off it, above the table or below it. The other way round than [`Self::posture`].
+    #[must_use]
+    pub fn posture_of(&self, angles_rad: [f64; 4]) -> Posture {
+        let [yaw_rad, shoulder_rad, elbow_rad, wrist_rad] = angles_rad;
+        let (sine, cosine) = libm::sincos(yaw_rad);
+        let in_world = |(out_m, up_m): (f64, f64)| Point3::new(out_m * sine, out_m * cosine, up_m);
+        let further = |(out_m, up_m): (f64, f64), angle_rad: f64, length_m: f64| {
+            let (sine, cosine) = libm::sincos(angle_rad);
+            (out_m + length_m * cosine, up_m + length_m * sine)
+        };
+        let shoulder = (0.0, self.shoulder_height_m);
+        let elbow = further(shoulder, shoulder_rad, self.upper_arm_m);
+        let wrist = further(elbow, shoulder_rad + elbow_rad, self.forearm_m);
+        let (back_m, up_m) = self.wrist_from_tip_m;
+        let finger_rad = shoulder_rad + elbow_rad + wrist_rad;
+        let tip = further(wrist, finger_rad, (back_m * back_m + up_m * up_m).sqrt());
+        // Leaning as the manifold has it, the finger is turned about the vertical alone.
+        let lean_rad = finger_rad - libm::atan2(-up_m, -back_m);
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -yaw_rad)
+            * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), lean_rad);
+        let [shoulder_m, elbow_m, wrist_m, tip_m] = [shoulder, elbow, wrist, tip].map(in_world);
+        Posture { shoulder_m, elbow_m, wrist_m, tip_m, finger_turn: turn, angles_rad }
     }
 
     /// The posture at a waypoint; None where there is none.
@@ -243,6 +270,25 @@ mod tests {
                 assert!((posture.tip_m + finger - posture.wrist_m).norm() < 1e-9);
                 assert!(posture.elbow_m.z > 0.1, "elbow at {} m", posture.elbow_m.z);
             }
+        }
+    }
+
+    #[test]
+    fn joint_angles_are_the_posture_that_they_were_worked_out_for() {
+        let (arm, manifold) = arm_and_manifold();
+        for (j1, j2) in [(0.5, 0.0), (0.1, 0.4), (0.9, 0.2), (0.4, 0.9)] {
+            let at = Waypoint { joints: JointPositions { j1, j2 }, lift_m: 0.03 };
+            let Some(posture) = arm.posture_by(&manifold, at) else { panic!("{at:?} is within reach") };
+            let again = arm.posture_of(posture.angles_rad);
+            for (point, other) in [
+                (posture.shoulder_m, again.shoulder_m),
+                (posture.elbow_m, again.elbow_m),
+                (posture.wrist_m, again.wrist_m),
+                (posture.tip_m, again.tip_m),
+            ] {
+                assert!((point - other).norm() < 1e-9, "{posture:?} is not {again:?}");
+            }
+            assert!(posture.finger_turn.angle_to(&again.finger_turn) < 1e-9);
         }
     }
 

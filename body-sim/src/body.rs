@@ -9,11 +9,11 @@ use pschema_vision::image::RgbImage;
 use crate::arm::Posture;
 use crate::camera::Renderer;
 use crate::config::{Object, WorldError, WorldFile};
-use crate::declare::{self, action, observation, scene};
-use crate::eye::{Eye, Seen};
+use crate::declare::{self, Sensed, action, scene};
+use crate::eye::{self, Eye, Seen};
 use crate::manifold::JointPositions;
 use crate::noise::Faults;
-use crate::objects::{Hand, Refusal};
+use crate::objects::Hand;
 use crate::pace::Pace;
 use crate::route::{Heading, OUTWARDS, Waypoint};
 use crate::scene::{fixed, solids, table_top};
@@ -21,7 +21,10 @@ use crate::touch;
 use crate::workspace::Workspace;
 use crate::world::{World, WorldSetup};
 
+mod driven;
 mod moves;
+
+pub use driven::Felt;
 
 /// An arm, a table, blocks and a camera.
 pub struct SimBody {
@@ -59,7 +62,7 @@ impl SimBody {
         let inconsistent =
             |problem: String| WorldError::Inconsistent { name: world_name.to_owned(), problem };
         let workspace = Workspace::new(world_name, file)?;
-        let eye = Eye::new(&workspace.file).map_err(|e| inconsistent(e.to_string()))?;
+        let eye = eye::for_world(&workspace.file).map_err(|e| inconsistent(e.to_string()))?;
         for (index, colour) in workspace.file.colours.iter().enumerate() {
             if eye.colour_of(colour.paint_rgb) != Some(index) {
                 let name = &colour.name;
@@ -148,31 +151,13 @@ impl SimBody {
         }
     }
 
+    /// Puts an object down, the arm parked first.
     fn place(&mut self, object: usize, position: usize) -> Outcome {
-        let Some(place) = self.workspace.places.get(position).copied() else { return Outcome::Refused };
-        if object >= self.world.block_count() {
+        if position >= self.workspace.places.len() || object >= self.world.block_count() {
             return Outcome::Refused;
         }
         self.park();
-        match self.hand.place(&mut self.world, &self.workspace, object, &place) {
-            Ok(()) => {
-                self.settle();
-                Outcome::Done
-            }
-            Err(Refusal::Occupied { by }) => {
-                let by = self.workspace.file.objects.get(by).map_or("?", |other| other.name.as_str());
-                tracing::warn!(position, by, "refused: another object is in the way; remove it first");
-                Outcome::Refused
-            }
-        }
-    }
-
-    fn remove(&mut self, object: usize) -> Outcome {
-        if object >= self.world.block_count() {
-            return Outcome::Refused;
-        }
-        self.world.remove_block(object);
-        Outcome::Done
+        self.put(object, position)
     }
 }
 
@@ -189,28 +174,19 @@ impl Body for SimBody {
             workspace.fields.field_at(u, v).filter(|_| !faults.misses_blob())
         };
         let finger = seen.finger.as_ref().and_then(&mut noticed);
-        let mut objects: Vec<[Value; 2]> = Vec::new();
+        let mut sensed = Sensed::default();
         for (colour, blob) in &seen.objects {
             let symbol = declare::colour_symbol(&workspace.file, *colour);
             let (Some(symbol), Some(field)) = (symbol, noticed(blob)) else { continue };
-            let observed = [Value::Symbol(symbol), Value::Integer(field as i64)];
-            // Two things of one colour in one field are one observation.
-            if !objects.contains(&observed) {
-                objects.push(observed);
-            }
+            sensed.objects.push((symbol, field));
         }
-        if let Some(field) = finger {
-            let field = faults.finger_field(&workspace.fields, field);
-            frame.observe(observation::FINGER, &[Value::Symbol(0), Value::Integer(field as i64)]);
-        }
-        objects.iter().for_each(|observed| frame.observe(observation::OBJECT, observed));
+        sensed.finger = finger.map(|field| faults.finger_field(&workspace.fields, field));
         let gaps = self.world.gaps();
-        if self.faults.touch(touch::touching(&gaps)) {
-            frame.observe(observation::TOUCH, &[]);
-            for side in touch::sides(&gaps, &self.posture.finger_turn) {
-                frame.observe(observation::CONTACT, &[Value::Symbol(side as u32)]);
-            }
+        sensed.touching = self.faults.touch(touch::touching(&gaps));
+        if sensed.touching {
+            sensed.sides = touch::sides(&gaps, &self.posture.finger_turn);
         }
+        sensed.report(frame);
     }
 
     fn act(&mut self, action: &Action) -> Outcome {
@@ -237,7 +213,7 @@ impl Body for SimBody {
         match (command.action, command.parameters.as_slice()) {
             (scene::PLACE, &[Value::Symbol(object), Value::Integer(position)]) => usize::try_from(position)
                 .map_or(Outcome::Refused, |position| self.place(object as usize, position)),
-            (scene::REMOVE, &[Value::Symbol(object)]) => self.remove(object as usize),
+            (scene::REMOVE, &[Value::Symbol(object)]) => self.take_away(object as usize),
             (scene::PARK, []) => {
                 self.park();
                 Outcome::Done

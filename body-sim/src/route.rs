@@ -4,10 +4,35 @@
 //! Arms that are programmed in V+ do so with `DEPART` and `APPRO`. A finger that slid all the way would sweep
 //! the table clear: what it meets would stop it short and be pushed on, move after move.
 
-use crate::manifold::{JointPositions, Manifold, OnManifold};
+use crate::manifold::{JointPositions, Manifold};
 
 /// How far the finger draws back from what it may be touching while it is lifted, in metres.
 const WITHDRAWAL_M: f64 = 0.010;
+
+/// The square that the joint positions span, in metres across and outwards from the base's axis: of the simulated
+/// arm's manifold, or as taught to a real arm.
+pub trait Square {
+    /// Where joint positions are on it.
+    fn square_m(&self, joints: JointPositions) -> (f64, f64);
+    /// The joint positions at a place on it.
+    fn joints_on_square(&self, place_m: (f64, f64)) -> JointPositions;
+    /// How far the rest posture is from the base's axis.
+    fn rest_m(&self) -> f64;
+}
+
+impl Square for Manifold {
+    fn square_m(&self, joints: JointPositions) -> (f64, f64) {
+        self.square_m(joints)
+    }
+
+    fn joints_on_square(&self, place_m: (f64, f64)) -> JointPositions {
+        self.joints_on_square(place_m)
+    }
+
+    fn rest_m(&self) -> f64 {
+        self.rest_m
+    }
+}
 
 /// A point that the finger passes: on the manifold, or straight above it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +64,7 @@ pub struct RouteSetup {
 #[must_use]
 pub fn route(
     setup: RouteSetup,
-    manifold: &Manifold,
+    square: &impl Square,
     from: Waypoint,
     heading: Heading,
     to: JointPositions,
@@ -48,8 +73,8 @@ pub fn route(
     if setup.lift_m <= 0.0 {
         return vec![goal];
     }
-    let set_down = set_down(setup, manifold, to);
-    let mut points = carried(setup, manifold, from, heading, set_down);
+    let set_down = set_down(setup, square, to);
+    let mut points = carried(setup, square, from, heading, set_down);
     points.extend([Waypoint { joints: set_down, lift_m: 0.0 }, goal]);
     points
 }
@@ -58,34 +83,35 @@ pub fn route(
 #[must_use]
 pub fn carried(
     setup: RouteSetup,
-    manifold: &Manifold,
+    square: &impl Square,
     from: Waypoint,
     heading: Heading,
     to: JointPositions,
 ) -> Vec<Waypoint> {
     let lift_m = setup.lift_m.max(from.lift_m);
-    let departed = shifted(manifold, from.joints, heading, -WITHDRAWAL_M);
+    let departed = shifted(square, from.joints, heading, -WITHDRAWAL_M);
     vec![Waypoint { joints: departed, lift_m }, Waypoint { joints: to, lift_m }]
 }
 
 /// Where the finger is set down for a goal: before it, seen from the base, but not behind the rest posture.
-fn set_down(setup: RouteSetup, manifold: &Manifold, to: JointPositions) -> JointPositions {
-    let (across_m, outwards_m) = manifold.square_m(to);
+fn set_down(setup: RouteSetup, square: &impl Square, to: JointPositions) -> JointPositions {
+    let (across_m, outwards_m) = square.square_m(to);
     let arc_m = (across_m * across_m + outwards_m * outwards_m).sqrt();
-    let before_m = setup.approach_m.min(arc_m - manifold.rest_m).max(0.0);
-    manifold.joints(OnManifold { bearing_rad: libm::atan2(across_m, outwards_m), arc_m: arc_m - before_m })
+    let before_m = setup.approach_m.min(arc_m - square.rest_m()).max(0.0);
+    let (sine, cosine) = libm::sincos(libm::atan2(across_m, outwards_m));
+    square.joints_on_square(((arc_m - before_m) * sine, (arc_m - before_m) * cosine))
 }
 
 /// Joint positions some way along a heading.
-fn shifted(manifold: &Manifold, joints: JointPositions, heading: Heading, way_m: f64) -> JointPositions {
-    let (across_m, outwards_m) = manifold.square_m(joints);
-    manifold.joints_on_square((across_m + heading.0 * way_m, outwards_m + heading.1 * way_m))
+fn shifted(square: &impl Square, joints: JointPositions, heading: Heading, way_m: f64) -> JointPositions {
+    let (across_m, outwards_m) = square.square_m(joints);
+    square.joints_on_square((across_m + heading.0 * way_m, outwards_m + heading.1 * way_m))
 }
 
 /// The heading from one posture to another; None when they are the same.
 #[must_use]
-pub fn heading(manifold: &Manifold, from: JointPositions, to: JointPositions) -> Option<Heading> {
-    let (from, to) = (manifold.square_m(from), manifold.square_m(to));
+pub fn heading(square: &impl Square, from: JointPositions, to: JointPositions) -> Option<Heading> {
+    let (from, to) = (square.square_m(from), square.square_m(to));
     let (across_m, outwards_m) = (to.0 - from.0, to.1 - from.1);
     let way_m = (across_m * across_m + outwards_m * outwards_m).sqrt();
     (way_m > 1e-6).then(|| (across_m / way_m, outwards_m / way_m))

@@ -23,7 +23,7 @@ const WALL: u16 = 2;
 const TASTE: u16 = 3;
 
 #[derive(Default)]
-struct GridWorld {
+pub(crate) struct GridWorld {
     x: i64,
     y: i64,
     meals: usize,
@@ -102,6 +102,6 @@ fn is_inside(x: i64, y: i64) -> bool {
     (0..SIDE).contains(&x) && (0..SIDE).contains(&y)
 }
 
-fn main() -> ExitCode {
+pub(crate) fn main() -> ExitCode {
     run_from_args(GridWorld::default())
 }

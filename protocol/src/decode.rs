@@ -8,17 +8,26 @@ use crate::limits::{LEARNER_NAME_BYTES_MAX, OBSERVATIONS_MAX, PRIMITIVES_MAX, WA
 use crate::message::{CheckedFrame, CheckedHello, RawFrame, RawHello, Reply, Report};
 use crate::refusal::Refusal;
 use crate::wire::{
-    MAGIC, Name, Record, Text, VERSION, Welcome, WireActionType, WireObservationType, WireProperty,
-    WireReply, flags, kind, outcome, purpose, reply,
+    MAGIC, Name, Record, TOOLS_VERSION, Text, VERSION, Welcome, WireActionType, WireObservationType,
+    WireProperty, WireReply, flags, kind, outcome, purpose, reply,
 };
 
 /// Checks that a message is of this protocol and this version.
 pub(crate) fn preamble(magic: u32, version: u32) -> Result<(), Refusal> {
+    of_version(magic, version, VERSION)
+}
+
+/// Checks that a page is of this protocol and this version of what tools say.
+pub(crate) fn tool_preamble(magic: u32, version: u32) -> Result<(), Refusal> {
+    of_version(magic, version, TOOLS_VERSION)
+}
+
+fn of_version(magic: u32, theirs: u32, ours: u32) -> Result<(), Refusal> {
     if magic != MAGIC {
         return Err(Refusal::Magic { found: magic });
     }
-    if version != VERSION {
-        return Err(Refusal::Version { theirs: version, ours: VERSION });
+    if theirs != ours {
+        return Err(Refusal::Version { theirs, ours });
     }
     Ok(())
 }

@@ -176,6 +176,12 @@ pub enum Refusal {
         /// What is wrong with it.
         problem: String,
     },
+    /// A tool's request is none that this release knows.
+    #[error("the question can't be read ({problem}): use tools and daemon of one release")]
+    Request {
+        /// What is wrong with it.
+        problem: String,
+    },
     /// The daemon cannot take what was asked now. Its reason is its own.
     #[error("{reason}")]
     Unwilling {
@@ -210,7 +216,38 @@ impl Refusal {
             Self::WaitTooLong { .. } => 19,
             Self::Page { .. } => 20,
             Self::Unwilling { .. } => codes::UNWILLING,
+            Self::Request { .. } => 22,
         }
+    }
+}
+
+/// What the refusal of number `code` is about, in a word or two: what refusals are counted by.
+#[must_use]
+pub fn reason(code: u32) -> &'static str {
+    match code {
+        1 => "magic",
+        2 => "version",
+        codes::SESSION => "session",
+        codes::SEQUENCE => "sequence",
+        5 => "purpose",
+        6 => "unknown outcome",
+        7 => "outcome of another order",
+        8 => "observation count",
+        9 => "unknown index",
+        10 => "value count",
+        11 => "value kind",
+        12 => "value range",
+        13 => "too many",
+        14 => "name",
+        15 => "duplicate name",
+        16 => "declaration",
+        17 => "primitive count",
+        18 => "unknown reply",
+        19 => "wait",
+        20 => "page",
+        codes::UNWILLING => "unwilling",
+        22 => "request",
+        _ => "unknown",
     }
 }
 

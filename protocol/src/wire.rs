@@ -13,6 +13,10 @@ use crate::limits::{
 pub const MAGIC: u32 = u32::from_le_bytes(*b"PSCH");
 /// Version of the protocol spoken by this build.
 pub const VERSION: u32 = 1;
+/// Version of what tools and daemon say to each other in pages: the types of [`crate::inspect`]. It is raised whenever
+/// one of them changes, for their bytes do not describe themselves; bodies are not concerned.
+/// `protocol/tests/tools_version.rs` sees to that.
+pub const TOOLS_VERSION: u32 = 1;
 
 /// Bits of [`WireObservationType::flags`].
 pub mod flags {
@@ -288,7 +292,7 @@ pub struct WireReply {
 pub struct Page {
     /// [`MAGIC`].
     pub magic: u32,
-    /// [`VERSION`] of the sender.
+    /// [`TOOLS_VERSION`] of the sender.
     pub version: u32,
     /// Number the tool gave its request; every page of the answer repeats it.
     pub request: u64,

@@ -4,10 +4,12 @@
 //! apart by their colour, a visual space divided into small circular fields. A simulated and a real camera
 //! see with the same code: everything here starts from plain RGB pixels.
 //!
-//! [`image::RgbImage`] -> [`classify::Classifier`] -> [`blobs::BlobFinder`] -> [`fields::VisualFields`]
+//! [`image::RgbImage`] -> [`classify::Classifier`] -> [`blobs::BlobFinder`] ([`eye::Eye`]: the finger
+//! and the objects) -> [`fields::VisualFields`]
 
 pub mod blobs;
 pub mod camera;
 pub mod classify;
+pub mod eye;
 pub mod fields;
 pub mod image;

@@ -23,8 +23,6 @@ const PRESS_M_MAX: f64 = 0.006;
 const PRESS_STEPS: u32 = 6;
 /// Longest wait for blocks to come to rest, in steps.
 const SETTLE_STEPS_MAX: u32 = 240;
-/// Farther than this from every block, and none moving, the finger can meet nothing in one step.
-const MEETING_M: f64 = 0.08;
 
 /// How a motion ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -172,15 +170,8 @@ impl SimBody {
         let Some(posture) = self.workspace.arm.posture_by(&self.workspace.manifold, to) else {
             return false;
         };
-        let finger = finger_pose(&posture);
-        if self.world.nearest_block_m(&posture.tip_m) > MEETING_M && self.world.is_still() {
-            self.world.carry_finger(&finger);
-        } else {
-            self.step_world(&finger);
-        }
         self.at = to;
-        self.posture = posture;
-        self.passed_a_step();
+        self.drive(&posture);
         true
     }
 
@@ -212,14 +203,14 @@ impl SimBody {
         self.feel();
     }
 
-    fn step_world(&mut self, finger: &Isometry3<f64>) {
+    pub(super) fn step_world(&mut self, finger: &Isometry3<f64>) {
         for lost in self.world.step(finger) {
             let name = self.workspace.file.objects.get(lost).map_or("?", |object| object.name.as_str());
             tracing::warn!(object = name, "fell off the table and is lost; place it again to go on with it");
         }
     }
 
-    fn passed_a_step(&mut self) {
+    pub(super) fn passed_a_step(&mut self) {
         self.steps += 1;
         if let Some(pace) = &mut self.pace {
             pace.step();

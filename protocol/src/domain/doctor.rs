@@ -1,9 +1,9 @@
 //! What a `doctor` wants to know of the machine and of what daemons left behind.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::os::unix::fs::MetadataExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::record::is_prefix;
 use super::{DomainError, LearnerName, Place, RuntimeDir, SHARED_MEMORY_NEEDED, sweep};
@@ -21,6 +21,17 @@ pub struct Stale {
     pub bytes: u64,
 }
 
+/// Something that another user could use, or has put there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Exposed {
+    /// The file or directory.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub problem: String,
+    /// What to do.
+    pub mend: String,
+}
+
 /// The state of the machine, for a daemon.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Facts {
@@ -33,6 +44,8 @@ pub struct Facts {
     /// What dead daemons left. Starting the learner's daemon removes its own; files without a learner can
     /// be removed by hand from `/dev/shm`.
     pub stale: Vec<Stale>,
+    /// What is not closed to other users as it should be.
+    pub exposed: Vec<Exposed>,
     /// Version of iceoryx2 that this build, and so everything on its domains, uses.
     pub transport: &'static str,
     /// Version of the protocol that this build speaks.
@@ -47,29 +60,84 @@ pub fn examine(runtime: &RuntimeDir) -> Result<Facts, DomainError> {
     let mut served = Vec::new();
     let mut stale = Vec::new();
     let mut known = BTreeSet::new();
+    let all = by_prefix()?;
+    let mut exposed: Vec<_> = open_shared_memory(Path::new(sweep::SHARED_MEMORY)).into_iter().collect();
     for learner in learners(runtime)? {
         let place = Place::new(runtime.clone(), learner.clone());
         let record = super::DomainRecord::read(&place.record_path());
+        let own = [place.directory(), place.lock_path(), place.record_path()];
+        exposed.extend(own.iter().filter_map(|path| not_private(path)));
+        if let Ok(record) = &record {
+            exposed.extend(in_shared_memory(&record.prefix)?);
+        }
         if let Ok(record) = &record {
             known.insert(record.prefix.clone());
         }
         if place.is_served() {
             served.push(learner);
         } else if let Ok(record) = record {
-            stale.push(left(Some(learner.to_string()), &record.prefix)?);
+            stale.push(left(Some(learner.to_string()), &record.prefix, &all));
         }
     }
-    for prefix in unknown_prefixes(&known)? {
-        stale.push(left(None, &prefix)?);
-    }
+    let unknown = all.keys().filter(|prefix| !known.contains(*prefix));
+    stale.extend(unknown.map(|prefix| left(None, prefix, &all)));
     Ok(Facts {
         shared_memory_available: sweep::shared_memory_available()?,
         shared_memory_needed: SHARED_MEMORY_NEEDED,
         served,
         stale,
+        exposed,
         transport: crate::transport::VERSION,
         protocol: crate::wire::VERSION,
     })
+}
+
+/// Shared memory in which anybody may remove what is not theirs.
+fn open_shared_memory(directory: &Path) -> Option<Exposed> {
+    let found = fs::metadata(directory).ok()?;
+    let open = found.mode() & 0o022 != 0 && found.mode() & 0o1000 == 0;
+    open.then(|| Exposed {
+        path: directory.to_owned(),
+        problem: format!("others can remove what is yours there (mode {:o})", found.mode() & 0o7777),
+        mend: format!("run `sudo chmod 1777 {}`", directory.display()),
+    })
+}
+
+/// A file or directory that is not this user's alone; none when it is, or is not there.
+fn not_private(path: &Path) -> Option<Exposed> {
+    let found = fs::symlink_metadata(path).ok()?;
+    let user = rustix::process::geteuid().as_raw();
+    let told = |problem: String, mend: String| Some(Exposed { path: path.to_owned(), problem, mend });
+    if found.is_symlink() {
+        return told("it is a symbolic link".to_owned(), "remove it".to_owned());
+    }
+    if found.uid() != user {
+        return told(
+            format!("it belongs to user {}", found.uid()),
+            "remove it, as its owner or as root".to_owned(),
+        );
+    }
+    if found.mode() & 0o077 != 0 {
+        let mend = format!("run `chmod go= {}`", path.display());
+        return told(format!("it is open to others (mode {:o})", found.mode() & 0o777), mend);
+    }
+    None
+}
+
+/// Files under an epoch's prefix that others could use, or made.
+fn in_shared_memory(prefix: &str) -> Result<Vec<Exposed>, DomainError> {
+    let directory = Path::new(sweep::SHARED_MEMORY);
+    let named = sweep::names(directory)?.filter(|name| is_prefix(prefix) && name.starts_with(prefix));
+    let exposed = named.filter_map(|name| not_private(&directory.join(name)));
+    let user = rustix::process::geteuid().as_raw();
+    let told = |mut one: Exposed| {
+        let strange = fs::symlink_metadata(&one.path).is_ok_and(|found| found.uid() != user);
+        if strange {
+            one.mend = "it is of no account to the daemon; ask that user, or remove it as root".to_owned();
+        }
+        one
+    };
+    Ok(exposed.map(told).collect())
 }
 
 fn learners(runtime: &RuntimeDir) -> Result<Vec<LearnerName>, DomainError> {
@@ -79,19 +147,26 @@ fn learners(runtime: &RuntimeDir) -> Result<Vec<LearnerName>, DomainError> {
     Ok(names)
 }
 
-fn left(learner: Option<String>, prefix: &str) -> Result<Stale, DomainError> {
-    let files = sweep::shared_memory_files(prefix)?;
-    let bytes = files.iter().filter_map(|path| fs::metadata(path).ok()).map(|found| found.len()).sum();
-    Ok(Stale { learner, prefix: prefix.to_owned(), files: files.len(), bytes })
+/// The files that an epoch left, out of all of this user's.
+fn left(learner: Option<String>, prefix: &str, all: &BTreeMap<String, (usize, u64)>) -> Stale {
+    let (files, bytes) = all.get(prefix).copied().unwrap_or_default();
+    Stale { learner, prefix: prefix.to_owned(), files, bytes }
 }
 
-/// Prefixes of this user's files in shared memory that look like ours and that no record in this runtime
-/// directory names. They may be of a live daemon in another runtime directory.
-fn unknown_prefixes(known: &BTreeSet<String>) -> Result<BTreeSet<String>, DomainError> {
+/// How many of this user's files in shared memory there are under each prefix that looks like ours, and their bytes.
+/// Those of one that no record in this runtime directory names may be of a live daemon in another.
+fn by_prefix() -> Result<BTreeMap<String, (usize, u64)>, DomainError> {
     let user = rustix::process::geteuid().as_raw();
     let directory = Path::new(sweep::SHARED_MEMORY);
-    let own = |name: &String| fs::metadata(directory.join(name)).is_ok_and(|found| found.uid() == user);
-    let names = sweep::names(directory)?.filter(own);
-    let prefixes = names.filter_map(|name| name.get(..13).map(str::to_owned));
-    Ok(prefixes.filter(|prefix| is_prefix(prefix) && !known.contains(prefix)).collect())
+    let mut all = BTreeMap::<String, (usize, u64)>::new();
+    for name in sweep::names(directory)? {
+        let Some(prefix) = name.get(..13).filter(|prefix| is_prefix(prefix)) else { continue };
+        let Ok(found) = fs::symlink_metadata(directory.join(&name)) else { continue };
+        if found.uid() == user {
+            let (files, bytes) = all.entry(prefix.to_owned()).or_default();
+            *files += 1;
+            *bytes = bytes.saturating_add(found.len());
+        }
+    }
+    Ok(all)
 }

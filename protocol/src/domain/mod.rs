@@ -22,8 +22,9 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-pub use doctor::{Facts, Stale, examine};
+pub use doctor::{Exposed, Facts, Stale, examine};
 pub use record::DomainRecord;
+pub(crate) use runtime::private_file;
 pub use runtime::{LearnerName, RuntimeDir};
 pub(crate) use sweep::shared_memory_files;
 
@@ -284,13 +285,8 @@ impl OwnedDomain {
         sweep_before()?;
         sweep::orphans(place.runtime.path())?;
         let root = place.epoch_root(&record);
-        match fs::create_dir(&root) {
-            // An eager peer was first; below the runtime directory nobody else could be.
-            Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
-                return Err(io("create", &root)(error));
-            }
-            _ => {}
-        }
+        // An eager peer may have been first; below the runtime directory nobody else could be.
+        runtime::private_directory(&root)?;
         tracing::debug!(learner = %place.learner, epoch = record.epoch, prefix = %record.prefix, "domain created");
         Ok(Self { place, record, _lock: lock })
     }

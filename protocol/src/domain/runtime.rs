@@ -1,9 +1,9 @@
 //! The runtime directory: private to one user, for whoever writes there can impersonate a daemon.
 
 use std::fmt;
-use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 use super::{DomainError, io};
@@ -78,7 +78,7 @@ impl RuntimeDir {
     ///
     /// # Errors
     /// [`DomainError::Runtime`] when it is not a directory, belongs to another user, is open to others, is a
-    /// symbolic link, or its path is longer than sockets allow.
+    /// symbolic link, is where others could put another in its place, or its path is longer than sockets allow.
     pub fn at(path: &Path) -> Result<Self, DomainError> {
         let path = std::path::absolute(path).map_err(io("find", path))?;
         let problem = |problem: String| DomainError::Runtime { path: path.clone(), problem };
@@ -91,6 +91,7 @@ impl RuntimeDir {
         if path.to_str().is_none() {
             return Err(problem("its path is not UTF-8: set PSCHEMA_RUNTIME_DIR to another".to_owned()));
         }
+        trusted_way(&path)?;
         private_directory(&path)?;
         Ok(Self(path))
     }
@@ -102,11 +103,62 @@ impl RuntimeDir {
     }
 }
 
+/// Makes sure that nobody else can put another directory in the place of `path`: whoever owns a directory above it,
+/// or may write there where no sticky bit keeps files to their owners, could.
+fn trusted_way(path: &Path) -> Result<(), DomainError> {
+    let Some(parent) = path.parent() else { return Ok(()) };
+    // As it is named and as it is: a link on the way can be replaced as well as a directory.
+    let real = parent.canonicalize().ok();
+    let above = parent.ancestors().chain(real.iter().flat_map(|real| real.ancestors()));
+    let user = rustix::process::geteuid().as_raw();
+    for directory in above {
+        // One that is not there is told of when the directory is made.
+        let Ok(found) = fs::symlink_metadata(directory) else { continue };
+        let problem = |problem: String| DomainError::Runtime { path: path.to_owned(), problem };
+        if !is_trusted(found.uid(), user) {
+            return Err(problem(format!(
+                "{} above it belongs to user {}, who could put another in its place: set PSCHEMA_RUNTIME_DIR to a \
+                 directory below ones of your own or root's",
+                directory.display(),
+                found.uid()
+            )));
+        }
+        let (writable, sticky) = (found.mode() & 0o022 != 0, found.mode() & 0o1000 != 0);
+        if writable && !sticky && !found.is_symlink() {
+            return Err(problem(format!(
+                "{} above it can be written by others (mode {:o}), who could put another in its place: run `chmod \
+                 go-w {}`, or `chmod +t` if others need it",
+                directory.display(),
+                found.mode() & 0o7777,
+                directory.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Whether a directory's owner may do as they like anyway. In a user namespace (a container without root) the owner
+/// of what is outside, root's directories among them, is told as the overflow user.
+fn is_trusted(owner: u32, user: u32) -> bool {
+    let overflow = || fs::read_to_string("/proc/sys/kernel/overflowuid").ok()?.trim().parse::<u32>().ok();
+    owner == user || owner == 0 || (!maps_every_user() && overflow() == Some(owner))
+}
+
+/// Whether every user of the machine is known here: false in a user namespace.
+fn maps_every_user() -> bool {
+    let map = fs::read_to_string("/proc/self/uid_map").unwrap_or_default();
+    map.split_whitespace().eq(["0", "0", "4294967295"])
+}
+
 /// Makes sure that a directory is there, is the user's own and is closed to others.
-pub(super) fn private_directory(path: &Path) -> Result<(), DomainError> {
+pub(crate) fn private_directory(path: &Path) -> Result<(), DomainError> {
     let problem = |problem: String| DomainError::Runtime { path: path.to_owned(), problem };
     match DirBuilder::new().mode(0o700).create(path) {
-        Ok(()) => {}
+        // Once more: iceoryx2 changes the umask of the process while it makes a socket, and of two threads that do so
+        // one may leave it changed.
+        Ok(()) => {
+            fs::set_permissions(path, Permissions::from_mode(0o700)).map_err(io("close to others", path))?
+        }
         Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             return Err(problem(
@@ -136,17 +188,23 @@ pub(super) fn private_directory(path: &Path) -> Result<(), DomainError> {
     Ok(())
 }
 
-/// Opens a file for reading and writing, made (closed to others) when it is not there.
-pub(super) fn private_file(path: &Path) -> Result<File, DomainError> {
+/// Opens a file for reading and writing, made (closed to others) when it is not there. It is not looked for behind a
+/// symbolic link, whose target would be overwritten.
+pub(crate) fn private_file(path: &Path) -> Result<File, DomainError> {
     let mut options = OpenOptions::new();
     options.read(true).write(true).create(true).truncate(false).mode(0o600);
-    options.open(path).map_err(io("open", path))
+    options.custom_flags(rustix::fs::OFlags::NOFOLLOW.bits().cast_signed());
+    let file = options.open(path).map_err(io("open", path))?;
+    if file.metadata().map_err(io("examine", path))?.mode() & 0o777 != 0o600 {
+        file.set_permissions(Permissions::from_mode(0o600)).map_err(io("close to others", path))?;
+    }
+    Ok(file)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::os::unix::fs::{PermissionsExt, symlink};
+    use std::os::unix::fs::symlink;
 
     #[test]
     fn names_are_small_and_plain() {
@@ -163,7 +221,7 @@ mod tests {
         let parent = tempfile::Builder::new().tempdir_in("/tmp").unwrap();
         let open = parent.path().join("open");
         fs::create_dir(&open).unwrap();
-        fs::set_permissions(&open, fs::Permissions::from_mode(0o750)).unwrap();
+        fs::set_permissions(&open, Permissions::from_mode(0o750)).unwrap();
         let error = RuntimeDir::at(&open).unwrap_err().to_string();
         assert!(error.contains("mode 750"), "{error}");
 
@@ -174,6 +232,17 @@ mod tests {
         symlink(&own, &link).unwrap();
         let error = RuntimeDir::at(&link).unwrap_err().to_string();
         assert!(error.contains("symbolic link"), "{error}");
+
+        let shared = parent.path().join("shared");
+        fs::create_dir(&shared).unwrap();
+        for mode in [0o777, 0o770, 0o702] {
+            fs::set_permissions(&shared, Permissions::from_mode(mode)).unwrap();
+            let error = RuntimeDir::at(&shared.join("run")).unwrap_err().to_string();
+            assert!(error.contains("chmod go-w") && error.contains(&format!("{mode:o}")), "{error}");
+            assert!(!shared.join("run").exists(), "refused before it is made");
+        }
+        fs::set_permissions(&shared, Permissions::from_mode(0o1777)).unwrap();
+        RuntimeDir::at(&shared.join("run")).unwrap();
 
         let error = RuntimeDir::at(&parent.path().join("none/below")).unwrap_err().to_string();
         assert!(error.contains("does not exist"), "{error}");

@@ -1,6 +1,7 @@
 //! Removing an epoch's files, and what is left of shared memory.
 
 use std::fs;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use super::{DomainError, DomainRecord, io, record};
@@ -58,15 +59,17 @@ fn remove_directory(root: &Path) -> Result<(), DomainError> {
     result.map_err(io("remove", root))
 }
 
-/// The files in shared memory whose names begin with an epoch's prefix.
+/// This user's files in shared memory whose names begin with an epoch's prefix. Everyone may make files there, also
+/// under a prefix that they see: what others made is none of the epoch's, and can't be removed.
 pub(crate) fn shared_memory_files(prefix: &str) -> Result<Vec<PathBuf>, DomainError> {
     // An empty or foreign prefix would name other people's files.
     if !record::is_prefix(prefix) {
         return Ok(Vec::new());
     }
     let directory = Path::new(SHARED_MEMORY);
-    let own = names(directory)?.filter(|name| name.starts_with(prefix));
-    Ok(own.map(|name| directory.join(name)).collect())
+    let user = rustix::process::geteuid().as_raw();
+    let named = names(directory)?.filter(|name| name.starts_with(prefix)).map(|name| directory.join(name));
+    Ok(named.filter(|path| fs::symlink_metadata(path).is_ok_and(|found| found.uid() == user)).collect())
 }
 
 /// Bytes of shared memory this user can still take.

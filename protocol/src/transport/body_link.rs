@@ -57,6 +57,7 @@ impl BodyLink {
     ) -> Result<Self, TransportError> {
         let record = place.served()?;
         let base = PeerBase::open(place, &record, "body")?;
+        tracing::trace!("node open");
         let hello = encode::hello(description, std::process::id(), base.wake).map_err(|refusal| {
             TransportError::Refused { code: refusal.code(), reason: refusal.to_string() }
         })?;
@@ -65,6 +66,7 @@ impl BodyLink {
         let client = client.client_builder().set_backpressure_handler(services::fail_when_full).create();
         let client = client.map_err(services::client_error("bodies", BODIES_MAX))?;
         reserve(&record.prefix, Some(client.id().value()))?;
+        tracing::trace!("frame port open");
         let mut link = Self { client, base, place: place.clone(), record, session: 0 };
         let welcome = link.introduce(&hello, stop)?;
         match decode::welcome(&welcome).map_err(TransportError::Wrong)? {
@@ -80,11 +82,14 @@ impl BodyLink {
         let client = client.map_err(services::client_error("bodies attaching", BODIES_MAX))?;
         reserve(&self.record.prefix, Some(client.id().value()))?;
         let loan = client.loan_uninit().map_err(setup("send the hello"))?;
+        tracing::trace!("hello loaned");
         let pending = write_hello(loan, hello).send().map_err(setup("send the hello"))?;
         self.base.notify();
+        tracing::trace!("hello sent");
         let start = Instant::now();
         loop {
             if let Some(welcome) = pending.receive().map_err(setup("receive the welcome"))? {
+                tracing::trace!("welcome received");
                 return Ok(*welcome.payload());
             }
             if stop.load(Ordering::Relaxed) {
@@ -116,16 +121,21 @@ impl BodyLink {
     pub fn exchange(&mut self, frame: &RawFrame, stop: &AtomicBool) -> Result<WireReply, TransportError> {
         let header = FrameHeader { wake: self.base.wake, ..frame.header };
         let loan = self.client.loan_uninit().map_err(setup("send a frame"))?;
+        tracing::trace!(sequence = header.sequence, "frame loaned");
         let pending = write_frame(loan, &header, &frame.records).send().map_err(setup("send a frame"))?;
         self.base.notify();
+        tracing::trace!(sequence = header.sequence, "frame sent");
         self.receive(&pending, stop)
     }
 
     fn receive(&self, pending: &PendingReply, stop: &AtomicBool) -> Result<WireReply, TransportError> {
         let start = Instant::now();
         let mut stopped = None;
+        let mut silence = Silence::new(self.record.pid);
         loop {
             if let Some(reply) = pending.receive().map_err(setup("receive a reply"))? {
+                tracing::trace!("reply received");
+                silence.over(start.elapsed());
                 return Ok(*reply.payload());
             }
             if start.elapsed() < SPIN {
@@ -136,6 +146,7 @@ impl BodyLink {
             if pending.has_response() {
                 continue;
             }
+            silence.lasts(start.elapsed());
             if stop.load(Ordering::Relaxed) {
                 let since = *stopped.get_or_insert_with(Instant::now);
                 if since.elapsed() >= STOP_PATIENCE {
@@ -177,6 +188,44 @@ impl BodyLink {
     /// Whether the daemon attached to still serves the learner.
     fn is_current(&self) -> bool {
         self.place.served().is_ok_and(|record| record.prefix == self.record.prefix)
+    }
+}
+
+/// Says when a daemon that is there does not reply: it is stopped or very busy, and nothing else tells. The body holds
+/// meanwhile: an action was carried out to its end before the frame, and no other begins before a reply.
+struct Silence {
+    pid: u32,
+    /// When to say so next: after a second, and then each time after twice as long.
+    next: Duration,
+}
+
+impl Silence {
+    const FIRST: Duration = Duration::from_secs(1);
+
+    fn new(pid: u32) -> Self {
+        Self { pid, next: Self::FIRST }
+    }
+
+    fn lasts(&mut self, waited: Duration) {
+        if waited < self.next {
+            return;
+        }
+        self.next = self.next.saturating_mul(2);
+        tracing::warn!(
+            daemon = self.pid,
+            waited_s = waited.as_secs(),
+            "the daemon does not reply: it is stopped or very busy; holding until it does or ends"
+        );
+    }
+
+    fn over(&self, waited: Duration) {
+        if self.next > Self::FIRST {
+            tracing::info!(
+                daemon = self.pid,
+                waited_s = waited.as_secs(),
+                "the daemon replies again; going on"
+            );
+        }
     }
 }
 

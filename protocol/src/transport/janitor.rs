@@ -10,13 +10,14 @@
 //! microseconds. The *cleaner* lets iceoryx2 clean up while there are none; should one come in between and it
 //! wait without end, the sweeper's removal of that file ends the wait.
 
+use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::{TransportError, services};
 use crate::domain::{DomainRecord, Place, shared_memory_files};
@@ -40,8 +41,9 @@ impl Janitor {
         let told = unfinished.clone();
         let (nodes, prefix) = (place.epoch_root(record).join("nodes"), record.prefix.clone());
         let sweeper = Worker::start("sweeper", move |stop| {
+            let mut seen = Seen::default();
             while !stop.load(Ordering::Acquire) {
-                told.store(sweep(&nodes, &prefix), Ordering::Release);
+                told.store(seen.sweep(&nodes, &prefix, Instant::now()), Ordering::Release);
                 thread::park_timeout(TICK);
             }
         })?;
@@ -99,31 +101,49 @@ fn clean(place: &Place, record: &DomainRecord, unfinished: &AtomicBool, stop: &A
     }
 }
 
-/// Removes unfinished files of dead processes. Returns whether there is, or was, any unfinished file.
-fn sweep(nodes: &Path, prefix: &str) -> bool {
+/// Unfinished files, and when each was first seen: how old a file says it is depends on a clock that jumps.
+#[derive(Default)]
+struct Seen {
+    files: BTreeMap<PathBuf, (u64, Instant)>,
+}
+
+impl Seen {
+    /// Removes unfinished files of dead processes. Returns whether there is, or was, any unfinished file.
+    fn sweep(&mut self, nodes: &Path, prefix: &str, now: Instant) -> bool {
+        let mut there = BTreeMap::new();
+        for (path, inode) in unfinished(nodes, prefix) {
+            let since = match self.files.get(&path) {
+                Some((same, since)) if *same == inode => *since,
+                _ => now,
+            };
+            if now.saturating_duration_since(since) > UNFINISHED_PATIENCE && fs::remove_file(&path).is_ok() {
+                tracing::debug!(path = %path.display(), "removed what a dead process had not finished");
+            }
+            there.insert(path, (inode, since));
+        }
+        self.files = there;
+        !self.files.is_empty()
+    }
+}
+
+/// Files that are made and not finished, with their inodes.
+fn unfinished(nodes: &Path, prefix: &str) -> Vec<(PathBuf, u64)> {
     let in_nodes = entries(nodes);
     let is_context = |path: &&PathBuf| path.extension().is_some_and(|end| end == "node_monitor_context");
     let directories = in_nodes.iter().filter(|path| path.is_dir());
     let mut of_nodes: Vec<_> = directories.flat_map(|path| entries(path)).collect();
     of_nodes.extend(in_nodes.iter().filter(is_context).cloned());
     let segments = shared_memory_files(prefix).unwrap_or_default();
-    let of_nodes = of_nodes.iter().map(|path| sweep_file(path, |found| found.mode() & 0o200 != 0));
-    let segments =
-        segments.iter().map(|path| sweep_file(path, |found| found.mode() & 0o400 == 0 || found.size() == 0));
-    of_nodes.chain(segments).fold(false, |any, one| any | one)
-}
-
-fn sweep_file(path: &Path, is_unfinished: impl Fn(&Metadata) -> bool) -> bool {
-    // One that is gone needs no sweeping.
-    let Ok(found) = fs::symlink_metadata(path) else { return false };
-    if !found.is_file() || !is_unfinished(&found) {
-        return false;
-    }
-    let age = found.modified().ok().and_then(|made| made.elapsed().ok());
-    if age.is_some_and(|age| age > UNFINISHED_PATIENCE) && fs::remove_file(path).is_ok() {
-        tracing::debug!(path = %path.display(), "removed what a dead process had not finished");
-    }
-    true
+    let inode = |path: PathBuf, is_unfinished: fn(&Metadata) -> bool| {
+        // One that is gone needs no sweeping.
+        let found = fs::symlink_metadata(&path).ok()?;
+        (found.is_file() && is_unfinished(&found)).then(|| (path, found.ino()))
+    };
+    let of_nodes = of_nodes.into_iter().filter_map(|path| inode(path, |found| found.mode() & 0o200 != 0));
+    let segments = segments
+        .into_iter()
+        .filter_map(|path| inode(path, |found| found.mode() & 0o400 == 0 || found.size() == 0));
+    of_nodes.chain(segments).collect()
 }
 
 fn entries(directory: &Path) -> Vec<PathBuf> {
@@ -136,34 +156,36 @@ mod tests {
     use super::*;
     use std::fs::{File, Permissions};
     use std::os::unix::fs::PermissionsExt;
-    use std::time::SystemTime;
 
     #[test]
     fn only_what_stays_unfinished_is_removed() {
         let directory = tempfile::tempdir().unwrap();
         let nodes = directory.path().join("nodes");
         fs::create_dir_all(nodes.join("17")).unwrap();
-        let make = |name: &str, mode: u32, old: bool| {
+        let make = |name: &str, mode: u32| {
             let path = nodes.join(name);
-            let file = File::create(&path).unwrap();
-            if old {
-                file.set_modified(SystemTime::now() - 2 * UNFINISHED_PATIENCE).unwrap();
-            }
+            File::create(&path).unwrap();
             fs::set_permissions(&path, Permissions::from_mode(mode)).unwrap();
             path
         };
         let kept = [
-            make("17/done.port_tag", 0o400, true),
-            make("17.node_monitor", 0o600, true),
-            make("17.node_monitor_context", 0o400, true),
+            make("17/done.port_tag", 0o400),
+            make("17.node_monitor", 0o600),
+            make("17.node_monitor_context", 0o400),
         ];
-        assert!(!sweep(&nodes, "none"));
-        let fresh = make("17/fresh.port_tag", 0o600, false);
-        assert!(sweep(&nodes, "none") && fresh.exists());
-        fs::remove_file(fresh).unwrap();
-        let dead = [make("17/dead.service_tag", 0o600, true), make("18.node_monitor_context", 0o600, true)];
-        assert!(sweep(&nodes, "none"));
+        let (mut seen, begin) = (Seen::default(), Instant::now());
+        let later = begin + 2 * UNFINISHED_PATIENCE;
+        assert!(!seen.sweep(&nodes, "none", begin) && !seen.sweep(&nodes, "none", later));
+        let fresh = make("17/fresh.port_tag", 0o600);
+        // What its own time says, be it of a clock that was wrong, is of no account.
+        File::open(&fresh).unwrap().set_modified(std::time::UNIX_EPOCH).unwrap();
+        assert!(seen.sweep(&nodes, "none", begin) && fresh.exists());
+        fs::set_permissions(&fresh, Permissions::from_mode(0o400)).unwrap();
+        assert!(!seen.sweep(&nodes, "none", later) && fresh.exists(), "it was finished in time");
+        let dead = [make("17/dead.service_tag", 0o600), make("18.node_monitor_context", 0o600)];
+        assert!(seen.sweep(&nodes, "none", begin) && dead.iter().all(|path| path.exists()));
+        assert!(seen.sweep(&nodes, "none", later));
         assert!(!dead.iter().any(|path| path.exists()) && kept.iter().all(|path| path.exists()));
-        assert!(!sweep(&nodes, "none"));
+        assert!(!seen.sweep(&nodes, "none", later));
     }
 }

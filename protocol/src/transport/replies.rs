@@ -14,7 +14,7 @@ use crate::encode;
 use crate::limits::{ANSWER_BYTES_MAX, PAGE_BYTES, PAGES_MAX};
 use crate::message::Reply;
 use crate::refusal::Refusal;
-use crate::wire::{FrameHeader, MAGIC, Page, VERSION, Welcome, WireFrame, WireHello, WireReply};
+use crate::wire::{FrameHeader, MAGIC, Page, TOOLS_VERSION, Welcome, WireFrame, WireHello, WireReply};
 
 pub(super) type ActiveHello = ActiveRequest<Ipc, WireHello, (), Welcome, ()>;
 pub(super) type ActiveFrame = ActiveRequest<Ipc, WireFrame, FrameHeader, WireReply, ()>;
@@ -198,7 +198,7 @@ impl Outgoing {
             self.deadline = Instant::now() + ANSWER_PATIENCE;
             waker.wake(self.wake, REPLIED);
         } else if Instant::now() > self.deadline {
-            tracing::info!(page = self.next, pages, "an answer left unread was dropped");
+            tracing::debug!(page = self.next, pages, "an answer left unread was dropped");
             return false;
         }
         connected && self.next < pages
@@ -214,7 +214,7 @@ impl Outgoing {
         let number = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
         Page {
             magic: MAGIC,
-            version: VERSION,
+            version: TOOLS_VERSION,
             request: self.request,
             wake: 0,
             page: number(self.next),

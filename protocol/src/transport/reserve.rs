@@ -1,13 +1,13 @@
 //! Making sure of shared memory. A segment is a sparse file: when /dev/shm fills up later, writing to a
 //! page of it kills the process. Reserving every page at the start turns that into an error with figures.
 
-use std::fs::OpenOptions;
-use std::os::unix::fs::MetadataExt;
+use std::fs::{OpenOptions, Permissions, symlink_metadata};
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 
 use rustix::fs::{FallocateFlags, fallocate};
 
 use super::TransportError;
-use crate::domain::shared_memory_files;
+use crate::domain::{io, shared_memory_files};
 
 /// Reserves the pages of every file of an epoch that belongs to the port numbered `port`, or of all its
 /// files.
@@ -29,6 +29,24 @@ pub(super) fn reserve(prefix: &str, port: Option<u128>) -> Result<(), TransportE
         }
         fallocate(&file, FallocateFlags::empty(), 0, bytes)
             .map_err(|error| TransportError::SharedMemory { bytes, error: error.into() })?;
+    }
+    Ok(())
+}
+
+/// Closes to others every file of an epoch that iceoryx2 made open to them: the one in which it counts nodes, which a
+/// stranger could otherwise set back.
+///
+/// # Errors
+/// What the operating system said.
+pub(super) fn close_to_others(prefix: &str) -> Result<(), TransportError> {
+    for path in shared_memory_files(prefix)? {
+        // One that a leaving peer has just removed is open to nobody.
+        let Ok(found) = symlink_metadata(&path) else { continue };
+        if found.is_file() && found.mode() & 0o077 != 0 {
+            let mode = found.mode() & 0o700;
+            std::fs::set_permissions(&path, Permissions::from_mode(mode))
+                .map_err(io("close to others", &path))?;
+        }
     }
     Ok(())
 }

@@ -9,7 +9,7 @@ use iceoryx2::prelude::*;
 use super::janitor::Janitor;
 pub use super::replies::{AttachReply, FrameReply, RequestReply, Undelivered};
 use super::replies::{Bodies, Outbox, log_undelivered};
-use super::reserve::reserve;
+use super::reserve::{close_to_others, reserve};
 use super::services::{self, AttachServer, FrameServer, FrameService, Ipc, Role, ToolServer, WakeListener};
 use super::waker::{PeerWaker, ROUSED};
 use super::{DaemonWaker, SPIN, TransportError, setup};
@@ -100,6 +100,7 @@ impl ServerTransport {
     pub fn create(mut domain: OwnedDomain) -> Result<Self, TransportError> {
         let (place, record) = (domain.place(), domain.record());
         let node = services::node::<Ipc>(place, record, "daemon")?;
+        close_to_others(&record.prefix)?;
         let wake_daemon = services::wake_daemon(&node, Role::Daemon)?;
         let wake_peers = services::wake_peers(&node, Role::Daemon)?;
         let listener =
@@ -346,7 +347,7 @@ fn admit(own: Option<u64>, header: &FrameHeader) -> Result<(), Refusal> {
 
 /// The bytes of a request, which is one page.
 fn single_page(page: &Page) -> Result<&[u8], Refusal> {
-    decode::preamble(page.magic, page.version)?;
+    decode::tool_preamble(page.magic, page.version)?;
     let wrong = |problem: String| Refusal::Page { page: page.page, pages: page.pages, problem };
     if page.page != 0 || page.pages != 1 {
         return Err(wrong("a request has one page".to_owned()));

@@ -2,6 +2,7 @@
 //! agree.
 
 use std::fs;
+use std::io::Write;
 use std::sync::Once;
 
 use iceoryx2::port::BackpressureAction;
@@ -14,7 +15,7 @@ use iceoryx2::service::Service as AnyService;
 use iceoryx2::service::port_factory::{event, request_response};
 
 use super::{TransportError, setup};
-use crate::domain::{DomainRecord, Place};
+use crate::domain::{DomainRecord, Place, private_file};
 use crate::limits::{BODIES_MAX, TOOLS_MAX};
 use crate::wire::{FrameHeader, Page, Welcome, WireFrame, WireHello, WireReply};
 
@@ -91,7 +92,10 @@ fn own_settings(place: &Place) {
         let text = format!("[global]\nroot-path = \"{}\"\nprefix = \"psnone-\"\n", nowhere.display());
         let written = fs::read_to_string(&path).is_ok_and(|found| found == text) || {
             let temporary = path.with_extension(std::process::id().to_string());
-            fs::write(&temporary, &text).and_then(|()| fs::rename(&temporary, &path)).is_ok()
+            let file = private_file(&temporary);
+            file.is_ok_and(|mut file| {
+                file.write_all(text.as_bytes()).and_then(|()| fs::rename(&temporary, &path)).is_ok()
+            })
         };
         let path = FilePath::new(path.as_os_str().as_encoded_bytes());
         let used = path.is_ok_and(|path| Config::setup_global_config_from_file(&path).is_ok());

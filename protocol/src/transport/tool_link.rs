@@ -10,7 +10,7 @@ use crate::decode;
 use crate::domain::{DomainRecord, Place};
 use crate::limits::{PAGE_BYTES, PAGES_MAX, REQUEST_BYTES_MAX, TOOLS_MAX};
 use crate::refusal::Refusal;
-use crate::wire::{MAGIC, Page, VERSION};
+use crate::wire::{MAGIC, Page, TOOLS_VERSION};
 
 /// How often a waiting tool looks whether the daemon lives.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
@@ -58,12 +58,14 @@ impl ToolLink {
         let loan = self.client.loan_uninit().map_err(setup("send a request"))?;
         let pending = loan.write_payload(page).send().map_err(setup("send a request"))?;
         self.base.notify();
+        tracing::trace!("request sent");
         let mut answer = Assembly { request: self.requests, pages: None, next: 0, bytes: Vec::new() };
         let mut progress = Instant::now();
         loop {
             let mut received = false;
             while let Some(page) = pending.receive().map_err(setup("receive an answer"))? {
                 received = true;
+                tracing::trace!(page = page.page, "page received");
                 if answer.take(&page).map_err(TransportError::Wrong)? {
                     return answer.finish(&page);
                 }
@@ -101,7 +103,17 @@ fn request_page(request: u64, wake: u64, from: &[u8]) -> Result<Page, TransportE
     let mut bytes = [0; PAGE_BYTES];
     bytes.get_mut(..from.len()).ok_or_else(too_long)?.copy_from_slice(from);
     let length = u32::try_from(from.len()).map_err(|_| too_long())?;
-    Ok(Page { magic: MAGIC, version: VERSION, request, wake, page: 0, pages: 1, length, code: 0, bytes })
+    Ok(Page {
+        magic: MAGIC,
+        version: TOOLS_VERSION,
+        request,
+        wake,
+        page: 0,
+        pages: 1,
+        length,
+        code: 0,
+        bytes,
+    })
 }
 
 /// The pages of an answer put together.
@@ -115,7 +127,7 @@ struct Assembly {
 impl Assembly {
     /// Takes the next page; returns whether it was the last.
     fn take(&mut self, page: &Page) -> Result<bool, Refusal> {
-        decode::preamble(page.magic, page.version)?;
+        decode::tool_preamble(page.magic, page.version)?;
         let wrong = |problem: String| Err(Refusal::Page { page: page.page, pages: page.pages, problem });
         if page.request != self.request {
             return wrong(format!("it answers request {}, not {}", page.request, self.request));
@@ -203,7 +215,7 @@ mod tests {
         let bytes = [u8::try_from(number).unwrap(); PAGE_BYTES];
         Page {
             magic: MAGIC,
-            version: VERSION,
+            version: TOOLS_VERSION,
             request: 7,
             wake: 0,
             page: number,

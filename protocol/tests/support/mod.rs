@@ -2,13 +2,13 @@
 #![allow(dead_code, clippy::unwrap_used)] // Each test file uses its part; a test panics to fail.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use pschema_protocol::body::{Body, Outcome, Senses};
+use pschema_protocol::body::{Body, Outcome, RunOptions, Senses};
 use pschema_protocol::decode::{self, Session};
 use pschema_protocol::description::{
     Action, ActionType, Description, ObservationType, Property, Value, ValueKind,
@@ -17,6 +17,7 @@ use pschema_protocol::domain::{LearnerName, OwnedDomain, Place, RuntimeDir};
 use pschema_protocol::message::Reply;
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::transport::DaemonWaker;
+use pschema_protocol::transport::body_link::BodyLink;
 use pschema_protocol::transport::server::{Incoming, ServerTransport};
 
 /// Longest that anything in a test may take before the test fails.
@@ -260,4 +261,31 @@ fn handle(
             seen.gone.push((session, farewell));
         }
     }
+}
+
+pub(crate) fn echo(bytes: &[u8]) -> Vec<u8> {
+    bytes.to_vec()
+}
+
+/// Answers a number, as text, with so many bytes.
+pub(crate) fn as_many(bytes: &[u8]) -> Vec<u8> {
+    let length: usize = std::str::from_utf8(bytes).unwrap().parse().unwrap();
+    (0..length).map(|place| (place % 251) as u8).collect()
+}
+
+pub(crate) fn options(place: &Place) -> RunOptions {
+    let stop = Arc::new(AtomicBool::new(false));
+    RunOptions { place: place.clone(), exit_when_daemon_gone: false, stop }
+}
+
+/// Nothing of an epoch is left, in shared memory or in the runtime directory.
+pub(crate) fn assert_swept(runtime: &Path, prefix: &str) {
+    assert_eq!(shared_files(prefix), Vec::<String>::new());
+    let left: Vec<_> = std::fs::read_dir(runtime).unwrap().map(|one| one.unwrap().file_name()).collect();
+    assert!(!left.iter().any(|name| name.to_string_lossy().contains(prefix)), "{left:?}");
+}
+
+/// A body of its own making: sends what a correct one never would.
+pub(crate) fn attach(place: &Place) -> BodyLink {
+    BodyLink::attach(place, &counter_description(), &AtomicBool::new(false)).unwrap()
 }
