@@ -1,0 +1,503 @@
+//! The arm: connected or not, enabled by a person or not, one motion at a time, each checked before and after.
+//!
+//! Its life is that of hardware in other robot software: unconnected, inactive, active; any error leads back, never
+//! straight on. What says that something or somebody stopped the arm for a reason is latched until a person resets it.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use pschema_protocol::body::Outcome;
+use pschema_sim::manifold::JointPositions;
+use pschema_sim::route::{Heading, OUTWARDS, Waypoint};
+
+use crate::config::Setup;
+use crate::controller::{Controller, Fault, State};
+use crate::gate::{Leg, Permitted};
+use crate::line::record::Recorder;
+use crate::motion::{Moved, follow};
+use crate::path;
+use crate::switch::{Pressed, StopSwitch};
+use crate::taught::Joints;
+use crate::watch::Watch;
+
+/// First and longest pause between two tries to connect; each is twice the one before.
+const BACKOFF_FIRST: Duration = Duration::from_millis(20);
+const BACKOFF_LAST: Duration = Duration::from_secs(1);
+/// After a touch that is no longer felt, the finger goes on for at most this, in metres.
+const PRESS_M_MAX: f64 = 0.006;
+
+/// Connects to the controller.
+pub type Connect = Box<dyn FnMut(&StopSwitch) -> Result<Box<dyn Controller>, Fault> + Send>;
+
+/// What was allowed when the process was started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct May {
+    /// Motions are carried out; without it they are only checked.
+    pub moves: bool,
+    /// An arm that is not calibrated is calibrated when it is enabled.
+    pub home: bool,
+}
+
+/// Where in its life the arm is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Nobody answers on the line.
+    Unconnected,
+    /// The controller answers; no person has enabled the arm.
+    Inactive,
+    /// The arm moves when asked to.
+    Active,
+    /// Something stopped the arm, and a person must look.
+    Latched(String),
+}
+
+/// The arm.
+pub struct Arm {
+    setup: Arc<Setup>,
+    connector: Connect,
+    controller: Option<Box<dyn Controller>>,
+    switch: StopSwitch,
+    watch: Watch,
+    recorder: Recorder,
+    phase: Phase,
+    /// A person has enabled the arm since this process began.
+    enabled: bool,
+    powered_by_us: bool,
+    may: May,
+    replaying: bool,
+    heading: Heading,
+    next_try: Instant,
+    backoff: Duration,
+}
+
+impl Arm {
+    /// An arm, not connected yet.
+    #[must_use]
+    pub fn new(
+        setup: Arc<Setup>,
+        connector: Connect,
+        switch: StopSwitch,
+        watch: Watch,
+        recorder: Recorder,
+        may: May,
+    ) -> Self {
+        Self {
+            setup,
+            connector,
+            controller: None,
+            switch,
+            watch,
+            recorder,
+            phase: Phase::Unconnected,
+            enabled: false,
+            powered_by_us: false,
+            may,
+            replaying: false,
+            heading: OUTWARDS,
+            next_try: Instant::now(),
+            backoff: BACKOFF_FIRST,
+        }
+    }
+
+    /// What the arm file says.
+    #[must_use]
+    pub fn setup(&self) -> &Arc<Setup> {
+        &self.setup
+    }
+
+    /// The daemon has just ordered something: a sign of life like its pulse.
+    pub fn ordered(&self) {
+        if let Some(daemon) = &self.watch.signs().daemon {
+            daemon.renew();
+        }
+    }
+
+    /// Where in its life the arm is.
+    #[must_use]
+    pub fn phase(&self) -> &Phase {
+        &self.phase
+    }
+
+    /// Connects if it is not connected and time for another try. A motion is never gone on with.
+    ///
+    /// # Errors
+    /// Why not; when it is not time yet, that.
+    pub fn ensure_connected(&mut self) -> Result<(), Fault> {
+        if self.controller.is_some() {
+            return Ok(());
+        }
+        if self.replaying {
+            return Err(Fault::Other("a replay connects when it did then".to_owned()));
+        }
+        if let Some(left) = self.next_try.checked_duration_since(Instant::now()) {
+            return Err(Fault::Other(format!("the line is tried again in {} ms", left.as_millis())));
+        }
+        self.connect()
+    }
+
+    /// From now on connects by [`Self::connect`] alone, as a replay needs it.
+    pub(crate) fn replaying(&mut self) {
+        self.replaying = true;
+    }
+
+    /// Whether an arm that is not calibrated is calibrated when it is enabled.
+    pub(crate) fn may_home(&mut self, home: bool) {
+        self.may.home = home;
+    }
+
+    /// Connects, now.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn connect(&mut self) -> Result<(), Fault> {
+        self.recorder.event("order", "connect");
+        let connected = self.connect_now();
+        self.recorder.event("outcome", if connected.is_ok() { "connected" } else { "not connected" });
+        match &connected {
+            Ok(()) => self.backoff = BACKOFF_FIRST,
+            Err(fault) => {
+                if self.backoff == BACKOFF_FIRST {
+                    tracing::warn!(%fault, "not connected");
+                }
+                self.disconnect();
+                self.next_try = Instant::now() + self.backoff;
+                self.backoff = (self.backoff * 2).min(BACKOFF_LAST);
+            }
+        }
+        connected
+    }
+
+    fn connect_now(&mut self) -> Result<(), Fault> {
+        let mut controller = (self.connector)(&self.switch)?;
+        let name = controller.greet()?;
+        let state = controller.state()?;
+        let joints = controller.joints()?;
+        tracing::info!(controller = name, ?state, ?joints, "connected");
+        self.controller = Some(controller);
+        if matches!(self.phase, Phase::Latched(_)) {
+            return Ok(());
+        }
+        self.phase = Phase::Inactive;
+        if self.enabled {
+            // It was enabled before the line was lost. It goes on only if nothing else has changed meanwhile.
+            match self.unfit(&state, &joints) {
+                None => self.phase = Phase::Active,
+                Some(why) => self.latch(why),
+            }
+        }
+        Ok(())
+    }
+
+    /// What keeps the arm from being active.
+    fn unfit(&self, state: &State, joints: &[f64]) -> Option<String> {
+        if state.emergency_stop {
+            return Some("an emergency stop is pressed".to_owned());
+        }
+        if state.latched {
+            return Some("the controller has latched a fault".to_owned());
+        }
+        if !state.power {
+            return Some("high power is off".to_owned());
+        }
+        if !state.calibrated {
+            return Some(
+                "the arm is not calibrated: CALIBRATE at the controller; it moves while it does".to_owned(),
+            );
+        }
+        if state.moving {
+            return Some("the arm moves although nothing was ordered".to_owned());
+        }
+        self.misplaced(joints)
+    }
+
+    /// Why the arm may not move from where it is.
+    fn misplaced(&self, joints: &[f64]) -> Option<String> {
+        let gate = &self.setup.gate;
+        if let Err(refused) = gate.check_joints(joints) {
+            return Some(format!("the arm is beyond its limits ({refused}): bring it back with the pendant"));
+        }
+        match gate.taught().locate(joints, gate.tolerances()) {
+            Some(located) if located.off <= 1.0 => None,
+            located => Some(format!(
+                "the arm stands {:.1} times the tolerance off what was taught: bring it to its rest posture with the pendant",
+                located.map_or(f64::INFINITY, |located| located.off)
+            )),
+        }
+    }
+
+    fn disconnect(&mut self) {
+        self.controller = None;
+        self.switch.disconnect();
+        if !matches!(self.phase, Phase::Latched(_)) {
+            self.phase = Phase::Unconnected;
+        }
+    }
+
+    fn latch(&mut self, why: String) {
+        if !matches!(self.phase, Phase::Latched(_)) {
+            tracing::error!(why, "the arm is stopped until a person resets it");
+            self.phase = Phase::Latched(why);
+        }
+    }
+
+    /// Enables the arm, as a person has just asked: clears what was latched, turns high power on, and makes sure that
+    /// the arm is fit to move.
+    ///
+    /// # Errors
+    /// Why the arm is not enabled; a person can see to that and ask again.
+    pub fn enable(&mut self) -> Result<(), Fault> {
+        self.ensure_connected()?;
+        self.recorder.event("order", if self.may.home { "enable home" } else { "enable" });
+        let enabled = self.enable_now();
+        self.recorder.event("outcome", if enabled.is_ok() { "enabled" } else { "not enabled" });
+        if let Err(fault) = &enabled
+            && fault.is_of_line()
+        {
+            self.disconnect();
+        }
+        enabled
+    }
+
+    fn enable_now(&mut self) -> Result<(), Fault> {
+        let Some(controller) = &mut self.controller else {
+            return Err(Fault::Other("nobody answers on the line".to_owned()));
+        };
+        if !self.may.moves {
+            self.phase = Phase::Active;
+            return Ok(());
+        }
+        if controller.state()?.latched {
+            controller.reset()?;
+        }
+        if !controller.state()?.power {
+            controller.power(true)?;
+            self.powered_by_us = true;
+        }
+        if self.may.home && !controller.state()?.calibrated {
+            tracing::warn!("calibrating: the arm moves by itself");
+            controller.calibrate()?;
+        }
+        let (state, joints) = (controller.state()?, controller.joints()?);
+        if let Some(why) = self.unfit(&state, &joints) {
+            return Err(Fault::Other(why));
+        }
+        self.phase = Phase::Active;
+        self.enabled = true;
+        tracing::info!(?joints, "enabled");
+        Ok(())
+    }
+
+    /// The touch inputs, and with them whatever has stopped the arm meanwhile.
+    ///
+    /// # Errors
+    /// When the controller does not tell. The line is opened anew by [`Self::ensure_connected`].
+    pub fn signals(&mut self) -> Result<u8, Fault> {
+        self.ensure_connected()?;
+        self.recorder.event("order", "signals");
+        let state = match &mut self.controller {
+            Some(controller) => controller.state(),
+            None => Err(Fault::Other("nobody answers on the line".to_owned())),
+        };
+        let outcome =
+            state.as_ref().map_or_else(|_| "unknown".to_owned(), |state| format!("{:04b}", state.signals));
+        self.recorder.event("outcome", &outcome);
+        match state {
+            Ok(state) => {
+                if self.phase == Phase::Active && self.may.moves {
+                    self.notice(&state);
+                }
+                Ok(state.signals)
+            }
+            Err(fault) => {
+                self.give_up(&fault);
+                Err(fault)
+            }
+        }
+    }
+
+    /// Latches what a person must see to.
+    fn notice(&mut self, state: &State) {
+        if state.emergency_stop {
+            self.latch("an emergency stop was pressed".to_owned());
+        } else if !state.power {
+            self.latch("high power was turned off".to_owned());
+        } else if state.latched {
+            self.latch("the controller has latched a fault".to_owned());
+        }
+    }
+
+    fn give_up(&mut self, fault: &Fault) {
+        if fault.needs_a_person() {
+            self.latch(fault.to_string());
+        }
+        if fault.is_of_line() {
+            self.disconnect();
+        }
+    }
+
+    /// Goes to joint positions of the manifold: until there, or until the finger touches something.
+    pub fn go(&mut self, to: JointPositions) -> Outcome {
+        let connected = self.ensure_connected();
+        self.recorder.event("order", &format!("go {} {}", to.j1, to.j2));
+        let range = 0.0..=1.0;
+        let outcome = if range.contains(&to.j1) && range.contains(&to.j2) {
+            self.go_recorded(to, connected)
+        } else {
+            tracing::warn!(j1 = to.j1, j2 = to.j2, "refused: joint positions are 0 to 1");
+            Outcome::Refused
+        };
+        self.recorder.event("outcome", &format!("{outcome:?}"));
+        outcome
+    }
+
+    /// Goes to the rest posture, out of the camera's sight.
+    pub fn park(&mut self) -> Outcome {
+        let connected = self.ensure_connected();
+        self.recorder.event("order", "park");
+        let outcome = self.go_recorded(self.setup.rest, connected);
+        self.recorder.event("outcome", &format!("{outcome:?}"));
+        outcome
+    }
+
+    fn go_recorded(&mut self, to: JointPositions, connected: Result<(), Fault>) -> Outcome {
+        if let Err(fault) = connected {
+            tracing::debug!(%fault, "refused");
+            return Outcome::Refused;
+        }
+        if self.phase != Phase::Active {
+            tracing::debug!(phase = ?self.phase, "refused: the arm is not enabled");
+            return Outcome::Refused;
+        }
+        match self.go_now(to) {
+            Ok(outcome) => outcome,
+            Err(fault) => {
+                tracing::warn!(%fault, "the motion failed");
+                self.give_up(&fault);
+                Outcome::Failed
+            }
+        }
+    }
+
+    fn go_now(&mut self, to: JointPositions) -> Result<Outcome, Fault> {
+        if let Some(silent) = self.watch.signs().daemon.as_ref().map(|daemon| daemon.age())
+            && silent > self.watch.signs().silence_max
+        {
+            tracing::warn!(silent_ms = silent.as_millis(), "refused: the daemon is silent");
+            return Ok(Outcome::Refused);
+        }
+        let Some(controller) = &mut self.controller else { return Ok(Outcome::Refused) };
+        let (state, from) = (controller.state()?, controller.joints()?);
+        let unfit = if !self.may.moves { self.misplaced(&from) } else { self.unfit(&state, &from) };
+        if let Some(why) = unfit {
+            self.latch(why);
+            return Ok(Outcome::Refused);
+        }
+        let Some((path, heading)) = path::path(&self.setup, self.heading, &from, to) else {
+            return Ok(Outcome::Refused);
+        };
+        if !self.may.moves {
+            tracing::info!(legs = path.legs().len(), end = ?path.end(), "dry run: not moved");
+            return Ok(Outcome::Refused);
+        }
+        let moved = self.carry_out(&path)?;
+        self.heading = heading;
+        match moved {
+            Moved::Arrived => Ok(Outcome::Done),
+            Moved::Touched => self.press(to),
+            Moved::Stopped => Ok(Outcome::Failed),
+            Moved::OutOfTime => Ok(Outcome::TimedOut),
+        }
+    }
+
+    /// Carries out a motion, to its end or until it is stopped, and makes sure where it ended.
+    fn carry_out(&mut self, path: &Permitted) -> Result<Moved, Fault> {
+        let Some(controller) = &mut self.controller else { return Ok(Moved::Stopped) };
+        self.switch.release();
+        let watched = self.watch.motion();
+        let ended = follow(controller.as_mut(), path, &self.setup, &self.watch, &self.switch);
+        drop(watched);
+        match ended {
+            Ok(Moved::Arrived) => {
+                let joints = controller.joints()?;
+                if !self.setup.gate.is_at(path.end(), &joints) {
+                    self.latch(format!(
+                        "the arm says that it arrived at {:?}, but it is at {joints:?}: find out what holds it",
+                        path.end()
+                    ));
+                    return Ok(Moved::Stopped);
+                }
+                Ok(Moved::Arrived)
+            }
+            Ok(Moved::Stopped) if self.switch.pressed_by() == Some(Pressed::OutOfPlace) => {
+                self.latch("the arm was measured beyond its limits while it moved".to_owned());
+                Ok(Moved::Stopped)
+            }
+            Ok(moved) => Ok(moved),
+            Err(fault) => {
+                // Whatever it is, the arm is to stand still; if the line is gone, the controller's watchdog sees to it.
+                self.switch.press(Pressed::Trouble);
+                if let Err(halting) = controller.halt() {
+                    tracing::error!(%halting, "not known to stand still");
+                    if !halting.is_of_line() {
+                        self.latch(halting.to_string());
+                    }
+                }
+                Err(fault)
+            }
+        }
+    }
+
+    /// After a touch: if it is no longer felt, goes on a little, to come to rest against what was met.
+    fn press(&mut self, to: JointPositions) -> Result<Outcome, Fault> {
+        let untouched = if self.setup.file.touch.inverted { 0b1111 } else { 0 };
+        let Some(controller) = &mut self.controller else { return Ok(Outcome::Done) };
+        if controller.state()?.signals & 0b1111 != untouched {
+            return Ok(Outcome::Done);
+        }
+        let from = controller.joints()?;
+        let gate = &self.setup.gate;
+        let Some(start) = gate.taught().locate(&from, gate.tolerances()).map(|located| located.at) else {
+            return Ok(Outcome::Done);
+        };
+        let goal = Waypoint { joints: to, lift_m: start.lift_m };
+        let way_m = path::way_m(&self.setup, &(start, goal));
+        let end = path::between(start, goal, (PRESS_M_MAX / way_m.max(1e-6)).min(1.0));
+        let Some(joints) = gate.taught().at(end) else { return Ok(Outcome::Done) };
+        let Ok(path) = gate.permit(&from, vec![Leg { to: joints, speed_percent: 1 }], true) else {
+            return Ok(Outcome::Done);
+        };
+        match self.carry_out(&path)? {
+            Moved::Stopped => Ok(Outcome::Failed),
+            _ => Ok(Outcome::Done),
+        }
+    }
+
+    /// Where the arm is.
+    ///
+    /// # Errors
+    /// When the controller does not tell.
+    pub fn joints(&mut self) -> Result<Joints, Fault> {
+        self.ensure_connected()?;
+        match &mut self.controller {
+            Some(controller) => controller.joints(),
+            None => Err(Fault::Other("nobody answers on the line".to_owned())),
+        }
+    }
+
+    /// Ends: the arm stands still, and high power is off again if this process turned it on.
+    pub fn finish(&mut self) {
+        let Some(controller) = &mut self.controller else { return };
+        let standing = controller.halt();
+        if let Err(fault) = &standing {
+            tracing::error!(%fault, "not known to stand still");
+        }
+        if self.powered_by_us
+            && let Err(fault) = controller.power(false)
+        {
+            tracing::warn!(%fault, "high power stays on");
+        }
+        self.powered_by_us = false;
+        self.enabled = false;
+        self.disconnect();
+    }
+}

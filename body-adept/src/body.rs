@@ -1,0 +1,266 @@
+//! The Adept arm as a body: the same senses, actions and scene commands as the simulated one.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use pschema_protocol::body::{Body, Outcome, Senses};
+use pschema_protocol::description::{Action, Description, Value};
+use pschema_sim::declare::{Sensed, action, scene};
+use pschema_sim::manifold::JointPositions;
+use pschema_sim::touch::Side;
+use pschema_vision::eye::{Eye, Seen};
+
+use crate::arm::{Arm, Phase};
+use crate::config::Setup;
+use crate::operator::{Operator, OperatorError, Wish};
+use crate::sight::{FrameSource, SightError};
+
+/// How long an action waits for a person before it is refused.
+const PERSON_WAIT: Duration = Duration::from_secs(1);
+/// How often a person is asked again about the same thing.
+const ASK_EVERY: Duration = Duration::from_secs(30);
+/// Pause between two tries to sense.
+const SENSE_PAUSE: Duration = Duration::from_millis(50);
+/// How often the same trouble is told.
+const TELL_EVERY: Duration = Duration::from_secs(5);
+
+/// An arm with its camera, its eye and the person beside it.
+pub struct AdeptBody {
+    name: String,
+    setup: Arc<Setup>,
+    arm: Arm,
+    source: Box<dyn FrameSource>,
+    eye: Eye,
+    operator: Operator,
+    stop: Arc<AtomicBool>,
+    last: Sensed,
+    asked_at: Option<Instant>,
+    told_at: Option<Instant>,
+}
+
+impl AdeptBody {
+    /// A body of these parts. `stop` ends all its waits.
+    ///
+    /// # Errors
+    /// When the colours of the arm file cannot be told apart.
+    pub fn new(
+        name: &str,
+        arm: Arm,
+        source: Box<dyn FrameSource>,
+        operator: Operator,
+        stop: Arc<AtomicBool>,
+    ) -> Result<Self, String> {
+        let setup = arm.setup().clone();
+        Ok(Self {
+            name: name.to_owned(),
+            eye: setup.eye()?,
+            setup,
+            arm,
+            source,
+            operator,
+            stop,
+            last: Sensed::default(),
+            asked_at: None,
+            told_at: None,
+        })
+    }
+
+    /// The arm.
+    pub fn arm(&mut self) -> &mut Arm {
+        &mut self.arm
+    }
+
+    /// Takes a picture; where the finger is in it, in pixels.
+    ///
+    /// # Errors
+    /// When there is no picture.
+    pub fn find_finger(&mut self) -> Result<Option<(f64, f64)>, SightError> {
+        let image = self.source.frame()?;
+        Ok(self.eye.look(&image).finger.map(|blob| blob.centre_px))
+    }
+
+    fn stopping(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Tells of trouble, not too often.
+    fn tell(&mut self, trouble: &dyn std::fmt::Display) {
+        if self.told_at.is_none_or(|told| told.elapsed() > TELL_EVERY) {
+            tracing::warn!(%trouble, "cannot sense; waiting");
+            self.told_at = Some(Instant::now());
+        }
+    }
+
+    /// Looks and feels.
+    fn try_sense(&mut self) -> Result<Sensed, Box<dyn std::error::Error>> {
+        let signals = self.arm.signals()?;
+        let image = self.source.frame()?;
+        let seen = self.eye.look(&image);
+        Ok(sensed(&self.setup, signals, &seen))
+    }
+
+    /// Whether the arm may be moved; if not, asks the person who can see to that, and waits a moment.
+    fn attended(&mut self) -> bool {
+        if *self.arm.phase() == Phase::Active {
+            return true;
+        }
+        if let Err(fault) = self.arm.ensure_connected() {
+            tracing::debug!(%fault, "not connected");
+            self.rest(PERSON_WAIT);
+            return *self.arm.phase() == Phase::Active;
+        }
+        let phase = self.arm.phase().clone();
+        let wish = match &phase {
+            Phase::Active => return true,
+            Phase::Latched(why) => Wish::Reset(why),
+            Phase::Inactive | Phase::Unconnected => Wish::Enable("the arm is not enabled"),
+        };
+        if self.asked_at.is_some_and(|asked| asked.elapsed() < ASK_EVERY) || !self.operator.is_there() {
+            self.rest(PERSON_WAIT);
+            return false;
+        }
+        match self.operator.ask(&wish, ASK_EVERY, &self.stop) {
+            Ok(()) => match self.arm.enable() {
+                Ok(()) => return true,
+                Err(fault) => tracing::error!(%fault, "not enabled"),
+            },
+            Err(OperatorError::Stopped) => {}
+            Err(error) => tracing::warn!(%error, "the arm stays as it is"),
+        }
+        self.asked_at = Some(Instant::now());
+        false
+    }
+
+    /// Waits, unless it is to end.
+    fn rest(&self, time: Duration) {
+        let end = Instant::now() + time;
+        while !self.stopping() && Instant::now() < end {
+            std::thread::sleep(SENSE_PAUSE.min(time));
+        }
+    }
+
+    fn place(&mut self, object: u32, position: i64) -> Outcome {
+        let found = usize::try_from(position).ok().and_then(|position| {
+            let [x, y] = self.setup.file.places.at_mm.get(position)?;
+            Some((self.setup.file.objects.names.get(object as usize)?.clone(), position, (x.get(), y.get())))
+        });
+        let Some((object, position, at_mm)) = found else { return Outcome::Refused };
+        let parked = self.park();
+        if parked != Outcome::Done {
+            return parked;
+        }
+        self.arrange_by_hand(&Wish::Place { object: &object, position, at_mm })
+    }
+
+    fn remove(&mut self, object: u32) -> Outcome {
+        let Some(object) = self.setup.file.objects.names.get(object as usize).cloned() else {
+            return Outcome::Refused;
+        };
+        let parked = self.park();
+        if parked != Outcome::Done {
+            return parked;
+        }
+        self.arrange_by_hand(&Wish::Remove { object: &object })
+    }
+
+    fn park(&mut self) -> Outcome {
+        if self.attended() { self.arm.park() } else { Outcome::Refused }
+    }
+
+    fn arrange_by_hand(&mut self, wish: &Wish<'_>) -> Outcome {
+        match self.operator.arrange(wish, &self.stop) {
+            Ok(()) => Outcome::Done,
+            Err(error) => {
+                tracing::warn!(%error, ?wish, "not arranged");
+                Outcome::Refused
+            }
+        }
+    }
+}
+
+impl Body for AdeptBody {
+    fn describe(&self) -> Description {
+        self.setup.declaration(&self.name).describe()
+    }
+
+    /// A body that cannot sense does not report: it waits until it can, or is to end.
+    fn sense(&mut self, frame: &mut Senses) {
+        while !self.stopping() {
+            match self.try_sense() {
+                Ok(sensed) => {
+                    self.last = sensed;
+                    break;
+                }
+                Err(trouble) => {
+                    self.tell(&trouble);
+                    self.rest(SENSE_PAUSE);
+                }
+            }
+        }
+        self.last.report(frame);
+    }
+
+    fn act(&mut self, action: &Action) -> Outcome {
+        self.arm.ordered();
+        match (action.action, action.parameters.as_slice()) {
+            (action::MOVE, &[Value::Real(j1), Value::Real(j2)]) => {
+                if self.attended() {
+                    self.arm.go(JointPositions { j1, j2 })
+                } else {
+                    Outcome::Refused
+                }
+            }
+            _ => {
+                tracing::warn!(?action, "refused: not an action this body declared");
+                Outcome::Refused
+            }
+        }
+    }
+
+    fn arrange(&mut self, command: &Action) -> Outcome {
+        self.arm.ordered();
+        match (command.action, command.parameters.as_slice()) {
+            (scene::PLACE, &[Value::Symbol(object), Value::Integer(position)]) => {
+                self.place(object, position)
+            }
+            (scene::REMOVE, &[Value::Symbol(object)]) => self.remove(object),
+            (scene::PARK, []) => self.park(),
+            _ => {
+                tracing::warn!(?command, "refused: not a scene command this body declared");
+                Outcome::Refused
+            }
+        }
+    }
+}
+
+impl Drop for AdeptBody {
+    fn drop(&mut self) {
+        self.arm.finish();
+    }
+}
+
+/// What touch inputs and a picture come to.
+fn sensed(setup: &Setup, signals: u8, seen: &Seen) -> Sensed {
+    let touch = &setup.file.touch;
+    let signals = if touch.inverted { !signals & 0b1111 } else { signals & 0b1111 };
+    let felt = |side: &Side| {
+        touch
+            .sides
+            .iter()
+            .enumerate()
+            .any(|(bit, name)| Side::from(*name) == *side && signals & (1 << bit) != 0)
+    };
+    let field = |(u, v): (f64, f64)| setup.fields.field_at(u, v);
+    let object = |(colour, blob): &(usize, pschema_vision::blobs::Blob)| {
+        // The finger's own colour is no symbol of an object.
+        let symbol = if *colour > setup.finger_colour() { colour - 1 } else { *colour };
+        Some((u32::try_from(symbol).ok()?, field(blob.centre_px)?))
+    };
+    Sensed {
+        finger: seen.finger.as_ref().and_then(|blob| field(blob.centre_px)),
+        objects: seen.objects.iter().filter_map(object).collect(),
+        touching: signals != 0,
+        sides: Side::ALL.into_iter().filter(felt).collect(),
+    }
+}

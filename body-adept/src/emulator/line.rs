@@ -1,0 +1,128 @@
+//! What comes and goes on the line: answers wait here until they may leave, at the pace of the line and with its faults.
+
+use std::collections::VecDeque;
+use std::io;
+use std::time::{Duration, Instant};
+
+use super::faults::Faults;
+use super::pty::Pty;
+
+/// Bytes that may wait to leave. Beyond it, what a controller writes is lost.
+const WAITING_MAX: usize = 64 * 1024;
+/// Bits of a character on the line: start, eight, stop.
+const BITS: u32 = 10;
+
+/// The line with what waits to leave on it.
+pub(crate) struct Line {
+    pty: Pty,
+    pub(crate) faults: Faults,
+    pub(crate) faulty: bool,
+    baud: Option<u32>,
+    waiting: VecDeque<Leaving>,
+    waiting_bytes: usize,
+    /// When the last character has gone, should the line be paced.
+    free_at: Instant,
+    /// Likewise of those that come in.
+    heard_until: Instant,
+    plug_at: Option<Instant>,
+}
+
+struct Leaving {
+    at: Instant,
+    bytes: Vec<u8>,
+    unplug: Option<Duration>,
+}
+
+impl Line {
+    pub(crate) fn new(pty: Pty, faults: Faults, baud: Option<u32>, now: Instant) -> Self {
+        Self {
+            pty,
+            faults,
+            faulty: true,
+            baud,
+            waiting: VecDeque::new(),
+            waiting_bytes: 0,
+            free_at: now,
+            heard_until: now,
+            plug_at: None,
+        }
+    }
+
+    pub(crate) fn pty(&self) -> &Pty {
+        &self.pty
+    }
+
+    fn takes(&self, bytes: usize) -> Duration {
+        let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);
+        self.baud.map_or(Duration::ZERO, |baud| Duration::from_secs(1) * BITS * bytes / baud)
+    }
+
+    /// Has an answer leave.
+    pub(crate) fn say(&mut self, text: &str, now: Instant) {
+        let sent = if self.faulty {
+            self.faults.answer(text)
+        } else {
+            super::faults::Sent { bytes: text.as_bytes().to_vec(), ..Default::default() }
+        };
+        if self.waiting_bytes + sent.bytes.len() > WAITING_MAX {
+            tracing::warn!("what the controller says is lost: nobody reads");
+            return;
+        }
+        // A line has no overtaking.
+        let at = (now + sent.late).max(self.waiting.back().map_or(now, |last| last.at));
+        self.waiting_bytes += sent.bytes.len();
+        self.waiting.push_back(Leaving { at, bytes: sent.bytes, unplug: sent.unplug });
+    }
+
+    /// Pulls the plug, for a time.
+    pub(crate) fn unplug(&mut self, time: Duration, now: Instant) {
+        self.pty.unplug();
+        self.waiting.clear();
+        self.waiting_bytes = 0;
+        self.plug_at = Some(now + time);
+    }
+
+    /// When there is next something to do here; none while nothing waits.
+    pub(crate) fn due(&self) -> Option<Instant> {
+        let next = self.waiting.front().map(|next| next.at.max(self.free_at));
+        [next, self.plug_at].into_iter().flatten().min()
+    }
+
+    /// Lets leave what may.
+    pub(crate) fn flush(&mut self, now: Instant) -> io::Result<()> {
+        if self.plug_at.is_some_and(|at| at <= now) {
+            self.plug_at = None;
+            self.pty.plug()?;
+        }
+        while self.waiting.front().is_some_and(|next| next.at.max(self.free_at) <= now) {
+            let Some(mut next) = self.waiting.pop_front() else { return Ok(()) };
+            if let Some(time) = next.unplug {
+                self.unplug(time, now);
+                return Ok(());
+            }
+            // At a pace, a few characters at a time.
+            let chunk = if self.baud.is_some() { next.bytes.len().min(8) } else { next.bytes.len() };
+            let rest = next.bytes.split_off(chunk);
+            self.waiting_bytes = self.waiting_bytes.saturating_sub(chunk);
+            self.free_at = now + self.takes(chunk);
+            self.pty.write(&next.bytes)?;
+            if !rest.is_empty() {
+                self.waiting.push_front(Leaving { at: next.at, bytes: rest, unplug: None });
+            }
+        }
+        Ok(())
+    }
+
+    /// What has come in, with the line's faults; and how long it took to come, for a line that is paced.
+    pub(crate) fn hear(&mut self, now: Instant) -> io::Result<Vec<u8>> {
+        if self.heard_until > now {
+            return Ok(Vec::new());
+        }
+        let mut bytes = [0; 512];
+        let wanted = if self.baud.is_some() { 8 } else { bytes.len() };
+        let read = self.pty.read(bytes.get_mut(..wanted).unwrap_or_default())?;
+        let heard = bytes.get(..read).unwrap_or_default();
+        self.heard_until = now + self.takes(read);
+        Ok(if self.faulty { self.faults.bytes(heard) } else { heard.to_vec() })
+    }
+}

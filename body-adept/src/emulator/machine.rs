@@ -1,0 +1,384 @@
+//! The arm and its controller's state: power, calibration, emergency stop, softstops, one motion at a time. It knows
+//! no text and no line; the monitor and the server program are two ways to drive it.
+//!
+//! Behind it is body-sim's world: the same arm, table, blocks and camera as the simulated body's. The trajectory is
+//! this controller's own.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use pschema_protocol::body::Outcome;
+use pschema_sim::body::SimBody;
+use pschema_sim::config::{WorldError, WorldFile};
+use pschema_sim::touch::Side;
+use pschema_sim::world::STEP_S;
+use pschema_vision::image::RgbImage;
+
+use super::messages::{self, Message};
+use super::path::{JOINTS, Joints, Leg, Path};
+use super::record::Record;
+
+/// Softstops of the emulated robot, in degrees: first and last value of each joint. Wider than its work space, as
+/// those of a real one are.
+pub const SOFTSTOPS_DEG: [(f64, f64); JOINTS] =
+    [(-120.0, 120.0), (-170.0, 10.0), (0.0, 140.0), (-80.0, 10.0)];
+/// Time that power takes to come up, in seconds. From memory of such machines.
+pub(crate) const POWER_UP_S: f64 = 2.0;
+/// Time that calibration takes, in seconds. From memory; a real one also moves the arm a little.
+pub(crate) const CALIBRATION_S: f64 = 3.0;
+/// Deeper than this in what it meets, the arm has not followed, in metres.
+const ENVELOPE_M: f64 = 0.006;
+/// The finger's ball this near to the table scrapes it, in metres.
+const SCRAPE_M: f64 = 0.0005;
+/// Steps that blocks are given to come to rest after a motion.
+const SETTLE_STEPS_MAX: u32 = 240;
+/// The first of the digital inputs that the touch pads are wired to; the others follow in the order of [`Side::ALL`].
+pub(crate) const FIRST_SIGNAL: u16 = 1001;
+
+/// High power to the motors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Power {
+    Off,
+    /// Coming up; seconds that are left.
+    Coming(f64),
+    On,
+}
+
+/// How a motion ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum End {
+    Arrived,
+    /// A touch signal came on.
+    Touched,
+    /// Stopped by order.
+    Stopped,
+    /// An error, after which power is off.
+    Error(Message),
+}
+
+struct Motion {
+    path: Path,
+    /// Whether a touch signal that comes on ends it.
+    guarded: bool,
+    signals: u8,
+    why: Option<End>,
+}
+
+/// What is there besides orders: things that happen by themselves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Happened {
+    /// A motion ended.
+    Ended(End),
+    /// Power is up.
+    PowerUp,
+    /// Calibration is done.
+    Calibrated,
+}
+
+/// The controller with its arm.
+pub(crate) struct Machine {
+    body: SimBody,
+    joints: Joints,
+    speeds_deg_per_s: Joints,
+    power: Power,
+    /// Seconds of calibration that are left.
+    calibrating: Option<f64>,
+    calibrated: bool,
+    e_stop: bool,
+    motion: Option<Motion>,
+    happened: Vec<Happened>,
+    /// Time that is not a whole step yet, in seconds.
+    over_s: f64,
+    record: Arc<Mutex<Record>>,
+}
+
+impl Machine {
+    /// A controller that has just been switched on, its arm at rest in a world.
+    pub(crate) fn new(world: &str, seed: u64) -> Result<Self, WorldError> {
+        let body = SimBody::new("emulated", WorldFile::load(world)?, world, seed, false)?;
+        let joints = body.posture().angles_rad.map(f64::to_degrees);
+        let full = body.workspace().file.arm.joint_speed_max_deg_per_s.get();
+        Ok(Self {
+            body,
+            joints,
+            speeds_deg_per_s: [full; JOINTS],
+            power: Power::Off,
+            calibrating: None,
+            calibrated: false,
+            e_stop: false,
+            motion: None,
+            happened: Vec::new(),
+            over_s: 0.0,
+            record: Arc::new(Mutex::new(Record::new(joints))),
+        })
+    }
+
+    pub(crate) fn body(&self) -> &SimBody {
+        &self.body
+    }
+
+    /// Where the arm is, in degrees.
+    pub(crate) fn joints(&self) -> Joints {
+        self.joints
+    }
+
+    pub(crate) fn is_moving(&self) -> bool {
+        self.motion.is_some()
+    }
+
+    pub(crate) fn has_power(&self) -> bool {
+        self.power == Power::On
+    }
+
+    pub(crate) fn is_calibrated(&self) -> bool {
+        self.calibrated
+    }
+
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.e_stop
+    }
+
+    /// Whether anything goes on that takes time.
+    pub(crate) fn is_busy(&self) -> bool {
+        self.motion.is_some() || self.calibrating.is_some() || matches!(self.power, Power::Coming(_))
+    }
+
+    /// The touch pads as bits, the first signal lowest.
+    pub(crate) fn signals(&self) -> u8 {
+        let bit = |side: &Side| Side::ALL.iter().position(|other| other == side).map_or(0, |at| 1 << at);
+        self.body.felt().sides.iter().map(bit).fold(0, |all, bit| all | bit)
+    }
+
+    /// A digital input: of the touch pads; any other is off.
+    pub(crate) fn signal(&self, number: u16) -> bool {
+        number.checked_sub(FIRST_SIGNAL).is_some_and(|at| at < 4 && self.signals() & (1 << at) != 0)
+    }
+
+    /// Has power come up.
+    pub(crate) fn enable_power(&mut self) -> Result<(), Message> {
+        if self.e_stop {
+            return Err(messages::E_STOP);
+        }
+        if self.power == Power::Off {
+            self.power = Power::Coming(POWER_UP_S);
+        }
+        Ok(())
+    }
+
+    /// Takes power away: the brakes stop whatever moves.
+    pub(crate) fn disable_power(&mut self) {
+        self.power = Power::Off;
+        self.calibrating = None;
+        self.stop_for(End::Stopped);
+    }
+
+    /// Begins to calibrate.
+    pub(crate) fn calibrate(&mut self) -> Result<(), Message> {
+        if self.power != Power::On {
+            return Err(messages::POWER_OFF);
+        }
+        self.calibrating = Some(CALIBRATION_S);
+        Ok(())
+    }
+
+    /// Presses the emergency stop, or pulls it out again. Power stays off until it is enabled anew; calibration is kept.
+    pub(crate) fn press(&mut self, pressed: bool) {
+        if pressed && !self.e_stop {
+            self.record().e_stops += 1;
+            self.power = Power::Off;
+            self.calibrating = None;
+            self.stop_for(End::Error(messages::E_STOP));
+        }
+        self.e_stop = pressed;
+    }
+
+    /// Switches the controller off and on again: it forgets everything but where the arm is, for the brakes hold it.
+    pub(crate) fn cycle(&mut self) {
+        self.disable_power();
+        self.finish_motion();
+        self.calibrated = false;
+        self.happened.clear();
+    }
+
+    /// Begins a motion.
+    pub(crate) fn start(&mut self, legs: &[Leg], guarded: bool) -> Result<(), Message> {
+        if self.e_stop {
+            return Err(messages::E_STOP);
+        }
+        if self.power != Power::On {
+            return Err(messages::POWER_OFF);
+        }
+        if !self.calibrated {
+            return Err(messages::NOT_CALIBRATED);
+        }
+        if legs.iter().any(|leg| !within_softstops(&leg.to)) {
+            return Err(messages::OUT_OF_RANGE);
+        }
+        self.record().motion(legs);
+        let path = Path::new(self.joints, legs, self.speeds_deg_per_s);
+        self.motion = Some(Motion { path, guarded, signals: self.signals(), why: None });
+        Ok(())
+    }
+
+    /// Brakes what moves.
+    pub(crate) fn stop(&mut self) {
+        self.stop_for(End::Stopped);
+    }
+
+    fn stop_for(&mut self, why: End) {
+        if self.motion.is_some() {
+            self.record().stops += 1;
+        }
+        if let Some(motion) = &mut self.motion {
+            // An error weighs more than what stopped it before.
+            if motion.why.is_none() || matches!(why, End::Error(_)) {
+                motion.why = Some(why);
+            }
+            motion.path.brake();
+        }
+    }
+
+    /// Lets time pass.
+    pub(crate) fn advance(&mut self, time_s: f64) {
+        if let Power::Coming(left_s) = self.power {
+            self.power = Power::Coming(left_s - time_s);
+            if left_s <= time_s {
+                self.power = Power::On;
+                self.happened.push(Happened::PowerUp);
+            }
+        }
+        if let Some(left_s) = self.calibrating {
+            self.calibrating = Some(left_s - time_s).filter(|left_s| *left_s > 0.0);
+            if self.calibrating.is_none() {
+                self.calibrated = true;
+                self.happened.push(Happened::Calibrated);
+            }
+        }
+        self.over_s += time_s;
+        while self.over_s >= STEP_S {
+            self.over_s -= STEP_S;
+            if self.motion.is_none() {
+                // What came to rest stays so.
+                self.over_s = 0.0;
+                return;
+            }
+            self.step();
+        }
+    }
+
+    /// What happened since this was asked last.
+    pub(crate) fn happened(&mut self) -> Vec<Happened> {
+        std::mem::take(&mut self.happened)
+    }
+
+    /// One step of a motion.
+    fn step(&mut self) {
+        let Some(motion) = &mut self.motion else { return };
+        if !motion.path.is_over() {
+            self.joints = motion.path.advance(STEP_S);
+            let posture = self.body.workspace().arm.posture_of(self.joints.map(f64::to_radians));
+            self.body.drive(&posture);
+            self.record().passed(self.joints, posture.tip_m.z);
+            self.feel();
+        }
+        if self.motion.as_ref().is_some_and(|motion| motion.path.is_over()) {
+            self.finish_motion();
+        }
+    }
+
+    /// The reflex of a guarded motion, and the error of one that does not get on.
+    fn feel(&mut self) {
+        let felt = self.body.felt();
+        let signals = self.signals();
+        let file = &self.body.workspace().file;
+        let scrapes = self.body.posture().tip_m.z < file.finger.ball_radius_mm.metres() + SCRAPE_M;
+        if felt.overlap_m > ENVELOPE_M || scrapes {
+            let braking =
+                self.motion.as_ref().is_some_and(|motion| matches!(motion.why, Some(End::Error(_))));
+            if !braking {
+                self.power = Power::Off;
+                self.record().envelope_errors += 1;
+                self.stop_for(End::Error(messages::ENVELOPE));
+            }
+            return;
+        }
+        let Some(motion) = &mut self.motion else { return };
+        // As REACTI: a signal that comes on, not one that is on.
+        let came_on = signals & !motion.signals != 0;
+        motion.signals = signals;
+        if came_on && motion.guarded && motion.why.is_none() {
+            motion.why = Some(End::Touched);
+            motion.path.brake();
+        }
+    }
+
+    /// The motion is over, and so is what it set going.
+    fn finish_motion(&mut self) {
+        let Some(motion) = self.motion.take() else { return };
+        let posture = *self.body.posture();
+        let mut waited = 0;
+        while waited < SETTLE_STEPS_MAX && !self.body.world().is_still() {
+            self.body.drive(&posture);
+            waited += 1;
+        }
+        let arrived = motion.path.has_arrived();
+        let end = motion.why.filter(|why| !arrived || *why != End::Stopped).unwrap_or(End::Arrived);
+        self.happened.push(Happened::Ended(end));
+    }
+
+    /// Takes a picture.
+    pub(crate) fn picture(&mut self) -> &RgbImage {
+        self.body.look().0
+    }
+
+    /// Puts an object down, as a person does who can see that the arm is out of the way.
+    pub(crate) fn put(&mut self, object: &str, position: usize) -> Result<(), String> {
+        if self.is_moving() {
+            return Err("the arm is moving".to_owned());
+        }
+        let index = self.object(object)?;
+        let places = self.body.workspace().places.len();
+        if position >= places {
+            return Err(format!(
+                "there is no position {position}: they are 0 to {}",
+                places.saturating_sub(1)
+            ));
+        }
+        match self.body.put(index, position) {
+            Outcome::Done => Ok(()),
+            _ => Err("something else is in the way".to_owned()),
+        }
+    }
+
+    /// Takes an object away.
+    pub(crate) fn take_away(&mut self, object: &str) -> Result<(), String> {
+        let index = self.object(object)?;
+        match self.body.take_away(index) {
+            Outcome::Done => Ok(()),
+            _ => Err(format!("there is no {object}")),
+        }
+    }
+
+    fn object(&self, name: &str) -> Result<usize, String> {
+        let objects = &self.body.workspace().file.objects;
+        objects.iter().position(|object| object.name == name).ok_or_else(|| {
+            let known: BTreeSet<_> = objects.iter().map(|object| object.name.as_str()).collect();
+            format!("there is no {name}, only {}", known.into_iter().collect::<Vec<_>>().join(", "))
+        })
+    }
+
+    /// What the arm was made to do.
+    pub(crate) fn record(&self) -> MutexGuard<'_, Record> {
+        self.record.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The same, for whoever watches.
+    pub(crate) fn watched(&self) -> Arc<Mutex<Record>> {
+        Arc::clone(&self.record)
+    }
+}
+
+/// Whether every joint is where it may be. NaN is nowhere.
+pub(crate) fn within_softstops(joints: &Joints) -> bool {
+    joints.iter().zip(SOFTSTOPS_DEG).all(|(value, (first, last))| (first..=last).contains(value))
+}

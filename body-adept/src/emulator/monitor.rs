@@ -1,0 +1,524 @@
+//! The monitor: what a person at the controller's terminal types, and what the controller answers.
+//!
+//! From the vendor's documents: the prompt is a period at the beginning of a line; commands may be abbreviated;
+//! messages stand between asterisks; `SPEED` is a percentage of at most 100; precision points are `#name`, one value a
+//! joint; calibrating asks first. From a driver that works: commands end in CR LF, `DO SET #P=#PPOINT(…)`, `DO MOVE #P`,
+//! `HERE #P` prints values and asks a question that an empty line answers, `PANIC` stops.
+//!
+//! **From memory, not verified**: that the monitor echoes what is typed (`--echo off` for one that does not); the columns
+//! of `WHERE`, `HERE` and `LISTL`; that `DO MOVE` returns the prompt before the motion ends and `DO BREAK` waits for its
+//! end; that `PANIC` keeps power and `ESTOP` takes it away; that a motion asked for during another waits for it; that
+//! `LISTR` prints each value on a line of its own; what the controller says when it is switched on.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use super::machine::{End, Happened, Machine};
+use super::messages::{self, Message};
+use super::path::{JOINTS, Joints, Leg};
+
+/// Longest line taken, in bytes; what comes beyond is an overrun.
+const LINE_BYTES_MAX: usize = 256;
+/// Points remembered.
+const POINTS_MAX: usize = 256;
+/// Bytes typed ahead while a command takes its time.
+const TYPED_AHEAD_MAX: usize = 1024;
+/// The byte that ends the waiting of a command: Ctrl-C.
+const BREAK_BYTE: u8 = 3;
+/// What V+ calls true.
+const TRUE: f64 = -1.0;
+
+/// What the controller says when it is switched on.
+pub(crate) const START_UP: &str =
+    "\r\n\r\nAdept V+ (emulated by pschema)\r\nNo robot attached to this line but a simulated one\r\n";
+
+/// What the monitor waits for before it prompts again.
+#[derive(Clone, Debug, PartialEq)]
+enum Waiting {
+    /// Power to come up.
+    Power,
+    /// Calibration to end.
+    Calibration,
+    /// The motion to end.
+    Motion,
+    /// The motion to end, before another one begins.
+    Next(Leg),
+    /// A yes to calibrating.
+    Sure,
+    /// Other values for a point, or none.
+    Change(String),
+}
+
+/// The monitor, between characters.
+pub(crate) struct Monitor {
+    echo: bool,
+    line: Vec<u8>,
+    overrun: bool,
+    after_return: bool,
+    waiting: Option<Waiting>,
+    ahead: VecDeque<u8>,
+    speed_percent: f64,
+    points: BTreeMap<String, Joints>,
+}
+
+impl Monitor {
+    pub(crate) fn new(echo: bool) -> Self {
+        Self {
+            echo,
+            line: Vec::new(),
+            overrun: false,
+            after_return: false,
+            waiting: None,
+            ahead: VecDeque::new(),
+            speed_percent: 100.0,
+            points: BTreeMap::new(),
+        }
+    }
+
+    /// The first prompt.
+    pub(crate) fn prompt(out: &mut String) {
+        out.push_str("\r\n.");
+    }
+
+    /// Takes bytes from the line.
+    pub(crate) fn take(&mut self, bytes: &[u8], machine: &mut Machine, out: &mut String) {
+        for byte in bytes {
+            self.typed(*byte, machine, out);
+        }
+    }
+
+    fn typed(&mut self, byte: u8, machine: &mut Machine, out: &mut String) {
+        if byte == BREAK_BYTE {
+            self.line.clear();
+            self.ahead.clear();
+            if self.waiting.take().is_some() {
+                Self::prompt(out);
+            }
+            return;
+        }
+        let asked = matches!(self.waiting, Some(Waiting::Sure | Waiting::Change(_)));
+        if self.waiting.is_some() && !asked {
+            if self.ahead.len() < TYPED_AHEAD_MAX {
+                self.ahead.push_back(byte);
+            }
+            return;
+        }
+        let line_feed_of_return = byte == b'\n' && std::mem::take(&mut self.after_return);
+        self.after_return = byte == b'\r';
+        match byte {
+            b'\n' if line_feed_of_return => {}
+            b'\r' | b'\n' => {
+                if self.echo {
+                    out.push_str("\r\n");
+                }
+                let line = std::mem::take(&mut self.line);
+                machine.record().lines += 1;
+                if std::mem::take(&mut self.overrun) {
+                    return self.answered(Err(messages::OVERRUN), out);
+                }
+                let line = String::from_utf8_lossy(&line).trim().to_owned();
+                self.entered(&line, machine, out);
+            }
+            8 | 127 => drop(self.line.pop()),
+            byte => {
+                if self.line.len() >= LINE_BYTES_MAX {
+                    self.overrun = true;
+                } else {
+                    self.line.push(byte);
+                    if self.echo {
+                        out.push(char::from(byte));
+                    }
+                }
+            }
+        }
+    }
+
+    /// What happened by itself: it may be what a command waits for.
+    pub(crate) fn happened(&mut self, happened: Happened, machine: &mut Machine, out: &mut String) {
+        let done = match (happened, self.waiting.take()) {
+            (Happened::PowerUp, Some(Waiting::Power))
+            | (Happened::Calibrated, Some(Waiting::Calibration)) => Some(Ok(())),
+            (Happened::Ended(End::Error(message)), waiting) => {
+                out.push_str(&format!("\r\n{}", message.starred()));
+                match waiting {
+                    Some(asked @ (Waiting::Sure | Waiting::Change(_))) => {
+                        self.waiting = Some(asked);
+                        None
+                    }
+                    _ => Some(Ok(())),
+                }
+            }
+            (Happened::Ended(_), Some(Waiting::Motion)) => Some(Ok(())),
+            (Happened::Ended(_), Some(Waiting::Next(leg))) => Some(machine.start(&[leg], false)),
+            (_, waiting) => {
+                self.waiting = waiting;
+                None
+            }
+        };
+        if let Some(done) = done {
+            self.answered(done, out);
+        }
+        while self.waiting.is_none()
+            && let Some(byte) = self.ahead.pop_front()
+        {
+            self.typed(byte, machine, out);
+        }
+    }
+
+    fn answered(&mut self, done: Result<(), Message>, out: &mut String) {
+        if let Err(message) = done {
+            out.push_str(&message.starred());
+        }
+        if self.waiting.is_none() {
+            Self::prompt(out);
+        }
+    }
+
+    fn entered(&mut self, line: &str, machine: &mut Machine, out: &mut String) {
+        let done = match self.waiting.take() {
+            Some(Waiting::Sure) => {
+                if !line.eq_ignore_ascii_case("y") {
+                    Ok(())
+                } else {
+                    let begun = machine.calibrate();
+                    self.waiting = begun.is_ok().then_some(Waiting::Calibration);
+                    begun
+                }
+            }
+            Some(Waiting::Change(point)) => match (line.is_empty(), joints(line)) {
+                (true, _) => Ok(()),
+                (_, Some(values)) => self.remember(&point, values),
+                _ => Err(messages::ILLEGAL_VALUE),
+            },
+            _ => self.command(line, machine, out),
+        };
+        self.answered(done, out);
+    }
+
+    fn command(&mut self, line: &str, machine: &mut Machine, out: &mut String) -> Result<(), Message> {
+        if line.is_empty() {
+            return Ok(());
+        }
+        let (verb, rest) = line.split_once(' ').unwrap_or((line, ""));
+        let (verb, rest) = (verb.to_ascii_uppercase(), rest.trim());
+        let is = |name: &str| verb.len() >= 2 && name.starts_with(&verb);
+        match () {
+            () if is("DO") => self.instruction(rest, machine, out),
+            () if is("ENABLE") => self.switch(rest, true, machine),
+            () if is("DISABLE") => self.switch(rest, false, machine),
+            () if is("CALIBRATE") => {
+                if !machine.has_power() {
+                    return Err(messages::POWER_OFF);
+                }
+                out.push_str("Are you sure (Y/N)? ");
+                self.waiting = Some(Waiting::Sure);
+                Ok(())
+            }
+            () if is("SPEED") => self.speed(rest),
+            () if is("WHERE") => {
+                out.push_str(&self.whereabouts(machine));
+                Ok(())
+            }
+            () if is("HERE") => self.here(rest, machine, out),
+            () if is("LISTL") => self.list_point(rest, out),
+            () if is("LISTR") => Self::list_values(rest, machine, out),
+            () if is("STATUS") => {
+                let moving = if machine.is_moving() { "moving" } else { "in position" };
+                out.push_str(&format!("Task 0: idle; robot 1 {moving}; speed {}\r\n", self.speed_percent));
+                Ok(())
+            }
+            () if is("ID") => {
+                out.push_str("Software: 12.1 (emulated)  Controller: 0  Robot 1: 4 joints\r\n");
+                Ok(())
+            }
+            () if is("PANIC") || is("ABORT") => {
+                machine.stop();
+                Ok(())
+            }
+            () if is("ESTOP") => {
+                machine.disable_power();
+                Ok(())
+            }
+            () => Err(messages::ILLEGAL_COMMAND),
+        }
+    }
+
+    fn switch(&mut self, name: &str, on: bool, machine: &mut Machine) -> Result<(), Message> {
+        let name = name.to_ascii_uppercase();
+        if name == "CP" || name == "ECHO" {
+            return Ok(());
+        }
+        if name.len() < 2 || !"POWER".starts_with(&name) {
+            return Err(messages::ILLEGAL_VALUE);
+        }
+        if on {
+            machine.enable_power()?;
+            self.waiting = (!machine.has_power()).then_some(Waiting::Power);
+        } else {
+            machine.disable_power();
+        }
+        Ok(())
+    }
+
+    fn speed(&mut self, text: &str) -> Result<(), Message> {
+        let percent = super::decimal(text).filter(|percent| *percent > 0.0).ok_or(messages::ILLEGAL_VALUE)?;
+        // Documented: more than 100 is taken for 100.
+        self.speed_percent = percent.min(100.0);
+        Ok(())
+    }
+
+    fn instruction(&mut self, text: &str, machine: &mut Machine, out: &mut String) -> Result<(), Message> {
+        let (verb, rest) = text.split_once(' ').unwrap_or((text, ""));
+        let rest = rest.trim();
+        match verb.to_ascii_uppercase().as_str() {
+            "SET" => {
+                let (point, value) = rest.split_once('=').ok_or(messages::BAD_SYNTAX)?;
+                let value = value.trim().to_ascii_uppercase();
+                let inner = value.strip_prefix("#PPOINT(").and_then(|value| value.strip_suffix(')'));
+                let values = joints(inner.ok_or(messages::BAD_SYNTAX)?).ok_or(messages::ILLEGAL_VALUE)?;
+                self.remember(&point_name(point)?, values)
+            }
+            "MOVE" => {
+                let name = point_name(rest)?;
+                let to = *self.points.get(&name).ok_or(messages::UNDEFINED)?;
+                let leg = Leg { to, speed: self.speed_percent / 100.0 };
+                if machine.is_moving() {
+                    self.waiting = Some(Waiting::Next(leg));
+                    return Ok(());
+                }
+                machine.start(&[leg], false)
+            }
+            "BREAK" => {
+                self.waiting = machine.is_moving().then_some(Waiting::Motion);
+                Ok(())
+            }
+            "BRAKE" => {
+                machine.stop();
+                Ok(())
+            }
+            "SPEED" => self.speed(rest),
+            "HERE" => {
+                let name = point_name(rest)?;
+                self.remember(&name, machine.joints())
+            }
+            "ENABLE" => self.switch(rest, true, machine),
+            "DISABLE" => self.switch(rest, false, machine),
+            "TYPE" => {
+                out.push_str(rest.trim_matches('"'));
+                out.push_str("\r\n");
+                Ok(())
+            }
+            _ => Err(messages::ILLEGAL_INSTRUCTION),
+        }
+    }
+
+    fn remember(&mut self, point: &str, values: Joints) -> Result<(), Message> {
+        if self.points.len() >= POINTS_MAX && !self.points.contains_key(point) {
+            return Err(messages::OVERRUN);
+        }
+        self.points.insert(point.to_owned(), values);
+        Ok(())
+    }
+
+    fn here(&mut self, text: &str, machine: &Machine, out: &mut String) -> Result<(), Message> {
+        let name = point_name(text)?;
+        self.remember(&name, machine.joints())?;
+        out.push_str(&listing(&machine.joints()));
+        out.push_str("Change? ");
+        self.waiting = Some(Waiting::Change(name));
+        Ok(())
+    }
+
+    fn list_point(&self, text: &str, out: &mut String) -> Result<(), Message> {
+        let name = point_name(text)?;
+        let values = self.points.get(&name).ok_or(messages::UNDEFINED)?;
+        out.push_str(&listing(values));
+        Ok(())
+    }
+
+    /// `WHERE`: where the tool is in the world, then the joints.
+    fn whereabouts(&self, machine: &Machine) -> String {
+        let tip = machine.body().posture().tip_m * 1000.0;
+        let joints = machine.joints();
+        let world = [tip.x, tip.y, tip.z, 0.0, 180.0, joints.first().copied().unwrap_or_default()];
+        format!(
+            "      X          Y          Z          y          p          r\r\n{}\r\n{}",
+            columns(&world),
+            listing(&joints)
+        )
+    }
+
+    fn list_values(text: &str, machine: &Machine, out: &mut String) -> Result<(), Message> {
+        for expression in text.split(',') {
+            let value = Self::value(expression.trim(), machine)?;
+            out.push_str(&format!("{value}\r\n"));
+        }
+        Ok(())
+    }
+
+    /// The real-valued functions that a driver asks for.
+    fn value(expression: &str, machine: &Machine) -> Result<f64, Message> {
+        let upper = expression.to_ascii_uppercase();
+        let truth = |holds: bool| if holds { TRUE } else { 0.0 };
+        let argument =
+            |name: &str| Some(upper.strip_prefix(name)?.trim().strip_prefix('(')?.strip_suffix(')')?.trim());
+        if let Some(signal) = argument("SIG") {
+            let number = signal.parse().map_err(|_| messages::ILLEGAL_VALUE)?;
+            return Ok(truth(machine.signal(number)));
+        }
+        if let Some(name) = argument("SWITCH") {
+            return match name {
+                "POWER" => Ok(truth(machine.has_power())),
+                "CP" => Ok(TRUE),
+                _ => Err(messages::ILLEGAL_VALUE),
+            };
+        }
+        if let Some(number) = argument("STATE") {
+            return match number {
+                // Bit 3: an emergency stop is pressed; used so by working programs.
+                "4" => Ok(if machine.is_stopped() { 4.0 } else { 0.0 }),
+                // Above 0 while the robot moves; likewise.
+                "9" => Ok(if machine.is_moving() { 1.0 } else { 0.0 }),
+                // Calibrated or not: from memory.
+                "10" => Ok(truth(machine.is_calibrated())),
+                _ => Err(messages::ILLEGAL_VALUE),
+            };
+        }
+        Err(messages::BAD_SYNTAX)
+    }
+}
+
+fn point_name(text: &str) -> Result<String, Message> {
+    let name = text.trim().strip_prefix('#').ok_or(messages::BAD_SYNTAX)?;
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '.' || c == '_';
+    if name.is_empty() || name.len() > 15 || !name.chars().all(plain) {
+        return Err(messages::BAD_SYNTAX);
+    }
+    Ok(name.to_ascii_uppercase())
+}
+
+/// One value a joint, with commas between.
+fn joints(text: &str) -> Option<Joints> {
+    let values: Vec<f64> =
+        text.split(',').map(|value| super::decimal(value.trim())).collect::<Option<_>>()?;
+    values.try_into().ok()
+}
+
+fn listing(joints: &Joints) -> String {
+    let heads: Vec<_> = (1..=JOINTS).map(|joint| format!("{:>10}", format!("J{joint}"))).collect();
+    format!("{}\r\n{}\r\n", heads.join(" "), columns(joints))
+}
+
+fn columns(values: &[f64]) -> String {
+    values.iter().map(|value| format!("{value:>10.3}")).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Bench {
+        monitor: Monitor,
+        machine: Machine,
+    }
+
+    impl Bench {
+        fn new(echo: bool) -> Self {
+            Self { monitor: Monitor::new(echo), machine: Machine::new("narrow", 1).unwrap() }
+        }
+
+        fn ready() -> Self {
+            let mut bench = Self::new(false);
+            assert_eq!(bench.typed("EN PO\r\n"), "");
+            assert_eq!(bench.wait(3.0), "\r\n.");
+            assert_eq!(bench.typed("CA\r\n"), "Are you sure (Y/N)? ");
+            assert_eq!(bench.typed("Y\r\n"), "");
+            assert_eq!(bench.wait(4.0), "\r\n.");
+            bench
+        }
+
+        fn typed(&mut self, text: &str) -> String {
+            let mut out = String::new();
+            self.monitor.take(text.as_bytes(), &mut self.machine, &mut out);
+            out
+        }
+
+        fn wait(&mut self, time_s: f64) -> String {
+            let mut out = String::new();
+            for _ in 0..(time_s / 0.01) as usize {
+                self.machine.advance(0.01);
+                for happened in self.machine.happened() {
+                    self.monitor.happened(happened, &mut self.machine, &mut out);
+                }
+            }
+            out
+        }
+    }
+
+    #[test]
+    fn what_is_typed_is_echoed_and_a_prompt_is_a_period_at_the_beginning_of_a_line() {
+        let mut bench = Bench::new(true);
+        assert_eq!(bench.typed("SPEED 30\r\n"), "SPEED 30\r\n\r\n.");
+        assert_eq!(bench.typed("FLY\r"), "FLY\r\n*Illegal monitor command*\r\n.");
+        assert_eq!(bench.typed("SPEED -1\r\n"), "SPEED -1\r\n*Invalid argument*\r\n.");
+    }
+
+    #[test]
+    fn a_motion_returns_the_prompt_at_once_and_break_waits_for_its_end() {
+        let mut bench = Bench::ready();
+        assert_eq!(bench.typed("DO SET #P=#PPOINT(20,-114.4,117.2,-57.8)\r\n"), "\r\n.");
+        let listed = bench.typed("LISTL #P\r\n");
+        assert!(listed.contains("20.000   -114.400    117.200    -57.800"), "{listed:?}");
+        assert_eq!(bench.typed("SPEED 50\r\nDO MOVE #P\r\n"), "\r\n.\r\n.");
+        assert_eq!(bench.typed("LISTR STATE(9), SIG(1001)\r\n"), "1\r\n0\r\n\r\n.");
+        assert_eq!(bench.typed("DO BREAK\r\nWHERE\r\n"), "", "typed ahead, it waits");
+        let after = bench.wait(5.0);
+        assert!(
+            after.starts_with("\r\n.") && after.contains("20.000   -114.400    117.200    -57.800"),
+            "{after:?}"
+        );
+    }
+
+    #[test]
+    fn here_asks_for_a_change_that_an_empty_line_declines() {
+        let mut bench = Bench::new(false);
+        let said = bench.typed("HERE #Q\r\n");
+        assert!(said.ends_with("Change? "), "{said:?}");
+        assert_eq!(bench.typed("\r\n"), "\r\n.");
+        assert_eq!(bench.typed("DO MOVE #Q\r\n"), "*Robot power off*\r\n.");
+        assert_eq!(bench.typed("DO MOVE #R\r\n"), "*Undefined value*\r\n.");
+    }
+
+    #[test]
+    fn panic_stops_and_keeps_power_estop_takes_it_away() {
+        for (stop, powered) in [("PANIC", true), ("ESTOP", false)] {
+            let mut bench = Bench::ready();
+            bench.typed("DO SET #P=#PPOINT(60,-114.4,117.2,-57.8)\r\nSPEED 20\r\nDO MOVE #P\r\n");
+            bench.wait(0.5);
+            bench.typed(&format!("{stop}\r\n"));
+            bench.wait(0.2);
+            assert!(!bench.machine.is_moving() && bench.machine.joints()[0] < 59.0);
+            assert_eq!(bench.machine.has_power(), powered, "{stop}");
+        }
+    }
+
+    #[test]
+    fn an_emergency_stop_is_said_unasked_and_ends_whatever_waits() {
+        let mut bench = Bench::ready();
+        bench.typed("DO SET #P=#PPOINT(60,-114.4,117.2,-57.8)\r\nSPEED 20\r\nDO MOVE #P\r\nDO BREAK\r\n");
+        bench.wait(0.5);
+        bench.machine.press(true);
+        assert_eq!(bench.wait(0.5), "\r\n*E-STOP from user E-STOP button*\r\n.");
+        assert_eq!(bench.typed("LISTR SWITCH(POWER),STATE(4)\r\n"), "0\r\n4\r\n\r\n.");
+    }
+
+    #[test]
+    fn lines_that_are_too_long_and_bytes_of_noise_do_nothing() {
+        let mut bench = Bench::ready();
+        let said = bench.typed(&format!("{}\r\n", "DO MOVE #P ".repeat(100)));
+        assert_eq!(said, "*Communications overrun*\r\n.");
+        let mut out = String::new();
+        bench.monitor.take(&[0, 255, 128, b'\r'], &mut bench.machine, &mut out);
+        assert_eq!(out, "*Illegal monitor command*\r\n.");
+        assert_eq!(bench.machine.record().motions, 0);
+    }
+}

@@ -1,0 +1,110 @@
+//! The line: a pseudo-terminal whose other end a driver opens like a serial port. It can be unplugged and plugged in
+//! again.
+
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{Mode, OFlags};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+
+/// A pseudo-terminal, with a name that stays the same when it is plugged in anew.
+pub(crate) struct Pty {
+    link: PathBuf,
+    ends: Option<Ends>,
+}
+
+struct Ends {
+    ours: OwnedFd,
+    /// The driver's end is kept open here as well: without it, reading fails while no driver is there.
+    _theirs: OwnedFd,
+}
+
+impl Pty {
+    /// A line, plugged in, which drivers find under `link`.
+    pub(crate) fn new(link: &Path) -> io::Result<Self> {
+        let mut pty = Self { link: link.to_owned(), ends: None };
+        pty.plug()?;
+        Ok(pty)
+    }
+
+    /// Plugs it in.
+    pub(crate) fn plug(&mut self) -> io::Result<()> {
+        let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+        grantpt(&ours)?;
+        unlockpt(&ours)?;
+        let name = ptsname(&ours, Vec::new())?;
+        let theirs = rustix::fs::open(
+            name.as_c_str(),
+            OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC,
+            Mode::empty(),
+        )?;
+        // As a serial port is: nothing is echoed, changed or kept until the line's end.
+        let mut settings = tcgetattr(&theirs)?;
+        settings.make_raw();
+        tcsetattr(&theirs, OptionalActions::Now, &settings)?;
+        rustix::io::ioctl_fionbio(&ours, true)?;
+        let target = name.to_str().map_err(io::Error::other)?;
+        remove_link(&self.link)?;
+        std::os::unix::fs::symlink(target, &self.link)?;
+        self.ends = Some(Ends { ours, _theirs: theirs });
+        Ok(())
+    }
+
+    /// Pulls the plug: the driver's end hangs up.
+    pub(crate) fn unplug(&mut self) {
+        self.ends = None;
+        if let Err(error) = remove_link(&self.link) {
+            tracing::warn!(%error, link = %self.link.display(), "cannot remove the link");
+        }
+    }
+
+    /// To wait for; none while unplugged.
+    pub(crate) fn fd(&self) -> Option<BorrowedFd<'_>> {
+        self.ends.as_ref().map(|ends| ends.ours.as_fd())
+    }
+
+    /// Reads what has come; 0 when nothing has.
+    pub(crate) fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let Some(ends) = &self.ends else { return Ok(0) };
+        match rustix::io::read(&ends.ours, into) {
+            Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR | rustix::io::Errno::IO) => Ok(0),
+            read => Ok(read?),
+        }
+    }
+
+    /// Writes. What nobody takes is lost, as on a real line.
+    pub(crate) fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let Some(ends) = &self.ends else { return Ok(()) };
+        let mut left = bytes;
+        while !left.is_empty() {
+            match rustix::io::write(&ends.ours, left) {
+                Ok(written) => left = left.get(written..).unwrap_or_default(),
+                Err(rustix::io::Errno::INTR) => {}
+                Err(rustix::io::Errno::AGAIN | rustix::io::Errno::IO) => return Ok(()),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Pty {
+    fn drop(&mut self) {
+        self.unplug();
+    }
+}
+
+/// Removes a link, and nothing that is none.
+fn remove_link(link: &Path) -> io::Result<()> {
+    match link.symlink_metadata() {
+        Ok(found) if found.file_type().is_symlink() => std::fs::remove_file(link),
+        Ok(_) => Err(io::Error::new(
+            io::ErrorKind::AlreadyExists,
+            "it exists and is no symbolic link: name another",
+        )),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(error),
+    }
+}

@@ -1,0 +1,473 @@
+//! The program `pschema.v2` as it runs on the controller, on a user serial line: lines that end in LF, no echo, no line
+//! editing, every line with a sum. Its words are explained in `vplus/pschema.v2`, whose behaviour this follows.
+
+use std::time::{Duration, Instant};
+
+use super::machine::{End, Happened, Machine};
+use super::messages;
+use super::path::{JOINTS, Joints, Leg};
+use super::sum;
+
+/// Longest line taken, in bytes.
+const LINE_BYTES_MAX: usize = 128;
+/// Points that may come before the end of a motion.
+const VIAS_MAX: usize = 64;
+/// Highest number of a request.
+const NUMBER_MAX: u32 = 999_999;
+/// The byte that stops the arm without being part of a line: Ctrl-C.
+const STOP_BYTE: u8 = 3;
+
+/// What the program itself refuses.
+mod refusal {
+    pub(super) const BUSY: (i32, &str) = (10, "busy");
+    pub(super) const LATCHED: (i32, &str) = (11, "latched");
+    pub(super) const VALUES: (i32, &str) = (12, "values");
+    pub(super) const TOO_MANY: (i32, &str) = (14, "too many points");
+    pub(super) const UNKNOWN: (i32, &str) = (15, "unknown");
+    pub(super) const CHECKSUM: (i32, &str) = (16, "checksum");
+    pub(super) const REPEATED: (i32, &str) = (17, "repeated");
+}
+
+/// What a request leads to: an answer, none yet, or a refusal.
+type Answer = Result<Option<String>, (i32, &'static str)>;
+
+/// How a motion ended, in the program's numbers.
+mod ended {
+    pub(super) const ARRIVED: i32 = 0;
+    pub(super) const TOUCHED: i32 = 1;
+    pub(super) const STOPPED: i32 = 2;
+    pub(super) const WATCHDOG: i32 = 3;
+}
+
+/// The program, between lines.
+pub(crate) struct ServerProgram {
+    watchdog: Duration,
+    line: Vec<u8>,
+    /// Whether the line under way is too long to be taken.
+    overlong: bool,
+    fed_at: Instant,
+    vias: Vec<Leg>,
+    /// The number of the motion under way, or the last one.
+    moving: u32,
+    last_ended: (u32, i32),
+    /// Set by whatever stopped the arm that a person should know about; moves are refused until `RESET`.
+    latched: bool,
+    watchdog_stopped: bool,
+    /// Requests that are answered when power or calibration are done.
+    awaiting_power: Option<u32>,
+    awaiting_calibration: Option<u32>,
+}
+
+impl ServerProgram {
+    pub(crate) fn new(watchdog: Duration, now: Instant) -> Self {
+        Self {
+            watchdog,
+            line: Vec::new(),
+            overlong: false,
+            fed_at: now,
+            vias: Vec::new(),
+            moving: 0,
+            last_ended: (0, ended::ARRIVED),
+            latched: false,
+            watchdog_stopped: false,
+            awaiting_power: None,
+            awaiting_calibration: None,
+        }
+    }
+
+    /// Takes bytes from the line; answers go to `out`, one after the other.
+    pub(crate) fn take(&mut self, bytes: &[u8], machine: &mut Machine, now: Instant, out: &mut Vec<String>) {
+        for byte in bytes {
+            match *byte {
+                STOP_BYTE => self.stop(machine),
+                b'\n' => {
+                    let line = std::mem::take(&mut self.line);
+                    let overlong = std::mem::take(&mut self.overlong);
+                    self.fed_at = now;
+                    machine.record().lines += 1;
+                    if overlong {
+                        out.push(refused(0, refusal::CHECKSUM));
+                    } else {
+                        out.extend(self.line(&line, machine));
+                    }
+                }
+                b'\r' => {}
+                _ if self.line.len() >= LINE_BYTES_MAX => self.overlong = true,
+                byte => self.line.push(byte),
+            }
+        }
+    }
+
+    /// Stops a motion for which no line comes any more.
+    pub(crate) fn watch(&mut self, machine: &mut Machine, now: Instant) {
+        if machine.is_moving() && now.saturating_duration_since(self.fed_at) > self.watchdog && !self.latched
+        {
+            machine.record().watchdog_stops += 1;
+            self.watchdog_stopped = true;
+            self.stop(machine);
+            self.latched = true;
+        }
+    }
+
+    /// Tells what happened by itself.
+    pub(crate) fn happened(&mut self, happened: Happened, out: &mut Vec<String>) {
+        match happened {
+            Happened::PowerUp => out.extend(self.awaiting_power.take().map(ok)),
+            Happened::Calibrated => out.extend(self.awaiting_calibration.take().map(ok)),
+            Happened::Ended(end) => {
+                let code = match end {
+                    End::Stopped if std::mem::take(&mut self.watchdog_stopped) => ended::WATCHDOG,
+                    End::Arrived => ended::ARRIVED,
+                    End::Touched => ended::TOUCHED,
+                    End::Stopped => ended::STOPPED,
+                    End::Error(message) => {
+                        self.latched = true;
+                        message.code
+                    }
+                };
+                self.last_ended = (self.moving, code);
+                out.push(format!("END {} {code}", self.moving));
+            }
+        }
+    }
+
+    fn stop(&mut self, machine: &mut Machine) {
+        self.vias.clear();
+        machine.stop();
+    }
+
+    /// The answer to a line; none when it comes later.
+    fn line(&mut self, line: &[u8], machine: &mut Machine) -> Option<String> {
+        let line = String::from_utf8_lossy(line);
+        if line.trim() == "STOP" {
+            // Stopping needs no proof.
+            self.stop(machine);
+            return Some(ok(0));
+        }
+        let Some(text) = sum::checked(&line) else { return Some(refused(0, refusal::CHECKSUM)) };
+        let mut words = text.split(' ');
+        let verb = words.next().unwrap_or_default();
+        let Some(number) = words.next().and_then(number).filter(|number| *number <= NUMBER_MAX) else {
+            return Some(refused(0, refusal::VALUES));
+        };
+        let values: Vec<&str> = words.collect();
+        match self.obey(verb, number, &values, machine) {
+            Ok(answer) => answer,
+            Err((code, text)) => Some(error(number, code, text)),
+        }
+    }
+
+    fn obey(&mut self, verb: &str, number: u32, values: &[&str], machine: &mut Machine) -> Answer {
+        let none = |answer: String| if values.is_empty() { Ok(Some(answer)) } else { Err(refusal::VALUES) };
+        match verb {
+            "HELLO" => {
+                self.moving = 0;
+                none(format!("OK {number} PSCHEMA 1 {JOINTS} {}", self.watchdog.as_millis()))
+            }
+            "PING" => none(ok(number)),
+            "STAT" => none(self.state(number, machine)),
+            "WHERE" => {
+                let joints = machine.joints().map(|value| format!("{value:.3}"));
+                none(format!("OK {number} {}", joints.join(" ")))
+            }
+            "STOP" => {
+                self.stop(machine);
+                Ok(Some(ok(number)))
+            }
+            "RESET" => {
+                self.latched = machine.is_stopped();
+                if self.latched {
+                    Err((messages::E_STOP.code, messages::E_STOP.text))
+                } else {
+                    none(ok(number))
+                }
+            }
+            "POWER" => self.power(number, values, machine),
+            "CAL" => {
+                machine.calibrate().map_err(|message| (message.code, message.text))?;
+                self.awaiting_calibration = Some(number);
+                Ok(None)
+            }
+            "VIA" => {
+                let leg = leg(values)?;
+                if self.vias.len() >= VIAS_MAX {
+                    return Err(refusal::TOO_MANY);
+                }
+                self.vias.push(leg);
+                Ok(Some(format!("OK {number} {}", self.vias.len())))
+            }
+            "MOVE" => {
+                let begun = self.begin(number, values, machine);
+                self.vias.clear();
+                begun
+            }
+            _ => Err(refusal::UNKNOWN),
+        }
+    }
+
+    fn begin(&mut self, number: u32, values: &[&str], machine: &mut Machine) -> Answer {
+        let (guarded, values) = match values.split_first() {
+            Some((&"0", rest)) => (false, rest),
+            Some((&"1", rest)) => (true, rest),
+            _ => return Err(refusal::VALUES),
+        };
+        let last = leg(values)?;
+        if machine.is_moving() {
+            return Err(refusal::BUSY);
+        }
+        if self.latched {
+            return Err(refusal::LATCHED);
+        }
+        if number <= self.moving {
+            return Err(refusal::REPEATED);
+        }
+        self.vias.push(last);
+        machine.start(&self.vias, guarded).map_err(|message| (message.code, message.text))?;
+        self.moving = number;
+        Ok(Some(ok(number)))
+    }
+
+    fn power(&mut self, number: u32, values: &[&str], machine: &mut Machine) -> Answer {
+        match values {
+            ["0"] => {
+                machine.disable_power();
+                Ok(Some(ok(number)))
+            }
+            ["1"] if machine.has_power() => Ok(Some(ok(number))),
+            ["1"] => {
+                machine.enable_power().map_err(|message| (message.code, message.text))?;
+                self.awaiting_power = Some(number);
+                Ok(None)
+            }
+            _ => Err(refusal::VALUES),
+        }
+    }
+
+    fn state(&self, number: u32, machine: &Machine) -> String {
+        let bit = u8::from;
+        let (last, code) = self.last_ended;
+        format!(
+            "OK {number} {} {} {} {} {} {} {last} {code}",
+            bit(machine.has_power()),
+            bit(machine.is_calibrated()),
+            bit(machine.is_stopped()),
+            bit(machine.is_moving()),
+            bit(self.latched),
+            machine.signals()
+        )
+    }
+}
+
+fn ok(number: u32) -> String {
+    format!("OK {number}")
+}
+
+fn error(number: u32, code: i32, text: &str) -> String {
+    format!("ERR {number} {code} {text}")
+}
+
+fn refused(number: u32, (code, text): (i32, &str)) -> String {
+    error(number, code, text)
+}
+
+/// A whole number of digits alone.
+fn number(text: &str) -> Option<u32> {
+    let plain = !text.is_empty() && text.len() <= 9 && text.bytes().all(|byte| byte.is_ascii_digit());
+    if plain { text.parse().ok() } else { None }
+}
+
+/// Speed and one value a joint, all decimal numbers as V+ reads them: no `nan`, no `inf`, no exponents.
+fn leg(values: &[&str]) -> Result<Leg, (i32, &'static str)> {
+    let [speed, joints @ ..] = values else { return Err(refusal::VALUES) };
+    if joints.len() != JOINTS {
+        return Err(refusal::VALUES);
+    }
+    let speed = number(speed).filter(|speed| (1..=100).contains(speed)).ok_or(refusal::VALUES)?;
+    let mut to: Joints = [0.0; JOINTS];
+    for (value, text) in to.iter_mut().zip(joints) {
+        *value = super::decimal(text).ok_or(refusal::VALUES)?;
+    }
+    Ok(Leg { to, speed: f64::from(speed) / 100.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WATCHDOG: Duration = Duration::from_millis(100);
+
+    /// The program with an arm, and the clock on the wall in its own hands.
+    struct Bench {
+        program: ServerProgram,
+        machine: Machine,
+        now: Instant,
+    }
+
+    impl Bench {
+        fn new() -> Self {
+            let now = Instant::now();
+            Self {
+                program: ServerProgram::new(WATCHDOG, now),
+                machine: Machine::new("narrow", 1).unwrap(),
+                now,
+            }
+        }
+
+        /// With power, calibrated.
+        fn ready() -> Self {
+            let mut bench = Self::new();
+            assert_eq!(bench.ask("POWER 1 1"), Vec::<String>::new());
+            assert_eq!(bench.wait(3.0), ["OK 1"]);
+            assert_eq!(bench.ask("CAL 2"), Vec::<String>::new());
+            assert_eq!(bench.wait(4.0), ["OK 2"]);
+            bench
+        }
+
+        fn raw(&mut self, bytes: &[u8]) -> Vec<String> {
+            let mut out = Vec::new();
+            self.program.take(bytes, &mut self.machine, self.now, &mut out);
+            out
+        }
+
+        fn ask(&mut self, line: &str) -> Vec<String> {
+            self.raw(format!("{}\n", sum::summed(line)).as_bytes())
+        }
+
+        /// Lets the arm's time pass, not that on the wall.
+        fn wait(&mut self, time_s: f64) -> Vec<String> {
+            let mut out = Vec::new();
+            for _ in 0..(time_s / 0.01) as usize {
+                self.machine.advance(0.01);
+                self.machine.happened().into_iter().for_each(|one| self.program.happened(one, &mut out));
+            }
+            out
+        }
+    }
+
+    #[test]
+    fn nothing_moves_before_power_and_calibration() {
+        let mut bench = Bench::new();
+        let here = bench.ask("WHERE 1");
+        assert!(here[0].starts_with("OK 1 0.000 "), "{here:?}");
+        assert_eq!(bench.ask("MOVE 2 0 5 0 -114.4 117.2 -57.8"), ["ERR 2 -604 Robot power off"]);
+        bench.ask("POWER 3 1");
+        assert_eq!(bench.wait(3.0), ["OK 3"]);
+        assert_eq!(bench.ask("MOVE 4 0 5 0 -114.4 117.2 -57.8"), ["ERR 4 -605 Robot not calibrated"]);
+        assert_eq!(bench.ask("WHERE 5")[0][5..], here[0][5..]);
+        assert_eq!(bench.machine.record().motions, 0);
+    }
+
+    #[test]
+    fn a_motion_is_acknowledged_ends_where_it_should_and_is_told_of_once() {
+        let mut bench = Bench::ready();
+        assert_eq!(bench.ask("HELLO 3"), ["OK 3 PSCHEMA 1 4 100"]);
+        assert_eq!(bench.ask("VIA 4 50 10 -114.4 117.2 -57.8"), ["OK 4 1"]);
+        assert_eq!(bench.ask("MOVE 5 0 50 20 -114.4 117.2 -57.8"), ["OK 5"]);
+        assert_eq!(bench.ask("MOVE 6 0 50 0 -114.4 117.2 -57.8"), ["ERR 6 10 busy"]);
+        assert_eq!(bench.ask("STAT 7"), ["OK 7 1 1 0 1 0 0 0 0"]);
+        assert_eq!(bench.wait(5.0), ["END 5 0"]);
+        assert_eq!(bench.ask("WHERE 8"), ["OK 8 20.000 -114.400 117.200 -57.800"]);
+        assert_eq!(bench.ask("STAT 9"), ["OK 9 1 1 0 0 0 0 5 0"]);
+        // The same line once more moves nothing.
+        assert_eq!(bench.ask("MOVE 5 0 50 0 -114.4 117.2 -57.8"), ["ERR 5 17 repeated"]);
+        assert_eq!(bench.machine.record().motions, 1);
+    }
+
+    #[test]
+    fn what_is_not_a_motion_within_the_softstops_moves_nothing() {
+        let mut bench = Bench::ready();
+        for (line, why) in [
+            ("MOVE 3 0 5 121 -114.4 117.2 -57.8", "-610"),
+            ("MOVE 3 0 5 0 -114.4 117.2 11", "-610"),
+            ("MOVE 3 0 5 nan -114.4 117.2 -57.8", "12"),
+            ("MOVE 3 0 5 inf -114.4 117.2 -57.8", "12"),
+            ("MOVE 3 0 5 1e1 -114.4 117.2 -57.8", "12"),
+            ("MOVE 3 0 5 0 -114.4 117.2", "12"),
+            ("MOVE 3 0 5 0 -114.4 117.2 -57.8 0", "12"),
+            ("MOVE 3 0 0 0 -114.4 117.2 -57.8", "12"),
+            ("MOVE 3 0 101 0 -114.4 117.2 -57.8", "12"),
+            ("MOVE 3 2 5 0 -114.4 117.2 -57.8", "12"),
+            ("MOVE 3", "12"),
+            ("GO 3", "15"),
+        ] {
+            let answer = bench.ask(line);
+            assert!(
+                answer.len() == 1 && answer[0].starts_with(&format!("ERR 3 {why} ")),
+                "{line}: {answer:?}"
+            );
+        }
+        for bytes in [
+            &b"MOVE 3 0 5 0 -114.4 117.2 -57.8\n"[..],
+            b"MOVE 3 0 5 0 -114.4 117.2 -57.8 *1\n",
+            &[0xff, b'\n'],
+            &[b'x'; 500],
+        ] {
+            bench.raw(bytes);
+        }
+        assert_eq!(bench.raw(b"\n"), ["ERR 0 16 checksum"], "what was too long is thrown away to its end");
+        assert_eq!(bench.machine.record().motions, 0);
+    }
+
+    #[test]
+    fn a_stop_needs_no_proof_and_is_obeyed_in_every_state() {
+        for stop in [&b"STOP\n"[..], b"\x03", b"garbage STO\x03"] {
+            let mut bench = Bench::ready();
+            bench.raw(stop);
+            bench.raw(b"\n");
+            bench.ask("MOVE 3 0 20 60 -114.4 117.2 -57.8");
+            bench.wait(0.5);
+            bench.raw(stop);
+            let ended = bench.wait(0.2);
+            assert_eq!(ended, ["END 3 2"]);
+            let here = bench.machine.joints();
+            bench.wait(1.0);
+            assert_eq!(bench.machine.joints(), here);
+        }
+    }
+
+    #[test]
+    fn a_silent_line_stops_the_motion_and_moves_are_refused_until_a_reset() {
+        let mut bench = Bench::ready();
+        bench.ask("MOVE 3 0 20 60 -114.4 117.2 -57.8");
+        bench.now += WATCHDOG;
+        bench.program.watch(&mut bench.machine, bench.now);
+        assert_eq!(bench.machine.record().watchdog_stops, 0, "not yet");
+        bench.now += Duration::from_millis(1);
+        bench.program.watch(&mut bench.machine, bench.now);
+        assert_eq!(bench.wait(0.3), ["END 3 3"]);
+        assert_eq!(bench.ask("MOVE 4 0 20 60 -114.4 117.2 -57.8"), ["ERR 4 11 latched"]);
+        assert_eq!(bench.ask("RESET 5"), ["OK 5"]);
+        assert_eq!(bench.ask("MOVE 6 0 20 60 -114.4 117.2 -57.8"), ["OK 6"]);
+        // Standing still, silence harms nobody.
+        bench.wait(5.0);
+        bench.now += WATCHDOG * 10;
+        bench.program.watch(&mut bench.machine, bench.now);
+        assert_eq!(bench.machine.record().watchdog_stops, 1);
+    }
+
+    #[test]
+    fn an_emergency_stop_takes_power_away_and_nothing_moves_by_itself_afterwards() {
+        let mut bench = Bench::ready();
+        bench.ask("MOVE 3 0 20 60 -114.4 117.2 -57.8");
+        bench.wait(0.5);
+        bench.machine.press(true);
+        assert_eq!(bench.wait(0.5), ["END 3 -645"]);
+        assert_eq!(bench.ask("STAT 4"), ["OK 4 0 1 1 0 1 0 3 -645"]);
+        assert_eq!(bench.ask("RESET 5"), ["ERR 5 -645 E-STOP from user E-STOP button"]);
+        bench.machine.press(false);
+        assert_eq!(bench.ask("RESET 6"), ["OK 6"]);
+        assert_eq!(bench.ask("MOVE 7 0 20 60 -114.4 117.2 -57.8"), ["ERR 7 -604 Robot power off"]);
+        let here = bench.machine.joints();
+        bench.wait(5.0);
+        assert_eq!(bench.machine.joints(), here);
+    }
+
+    #[test]
+    fn the_arm_driven_into_the_table_loses_power_instead() {
+        let mut bench = Bench::ready();
+        bench.ask("MOVE 3 0 20 0 -86.4 66.1 -34.6");
+        assert_eq!(bench.wait(10.0), ["END 3 -1006"]);
+        assert!(!bench.machine.has_power());
+        assert_eq!(bench.machine.record().envelope_errors, 1);
+    }
+}

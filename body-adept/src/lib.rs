@@ -1,0 +1,320 @@
+//! The real body: an Adept arm on a serial line, its camera and its touch sensors (section III-A of the paper).
+//!
+//! To the daemon it is a body like the simulated one: it declares and reports the same. Everything that moves passes the
+//! [gate], everything that stops goes through the [switch], and the arm moves only once a person has enabled it.
+//! `docs/ADEPT.md` has the hazards and what is done about each.
+//!
+//! ```text
+//! body -> arm -> gate -> controller/{program, monitor} -> v_plus (text) -> line/{serial, record}
+//!           watch (daemon's pulse, own loop, signals) -> switch ------------^
+//! ```
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::{Args, Subcommand};
+use pschema_protocol::body::{RunError, RunOptions, RunSummary};
+use pschema_protocol::domain::{DomainError, LearnerName, Place, RuntimeDir};
+use thiserror::Error;
+
+pub mod arm;
+pub mod body;
+pub mod calibration;
+pub mod config;
+pub mod controller;
+pub mod emulator;
+pub mod gate;
+pub mod line;
+mod motion;
+pub mod operator;
+mod path;
+mod priority;
+pub mod pulse;
+pub mod replay;
+pub mod sight;
+pub mod switch;
+pub mod taught;
+pub mod v_plus;
+pub mod watch;
+
+use arm::{Arm, Connect, May};
+use body::AdeptBody;
+use calibration::CalibrationError;
+use config::{ArmFileError, Mode, Setup};
+use controller::monitor::MonitorController;
+use controller::program::ProgramController;
+use controller::{Controller, Fault};
+use line::record::{Recorded, Recorder};
+use line::serial::SerialLine;
+use line::{Line, LineError};
+use operator::{Operator, OperatorError, OperatorPlace, Wish};
+use pulse::Pulse;
+use replay::ReplayError;
+use sight::{Camera, SightError};
+use switch::StopSwitch;
+use watch::{Beat, Signs, Watch};
+
+/// How long the consent of `--enable` holds while the controller is not ready.
+const CONSENT_HOLDS: Duration = Duration::from_secs(30);
+/// How long a person is waited for at the beginning.
+const PERSON_WAIT: Duration = Duration::from_secs(3600);
+
+/// How to run the Adept body.
+#[derive(Args, Clone, Debug)]
+pub struct AdeptArgs {
+    /// The learner to attach to.
+    #[arg(long, value_name = "LEARNER", default_value = "default")]
+    pub name: String,
+    /// The name this body gives itself; a body that comes back under the same name continues.
+    #[arg(long, value_name = "NAME", default_value = "arm")]
+    pub body: String,
+    /// The serial port that the controller is on.
+    #[arg(long, value_name = "DEVICE", global = true)]
+    pub port: Option<PathBuf>,
+    /// What arm it is and where it may go: `emulated`, or an arm file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "emulated", global = true)]
+    pub arm: String,
+    /// Where pictures come from: folder:DIRECTORY (the newest one), socket:PATH, or exec:COMMAND that prints raw
+    /// RGB pictures.
+    #[arg(long, value_name = "CAMERA", global = true)]
+    pub camera: Option<Camera>,
+    /// The person who places objects and resets faults: terminal, socket:PATH, or none.
+    #[arg(long, value_name = "WHERE", default_value = "terminal", global = true)]
+    pub operator: OperatorPlace,
+    /// Enable the arm at once. Whoever types this has made sure that the work space is clear and stands at the
+    /// emergency stop; without it the operator is asked.
+    #[arg(long, global = true)]
+    pub enable: bool,
+    /// Calibrate the arm when it is enabled, if the controller says that it is not calibrated. The arm then moves by
+    /// itself, in ways that the limits of the arm file cannot hold.
+    #[arg(long, global = true)]
+    pub home: bool,
+    /// Connect, sense and check every motion, but move nothing.
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Write every exchange with the controller to a file.
+    #[arg(long, value_name = "FILE", global = true)]
+    pub record: Option<PathBuf>,
+    /// Replay a recording instead of using a port: checks that this driver says what it said then, and ends.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["port", "record"])]
+    pub replay: Option<PathBuf>,
+    /// End when the daemon has gone, instead of waiting for it to come back.
+    #[arg(long)]
+    pub exit_with_daemon: bool,
+    /// Something else than living with a daemon.
+    #[command(subcommand)]
+    pub task: Option<Task>,
+}
+
+/// What the Adept body can do besides living with a daemon.
+#[derive(Subcommand, Clone, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// Visit taught points, find the finger in the picture at each, and write the map from table to pixels into the
+    /// arm file.
+    Calibrate,
+}
+
+/// Why the Adept body could not run.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum AdeptError {
+    /// A necessary argument is missing.
+    #[error("{0}")]
+    Usage(&'static str),
+    /// The arm file cannot be used.
+    #[error(transparent)]
+    ArmFile(#[from] ArmFileError),
+    /// The colours cannot be told apart.
+    #[error("arm file {name}: {problem}")]
+    Colours {
+        /// Which file.
+        name: String,
+        /// Why.
+        problem: String,
+    },
+    /// The camera cannot be used.
+    #[error(transparent)]
+    Sight(#[from] SightError),
+    /// The controller cannot be used.
+    #[error(transparent)]
+    Controller(#[from] Fault),
+    /// Nobody enabled the arm.
+    #[error("the arm is not enabled: {0}")]
+    NotEnabled(#[from] OperatorError),
+    /// The learner's name or place is not usable.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
+    /// The system refused something.
+    #[error("cannot {doing}: {source}")]
+    System {
+        /// What.
+        doing: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The replay differs.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// The calibration failed.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    /// The life with the daemon failed.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+fn system(doing: &str) -> impl FnOnce(std::io::Error) -> AdeptError {
+    let doing = doing.to_owned();
+    move |source| AdeptError::System { doing, source }
+}
+
+/// Reads the arm file that the arguments name.
+///
+/// # Errors
+/// When it cannot be used.
+pub fn setup(args: &AdeptArgs) -> Result<Arc<Setup>, AdeptError> {
+    Ok(Arc::new(Setup::load(&args.arm)?))
+}
+
+/// Builds the body that the arguments ask for, without attaching it to anything. `stop` ends its waits; `daemon` is the
+/// sign of life without which the arm does not move, if it is to depend on one.
+///
+/// # Errors
+/// When the arm file, the camera or the recording cannot be used. The controller is connected to later.
+pub fn build(args: &AdeptArgs, stop: Arc<AtomicBool>, daemon: Option<Beat>) -> Result<AdeptBody, AdeptError> {
+    let setup = setup(args)?;
+    let port = args.port.clone().ok_or(AdeptError::Usage(
+        "which serial port is the controller on? Give --port DEVICE, as in --port /dev/ttyS0",
+    ))?;
+    let camera = args.camera.as_ref().ok_or(AdeptError::Usage(
+        "where do pictures come from? Give --camera folder:DIRECTORY, socket:PATH or exec:COMMAND",
+    ))?;
+    let recorder = match &args.record {
+        Some(path) => {
+            Recorder::create(path).map_err(system(&format!("write the recording {}", path.display())))?
+        }
+        None => Recorder::default(),
+    };
+    let size_px = (setup.file.camera.width_px.count(), setup.file.camera.height_px.count());
+    let source = sight::open(camera, size_px)?;
+    let may = May { moves: !args.dry_run, home: args.home };
+    let arm = arm_on(&setup, serial(&setup, port, recorder.clone()), recorder, may, stop.clone(), daemon)?;
+    let operator = Operator::new(args.operator.clone());
+    AdeptBody::new(&args.body, arm, source, operator, stop)
+        .map_err(|problem| AdeptError::Colours { name: args.arm.clone(), problem })
+}
+
+/// Opens lines: each call one, anew.
+pub type OpenLine = Box<dyn FnMut() -> Result<Box<dyn Line>, LineError> + Send>;
+
+fn serial(setup: &Setup, port: PathBuf, recorder: Recorder) -> OpenLine {
+    let baud = setup.file.line.baud.count() as u32;
+    Box::new(move || {
+        let line = SerialLine::open(&port, baud)?;
+        Ok(Box::new(Recorded::new(Box::new(line), recorder.clone())))
+    })
+}
+
+/// An arm on lines that `open` opens.
+///
+/// # Errors
+/// When no thread can be started.
+pub fn arm_on(
+    setup: &Arc<Setup>,
+    open: OpenLine,
+    recorder: Recorder,
+    may: May,
+    stop: Arc<AtomicBool>,
+    daemon: Option<Beat>,
+) -> Result<Arm, AdeptError> {
+    let switch = StopSwitch::default();
+    let silence_max = Duration::from_secs_f64(setup.file.motion.heartbeat_ms.get() / 1000.0);
+    let signs = Signs { driver: Beat::default(), daemon, stop, silence_max };
+    let watch = Watch::begin(signs, switch.clone()).map_err(system("start the watch"))?;
+    let connect = connector(setup.clone(), open);
+    Ok(Arm::new(setup.clone(), connect, switch, watch, recorder, may))
+}
+
+/// Connects to the controller in the mode that the arm file says.
+fn connector(setup: Arc<Setup>, mut open: OpenLine) -> Connect {
+    Box::new(move |switch: &StopSwitch| {
+        let line = open()?;
+        let (joints, of) = (setup.gate.taught().joints(), &setup.file);
+        let answer_wait = Duration::from_secs_f64(of.line.answer_ms.get() / 1000.0);
+        let stop_bytes = match of.line.mode {
+            Mode::Server => v_plus::program::STOP,
+            Mode::Monitor => v_plus::monitor::STOP,
+        };
+        switch.connect(line.stopper()?, stop_bytes);
+        Ok(match of.line.mode {
+            Mode::Server => Box::new(ProgramController::new(line, switch.clone(), joints, answer_wait))
+                as Box<dyn Controller>,
+            Mode::Monitor => {
+                let signals = of.touch.signals.map(|signal| signal.count() as u16);
+                Box::new(MonitorController::new(line, switch.clone(), joints, signals, answer_wait))
+            }
+        })
+    })
+}
+
+/// Gets the arm enabled: at once with `--enable`, else by asking the operator.
+///
+/// # Errors
+/// When it cannot be enabled, or nobody does.
+pub fn enable(args: &AdeptArgs, body: &mut AdeptBody, stop: &AtomicBool) -> Result<(), AdeptError> {
+    if !args.enable && !args.dry_run {
+        Operator::new(args.operator.clone()).ask(
+            &Wish::Enable("A learner will move the arm."),
+            PERSON_WAIT,
+            stop,
+        )?;
+    }
+    let since = Instant::now();
+    loop {
+        match body.arm().enable() {
+            Ok(()) => return Ok(()),
+            Err(fault) if since.elapsed() > CONSENT_HOLDS || stop.load(Ordering::Relaxed) => {
+                return Err(fault.into());
+            }
+            Err(fault) => {
+                tracing::debug!(%fault, "not enabled yet");
+                std::thread::sleep(Duration::from_millis(100));
+            }
+        }
+    }
+}
+
+/// Runs the Adept body until SIGINT or SIGTERM, sent away, or, if asked for, the daemon has gone. A replay or another
+/// task has no summary.
+///
+/// # Errors
+/// When a part of the body cannot be used, nobody enables the arm, or the daemon cannot be lived with.
+pub fn run(args: &AdeptArgs) -> Result<Option<RunSummary>, AdeptError> {
+    if let Some(recording) = &args.replay {
+        replay::replay(&setup(args)?, recording)?;
+        return Ok(None);
+    }
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        // The second of the same signal ends the process at once; by then the watch has stopped the arm.
+        signal_hook::flag::register_conditional_shutdown(signal, 1, stop.clone())
+            .and_then(|_| signal_hook::flag::register(signal, stop.clone()))
+            .map_err(system("handle signals"))?;
+    }
+    if args.task == Some(Task::Calibrate) {
+        let mut body = build(args, stop.clone(), None)?;
+        enable(args, &mut body, &stop)?;
+        calibration::calibrate(&mut body, &args.arm, &stop)?;
+        return Ok(None);
+    }
+    let place = Place::new(RuntimeDir::from_environment()?, LearnerName::new(&args.name)?);
+    let beat = Beat::default();
+    let mut body = build(args, stop.clone(), Some(beat.clone()))?;
+    let silence_max = Duration::from_secs_f64(body.arm().setup().file.motion.heartbeat_ms.get() / 1000.0);
+    enable(args, &mut body, &stop)?;
+    let _pulse = Pulse::begin(place.clone(), beat, silence_max).map_err(system("feel the daemon's pulse"))?;
+    let options = RunOptions { place, exit_when_daemon_gone: args.exit_with_daemon, stop };
+    Ok(Some(pschema_protocol::body::run(body, &options)?))
+}

@@ -1,0 +1,376 @@
+//! Recording every exchange with the controller, and replaying it: a test of the driver without an arm.
+//!
+//! A recording is text, one event a line: seconds since its beginning, then `order TEXT` and `outcome TEXT` for what the
+//! driver was asked and how it went, `> "BYTES"` and `< "BYTES"` for what it sent and received, `stop "BYTES"` for what
+//! was sent to stop the arm, and `gone TEXT` when the line was lost. Bytes are written as Rust writes them.
+
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, BufWriter, Write};
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use super::{Line, LineError, Stopper};
+
+/// Longest recording replayed, in lines.
+const LINES_MAX: usize = 10_000_000;
+/// Longest recording written, in bytes; after that nothing more is recorded.
+const BYTES_MAX: u64 = 1 << 30;
+
+struct Writing {
+    file: BufWriter<File>,
+    since: Instant,
+    bytes: u64,
+}
+
+/// Writes a recording; clones write the same one. Without a file it does nothing.
+#[derive(Clone, Default)]
+pub struct Recorder(Option<Arc<Mutex<Writing>>>);
+
+impl Recorder {
+    /// Begins a recording; a file of that name is overwritten.
+    ///
+    /// # Errors
+    /// When the file cannot be made.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let file = BufWriter::new(File::create(path)?);
+        Ok(Self(Some(Arc::new(Mutex::new(Writing { file, since: Instant::now(), bytes: 0 })))))
+    }
+
+    /// Records one event.
+    pub fn event(&self, what: &str, text: &str) {
+        let Some(writing) = &self.0 else { return };
+        let mut writing = writing.lock().unwrap_or_else(PoisonError::into_inner);
+        if writing.bytes > BYTES_MAX {
+            return;
+        }
+        let line =
+            format!("{:.6} {what} {}\n", writing.since.elapsed().as_secs_f64(), text.replace('\n', " "));
+        writing.bytes = writing.bytes.saturating_add(line.len() as u64);
+        // To the disk at once: what matters most is what came just before the end.
+        if let Err(error) = writing.file.write_all(line.as_bytes()).and_then(|()| writing.file.flush()) {
+            tracing::error!(%error, "the recording cannot be written and ends");
+            writing.bytes = u64::MAX;
+        } else if writing.bytes > BYTES_MAX {
+            tracing::warn!("the recording has reached 1 GiB and ends");
+        }
+    }
+
+    fn bytes(&self, what: &str, bytes: &[u8]) {
+        if self.0.is_some() {
+            self.event(what, &format!("\"{}\"", bytes.escape_ascii()));
+        }
+    }
+}
+
+/// A line whose exchanges are recorded.
+pub struct Recorded {
+    line: Box<dyn Line>,
+    recorder: Recorder,
+}
+
+impl Recorded {
+    /// Records a line.
+    #[must_use]
+    pub fn new(line: Box<dyn Line>, recorder: Recorder) -> Self {
+        Self { line, recorder }
+    }
+
+    fn noted<T>(&self, result: Result<T, LineError>) -> Result<T, LineError> {
+        result.inspect_err(|error| self.recorder.event("gone", &error.to_string()))
+    }
+}
+
+impl Line for Recorded {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        self.recorder.bytes(">", bytes);
+        let sent = self.line.send(bytes);
+        self.noted(sent)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, LineError> {
+        let received = self.line.receive(buffer, wait);
+        let received = self.noted(received)?;
+        if let Some(bytes) = buffer.get(..received).filter(|bytes| !bytes.is_empty()) {
+            self.recorder.bytes("<", bytes);
+        }
+        Ok(received)
+    }
+
+    fn discard(&mut self) -> Result<(), LineError> {
+        self.line.discard()
+    }
+
+    fn stopper(&self) -> Result<Box<dyn Stopper>, LineError> {
+        Ok(Box::new(RecordedStopper { stopper: self.line.stopper()?, recorder: self.recorder.clone() }))
+    }
+}
+
+struct RecordedStopper {
+    stopper: Box<dyn Stopper>,
+    recorder: Recorder,
+}
+
+impl Stopper for RecordedStopper {
+    fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        // Sent first: nothing may delay it, a full disk least of all.
+        let stopped = self.stopper.stop(bytes);
+        self.recorder.bytes("stop", bytes);
+        stopped
+    }
+}
+
+/// An event of a recording.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The driver was asked for something.
+    Order(String),
+    /// How it went.
+    Outcome(String),
+    /// It sent bytes.
+    Sent(Vec<u8>),
+    /// It received bytes.
+    Received(Vec<u8>),
+    /// The line was lost.
+    Gone(String),
+}
+
+/// A recording read back: events with their line numbers.
+#[derive(Clone, Default)]
+pub struct Recording(Arc<Mutex<VecDeque<(usize, Event)>>>);
+
+impl Recording {
+    /// Reads a recording.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or a line is not an event.
+    pub fn read(path: &Path) -> io::Result<Self> {
+        let mut events = VecDeque::new();
+        for (index, line) in BufReader::new(File::open(path)?).lines().enumerate().take(LINES_MAX) {
+            let line = line?;
+            let event = event(&line).ok_or_else(|| {
+                let problem = format!("line {} is no event of a recording: {line:?}", index + 1);
+                io::Error::new(io::ErrorKind::InvalidData, problem)
+            })?;
+            events.extend(event.map(|event| (index + 1, event)));
+        }
+        Ok(Self(Arc::new(Mutex::new(events))))
+    }
+
+    /// The next order, if that is the next event.
+    #[must_use]
+    pub fn next_order(&self) -> Option<(usize, String)> {
+        self.next_if(|event| if let Event::Order(text) = event { Some(text.clone()) } else { None })
+    }
+
+    /// The next outcome, if that is the next event.
+    #[must_use]
+    pub fn next_outcome(&self) -> Option<(usize, String)> {
+        self.next_if(|event| if let Event::Outcome(text) = event { Some(text.clone()) } else { None })
+    }
+
+    /// The next event and its line, left where it is.
+    #[must_use]
+    pub fn peek(&self) -> Option<(usize, Event)> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).front().cloned()
+    }
+
+    fn next_if<T>(&self, wanted: impl Fn(&Event) -> Option<T>) -> Option<(usize, T)> {
+        let mut events = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let (line, event) = events.front()?;
+        let found = (*line, wanted(event)?);
+        events.pop_front();
+        Some(found)
+    }
+}
+
+/// Reads a line. None when it is none; an event that is not replayed is an empty one.
+fn event(line: &str) -> Option<Option<Event>> {
+    let mut parts = line.splitn(3, ' ');
+    let (seconds, what, text) = (parts.next()?, parts.next()?, parts.next()?);
+    seconds.parse::<f64>().ok()?;
+    Some(match what {
+        "order" => Some(Event::Order(text.to_owned())),
+        "outcome" => Some(Event::Outcome(text.to_owned())),
+        ">" => Some(Event::Sent(unescaped(text)?)),
+        "<" => Some(Event::Received(unescaped(text)?)),
+        "gone" => Some(Event::Gone(text.to_owned())),
+        // Pressed by another thread, in its own time.
+        "stop" => None,
+        _ => return None,
+    })
+}
+
+/// The bytes that `escape_ascii` wrote, in quotes.
+fn unescaped(text: &str) -> Option<Vec<u8>> {
+    let inner = text.strip_prefix('"')?.strip_suffix('"')?;
+    let (mut bytes, mut rest) = (Vec::new(), inner.bytes());
+    while let Some(byte) = rest.next() {
+        if byte != b'\\' {
+            bytes.push(byte);
+            continue;
+        }
+        bytes.push(match rest.next()? {
+            b'n' => b'\n',
+            b'r' => b'\r',
+            b't' => b'\t',
+            b'x' => {
+                let digit = |byte: u8| char::from(byte).to_digit(16);
+                u8::try_from(digit(rest.next()?)? * 16 + digit(rest.next()?)?).ok()?
+            }
+            other => other,
+        });
+    }
+    Some(bytes)
+}
+
+/// A line that answers as a recording says, and checks that the driver says what it said then.
+pub struct Replayed {
+    recording: Recording,
+    held: VecDeque<u8>,
+}
+
+impl Replayed {
+    /// A line that replays a recording.
+    #[must_use]
+    pub fn new(recording: Recording) -> Self {
+        Self { recording, held: VecDeque::new() }
+    }
+}
+
+impl Line for Replayed {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        // What came late then, and was received by the next wait, is in the way now.
+        let sent = self.recording.next_if(|event| match event {
+            Event::Sent(sent) => Some(Ok(sent.clone())),
+            Event::Gone(why) => Some(Err(why.clone())),
+            _ => None,
+        });
+        match sent {
+            Some((_, Ok(sent))) if sent == bytes => Ok(()),
+            Some((_, Err(why))) => Err(LineError::Gone(io::Error::other(why))),
+            Some((line, Ok(sent))) => Err(LineError::Replay {
+                line,
+                problem: format!(
+                    "the driver sent \"{}\" where it had sent \"{}\"",
+                    bytes.escape_ascii(),
+                    sent.escape_ascii()
+                ),
+            }),
+            None => {
+                let (line, next) = self.recording.peek().unwrap_or((0, Event::Gone("the end".into())));
+                let problem =
+                    format!("the driver sent \"{}\" where there was {next:?}", bytes.escape_ascii());
+                Err(LineError::Replay { line, problem })
+            }
+        }
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, LineError> {
+        if self.held.is_empty() {
+            let received = self.recording.next_if(|event| match event {
+                Event::Received(bytes) => Some(Ok(bytes.clone())),
+                Event::Gone(why) => Some(Err(why.clone())),
+                _ => None,
+            });
+            match received {
+                Some((_, Ok(bytes))) => self.held.extend(bytes),
+                Some((_, Err(why))) => return Err(LineError::Gone(io::Error::other(why))),
+                // Nothing came then, so nothing comes now, and the wait is the driver's own.
+                None => std::thread::sleep(wait),
+            }
+        }
+        let count = buffer.len().min(self.held.len());
+        for (to, byte) in buffer.iter_mut().zip(self.held.drain(..count)) {
+            *to = byte;
+        }
+        Ok(count)
+    }
+
+    fn discard(&mut self) -> Result<(), LineError> {
+        self.held.clear();
+        Ok(())
+    }
+
+    fn stopper(&self) -> Result<Box<dyn Stopper>, LineError> {
+        Ok(Box::new(NoStopper))
+    }
+}
+
+/// Stops nothing: in a replay nothing moves.
+struct NoStopper;
+
+impl Stopper for NoStopper {
+    fn stop(&mut self, _: &[u8]) -> Result<(), LineError> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Says `pong` to everything.
+    struct Pong(bool);
+
+    impl Line for Pong {
+        fn send(&mut self, _: &[u8]) -> Result<(), LineError> {
+            self.0 = true;
+            Ok(())
+        }
+
+        fn receive(&mut self, buffer: &mut [u8], _: Duration) -> Result<usize, LineError> {
+            let answer = if std::mem::take(&mut self.0) { &b"pong\x07\"\\\r\n"[..] } else { b"" };
+            buffer[..answer.len()].copy_from_slice(answer);
+            Ok(answer.len())
+        }
+
+        fn discard(&mut self) -> Result<(), LineError> {
+            Ok(())
+        }
+
+        fn stopper(&self) -> Result<Box<dyn Stopper>, LineError> {
+            Ok(Box::new(NoStopper))
+        }
+    }
+
+    fn exchange(line: &mut dyn Line, question: &[u8]) -> Result<Vec<u8>, LineError> {
+        line.send(question)?;
+        let mut buffer = [0; 64];
+        let count = line.receive(&mut buffer, Duration::ZERO)?;
+        Ok(buffer[..count].to_vec())
+    }
+
+    #[test]
+    fn what_was_recorded_is_replayed_and_a_difference_is_told_with_its_line() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("recording");
+        let recorder = Recorder::create(&path).unwrap();
+        let mut line = Recorded::new(Box::new(Pong(false)), recorder.clone());
+        recorder.event("order", "where");
+        let answer = exchange(&mut line, b"WHERE\r\n").unwrap();
+        line.stopper().unwrap().stop(b"STOP\n").unwrap();
+        recorder.event("outcome", "fine");
+        assert_eq!(exchange(&mut line, b"ID\r\n").unwrap(), answer);
+
+        let recording = Recording::read(&path).unwrap();
+        let mut replayed = Replayed::new(recording.clone());
+        assert_eq!(recording.next_order(), Some((1, "where".to_owned())));
+        assert_eq!(exchange(&mut replayed, b"WHERE\r\n").unwrap(), answer);
+        assert_eq!(recording.next_outcome(), Some((5, "fine".to_owned())));
+        let error = exchange(&mut replayed, b"SPEED 100\r\n").unwrap_err().to_string();
+        assert!(error.contains("line 6") && error.contains("SPEED 100") && error.contains("ID"), "{error}");
+    }
+
+    #[test]
+    fn a_damaged_recording_is_refused_with_its_line() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("recording");
+        for text in ["0.1 > \"a\"\nx > \"a\"\n", "0.1 > \"a\"\n0.2 > a\n", "0.1 > \"a\"\n0.2 < \"\\x4\"\n"] {
+            std::fs::write(&path, text).unwrap();
+            let error = Recording::read(&path).err().unwrap().to_string();
+            assert!(error.contains("line 2"), "{error}");
+        }
+    }
+}

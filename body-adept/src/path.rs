@@ -1,0 +1,117 @@
+//! The way from where the arm is to a posture: lifted, carried, set down before the goal and brought up to it, as the
+//! simulated arm does; point by point in the arm's own joints, near enough to each other for the arm, which goes straight
+//! in its joints, to stay on what was taught.
+
+use pschema_sim::manifold::JointPositions;
+use pschema_sim::route::{self, Heading, Square, Waypoint};
+
+use crate::config::Setup;
+use crate::gate::{LEGS_MAX, Leg, Permitted};
+use crate::taught::Joints;
+
+/// Points of an approach are this near to each other, in metres: without a program on the controller, touch is looked at
+/// between them.
+const APPROACH_STEP_M: f64 = 0.003;
+/// Farthest that a path is planned off what was taught, in multiples of the tolerance; the gate lets 1 pass.
+const OFF_MAX: f64 = 0.5;
+/// How often a part of a path is halved for that.
+const STRAIGHTENINGS_MAX: usize = 5;
+
+/// The path to joint positions from where the arm was measured, and how it ends. None when there is none.
+pub(crate) fn path(
+    setup: &Setup,
+    heading: Heading,
+    from: &[f64],
+    to: JointPositions,
+) -> Option<(Permitted, Heading)> {
+    let (gate, plane) = (&setup.gate, &setup.plane);
+    let start = gate.taught().locate(from, gate.tolerances())?.at;
+    let route = setup.route();
+    let mut points = route::route(route, plane, start, heading, to);
+    if let Some(departed) = points.first_mut()
+        && gate.taught().at(*departed).is_none()
+    {
+        // No room to draw back, or to lift any higher: straight up.
+        *departed = Waypoint { joints: start.joints, lift_m: route.lift_m };
+    }
+    let before =
+        points.len().checked_sub(2).and_then(|index| points.get(index)).map_or(start, |point| *point);
+    let heading = route::heading(plane, before.joints, to).unwrap_or(heading);
+    let Some(legs) = legs(setup, start, &points) else {
+        tracing::debug!(j1 = to.j1, j2 = to.j2, "refused: beyond what was taught");
+        return None;
+    };
+    match gate.permit(from, legs, true) {
+        Ok(path) => Some((path, heading)),
+        Err(refused) => {
+            tracing::warn!(%refused, j1 = to.j1, j2 = to.j2, "refused");
+            None
+        }
+    }
+}
+
+/// The arm's joints along straight lines through points. None where nothing was taught, or when that takes more
+/// points than one motion may have.
+fn legs(setup: &Setup, start: Waypoint, points: &[Waypoint]) -> Option<Vec<Leg>> {
+    let (fast, slow) = setup.speeds();
+    let step_m = setup.file.motion.step_mm.metres();
+    let mut legs = Vec::new();
+    let mut from = (start, setup.gate.taught().at(start)?);
+    for to in points {
+        // The last part, on the manifold, is the approach.
+        let on_manifold = to.lift_m <= 0.0 && from.0.lift_m <= 0.0;
+        let speed_percent = if to.lift_m <= 0.0 { slow } else { fast };
+        let count = steps(way_m(setup, &(from.0, *to)), if on_manifold { APPROACH_STEP_M } else { step_m });
+        let begin = from.0;
+        for step in 1..=count {
+            let point = between(begin, *to, step as f64 / count as f64);
+            let joints = setup.gate.taught().at(point)?;
+            straighten(setup, &from, &(point, joints.clone()), speed_percent, STRAIGHTENINGS_MAX, &mut legs)?;
+            from = (point, joints);
+        }
+    }
+    (legs.len() <= LEGS_MAX).then_some(legs)
+}
+
+/// Adds the way from one point to another, by way of points between them where the arm, which goes straight in its
+/// joints, would leave what was taught.
+fn straighten(
+    setup: &Setup,
+    from: &(Waypoint, Joints),
+    to: &(Waypoint, Joints),
+    speed_percent: u8,
+    more: usize,
+    legs: &mut Vec<Leg>,
+) -> Option<()> {
+    let gate = &setup.gate;
+    let middle = between(from.0, to.0, 0.5);
+    let taught = gate.taught().at(middle)?;
+    let mean = from.1.iter().zip(&to.1).map(|(a, b)| (a + b) / 2.0);
+    let off =
+        mean.zip(&taught).zip(gate.tolerances()).map(|((mean, there), most)| (mean - there).abs() / most);
+    if more > 0 && off.fold(0.0, f64::max) > OFF_MAX {
+        let middle = (middle, taught);
+        straighten(setup, from, &middle, speed_percent, more - 1, legs)?;
+        return straighten(setup, &middle, to, speed_percent, more - 1, legs);
+    }
+    legs.push(Leg { to: to.1.clone(), speed_percent });
+    Some(())
+}
+
+/// How far apart two points are, in metres.
+pub(crate) fn way_m(setup: &Setup, (from, to): &(Waypoint, Waypoint)) -> f64 {
+    let (a, b) = (setup.plane.square_m(from.joints), setup.plane.square_m(to.joints));
+    ((a.0 - b.0).powi(2) + (a.1 - b.1).powi(2) + (from.lift_m - to.lift_m).powi(2)).sqrt()
+}
+
+fn steps(way_m: f64, step_m: f64) -> usize {
+    ((way_m / step_m).ceil() as usize).clamp(1, LEGS_MAX)
+}
+
+/// A point some share of the way from one to another.
+pub(crate) fn between(from: Waypoint, to: Waypoint, share: f64) -> Waypoint {
+    let mix = |a: f64, b: f64| a + (b - a) * share;
+    let joints =
+        JointPositions { j1: mix(from.joints.j1, to.joints.j1), j2: mix(from.joints.j2, to.joints.j2) };
+    Waypoint { joints, lift_m: mix(from.lift_m, to.lift_m) }
+}

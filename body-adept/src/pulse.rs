@@ -1,0 +1,75 @@
+//! The daemon's pulse: asks it something small again and again, for as long as the body lives, and renews the sign of
+//! life that the [watch](crate::watch) looks at. A daemon that has gone, or is stopped, or stuck, does not answer.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use pschema_protocol::client::Client;
+use pschema_protocol::domain::Place;
+use pschema_protocol::inspect::{Answer, Request};
+
+use crate::watch::Beat;
+
+/// How often it is asked, as a share of the longest silence.
+const SHARE: u32 = 5;
+
+/// Feels the pulse on a thread of its own, until dropped.
+#[derive(Debug)]
+pub struct Pulse {
+    closing: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Pulse {
+    /// Begins.
+    ///
+    /// # Errors
+    /// When no thread can be started.
+    pub fn begin(place: Place, beat: Beat, silence_max: Duration) -> std::io::Result<Self> {
+        let closing = Arc::new(AtomicBool::new(false));
+        let thread = {
+            let closing = closing.clone();
+            std::thread::Builder::new().name("pulse".into()).spawn(move || {
+                let every = silence_max / SHARE;
+                let mut client = None;
+                while !closing.load(Ordering::SeqCst) {
+                    feel(&place, &mut client, &beat, silence_max);
+                    std::thread::park_timeout(every);
+                }
+            })?
+        };
+        Ok(Self { closing, thread: Some(thread) })
+    }
+}
+
+fn feel(place: &Place, client: &mut Option<Client>, beat: &Beat, patience: Duration) {
+    if client.as_ref().is_some_and(|client| !client.is_current()) {
+        *client = None;
+    }
+    if client.is_none() {
+        *client = Client::connect(place, patience).ok();
+    }
+    let Some(connected) = client else { return };
+    // Any answer is a sign of life, also that there is nothing to answer.
+    match connected.ask::<Request, Answer>(&Request::Pursuit) {
+        Ok(_) => beat.renew(),
+        Err(error) => {
+            tracing::debug!(%error, "no pulse");
+            *client = None;
+        }
+    }
+}
+
+impl Drop for Pulse {
+    fn drop(&mut self) {
+        self.closing.store(true, Ordering::SeqCst);
+        if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
+            if thread.join().is_err() {
+                tracing::error!("the thread that felt the daemon's pulse had died");
+            }
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Replaying a recording: the driver is asked for what it was asked then, hears what it heard then, and must say what
+//! it said then.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use pschema_sim::manifold::JointPositions;
+use thiserror::Error;
+
+use crate::arm::May;
+use crate::config::Setup;
+use crate::line::record::{Recorder, Recording, Replayed};
+use crate::{AdeptError, arm_on};
+
+/// Why a recording was not replayed, or differs.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ReplayError {
+    /// The recording cannot be read.
+    #[error("cannot replay {path}: {source}")]
+    Read {
+        /// Which.
+        path: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The driver cannot be set up.
+    #[error("cannot set up the driver: {0}")]
+    Driver(String),
+    /// The driver did something else than then.
+    #[error("line {line} of the recording: {problem}")]
+    Differs {
+        /// Which line.
+        line: usize,
+        /// What is different.
+        problem: String,
+    },
+}
+
+/// What was replayed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Replay {
+    /// Orders to the driver.
+    pub orders: u64,
+}
+
+/// Replays a recording of the arm of a setup.
+///
+/// # Errors
+/// When it cannot be read, or the driver does something else.
+pub fn replay(setup: &Arc<Setup>, path: &Path) -> Result<Replay, ReplayError> {
+    let unread = |source| ReplayError::Read { path: path.display().to_string(), source };
+    let recording = Recording::read(path).map_err(unread)?;
+    let lines = recording.clone();
+    let open = Box::new(move || Ok(Box::new(Replayed::new(lines.clone())) as Box<dyn crate::line::Line>));
+    let driver = |error: AdeptError| ReplayError::Driver(error.to_string());
+    let stop = Arc::new(AtomicBool::new(false));
+    let mut arm = arm_on(setup, open, Recorder::default(), May { moves: true, home: true }, stop, None)
+        .map_err(driver)?;
+    arm.replaying();
+    let mut replay = Replay { orders: 0 };
+    while let Some((line, order)) = recording.next_order() {
+        replay.orders += 1;
+        let outcome = obey(&mut arm, &order).map_err(|problem| ReplayError::Differs { line, problem })?;
+        match recording.next_outcome() {
+            Some((_, recorded)) if recorded == outcome => {}
+            Some((line, recorded)) => {
+                let problem = format!("{order} came to {outcome} where it had come to {recorded}");
+                return Err(ReplayError::Differs { line, problem });
+            }
+            None => return ended(&recording, replay, &order, &outcome),
+        }
+    }
+    match recording.peek() {
+        None => {
+            tracing::info!(orders = replay.orders, "the driver said what it said then");
+            Ok(replay)
+        }
+        Some((line, next)) => {
+            Err(ReplayError::Differs { line, problem: format!("{next:?} belongs to no order") })
+        }
+    }
+}
+
+/// A recording may end in the middle of an order, as when the process was killed; anything else is a difference.
+fn ended(recording: &Recording, replay: Replay, order: &str, outcome: &str) -> Result<Replay, ReplayError> {
+    match recording.peek() {
+        None => Ok(replay),
+        Some((line, next)) => {
+            let problem = format!("{order} came to {outcome} where the driver had gone on with {next:?}");
+            Err(ReplayError::Differs { line, problem })
+        }
+    }
+}
+
+/// Asks the driver for what it was asked then.
+fn obey(arm: &mut crate::arm::Arm, order: &str) -> Result<String, String> {
+    let words: Vec<&str> = order.split(' ').collect();
+    Ok(match words.as_slice() {
+        ["connect"] => arm.connect().map_or("not connected", |()| "connected").to_owned(),
+        ["enable", home @ ..] => {
+            arm.may_home(*home == ["home"]);
+            arm.enable().map_or("not enabled", |()| "enabled").to_owned()
+        }
+        ["signals"] => {
+            arm.signals().map_or_else(|_| "unknown".to_owned(), |signals| format!("{signals:04b}"))
+        }
+        ["park"] => format!("{:?}", arm.park()),
+        ["go", j1, j2] => {
+            let number = |text: &str| text.parse::<f64>().map_err(|_| format!("{text:?} in an order"));
+            format!("{:?}", arm.go(JointPositions { j1: number(j1)?, j2: number(j2)? }))
+        }
+        _ => return Err(format!("{order:?} is no order")),
+    })
+}

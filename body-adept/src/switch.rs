@@ -1,0 +1,224 @@
+//! The switch that stops the arm: can be pressed by any thread at any time, needs no answer, and lets no order to move
+//! pass after it until a motion is begun anew on purpose.
+
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::time::{Duration, Instant};
+
+use crate::line::{LineError, Stopper};
+
+/// How long pressing waits for an order that is just being written.
+const ORDER_WAIT: Duration = Duration::from_millis(5);
+
+/// Who pressed it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pressed {
+    /// The daemon was silent for too long.
+    DaemonSilent,
+    /// This process's own loop was silent for too long.
+    DriverSilent,
+    /// The process was told to end.
+    Asked,
+    /// The motion took too long.
+    OutOfTime,
+    /// The arm was measured where it may not be.
+    OutOfPlace,
+    /// Any other trouble in the driver.
+    Trouble,
+}
+
+impl fmt::Display for Pressed {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        to.write_str(match self {
+            Self::DaemonSilent => "the daemon is silent",
+            Self::DriverSilent => "the driver is stuck",
+            Self::Asked => "the body was told to end",
+            Self::OutOfTime => "the motion took too long",
+            Self::OutOfPlace => "the arm was measured beyond its limits",
+            Self::Trouble => "the driver is in trouble",
+        })
+    }
+}
+
+/// A way to the arm, and what stops it there.
+struct Wire {
+    stopper: Box<dyn Stopper>,
+    bytes: &'static [u8],
+}
+
+struct Shared {
+    pressed: AtomicBool,
+    by: Mutex<Option<Pressed>>,
+    /// Held while an order to move is written.
+    orders: Mutex<()>,
+    wire: Mutex<Option<Wire>>,
+}
+
+/// The switch; clones are the same switch.
+#[derive(Clone)]
+pub struct StopSwitch(Arc<Shared>);
+
+impl fmt::Debug for StopSwitch {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        to.debug_struct("StopSwitch").field("pressed", &self.is_pressed()).finish_non_exhaustive()
+    }
+}
+
+impl Default for StopSwitch {
+    fn default() -> Self {
+        Self(Arc::new(Shared {
+            pressed: AtomicBool::new(false),
+            by: Mutex::new(None),
+            orders: Mutex::new(()),
+            wire: Mutex::new(None),
+        }))
+    }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // What is behind these locks is whole whatever a thread that panicked was doing.
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl StopSwitch {
+    /// Connects the switch to a line; `bytes` are what stops there.
+    pub fn connect(&self, stopper: Box<dyn Stopper>, bytes: &'static [u8]) {
+        *locked(&self.0.wire) = Some(Wire { stopper, bytes });
+    }
+
+    /// Lets go of the line, so that it can be opened again.
+    pub fn disconnect(&self) {
+        *locked(&self.0.wire) = None;
+    }
+
+    /// Stops the arm now. No order to move passes any more until [`Self::release`].
+    pub fn press(&self, by: Pressed) {
+        // First, so that no order is begun after it; then any that is being written ends.
+        self.0.pressed.store(true, Ordering::SeqCst);
+        let since = Instant::now();
+        let first = {
+            let mut pressed = locked(&self.0.by);
+            let first = pressed.is_none();
+            pressed.get_or_insert(by);
+            first
+        };
+        let order = loop {
+            match self.0.orders.try_lock() {
+                Ok(guard) => break Some(guard),
+                Err(TryLockError::Poisoned(poisoned)) => break Some(poisoned.into_inner()),
+                // An order that is stuck on its way is overtaken.
+                Err(TryLockError::WouldBlock) if since.elapsed() > ORDER_WAIT => break None,
+                Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_micros(200)),
+            }
+        };
+        self.send();
+        drop(order);
+        if first {
+            tracing::warn!(%by, "stop");
+        }
+    }
+
+    /// Sends what stops the arm, once more.
+    pub fn send(&self) {
+        if let Some(Wire { stopper, bytes }) = locked(&self.0.wire).as_mut()
+            && let Err(error) = stopper.stop(bytes)
+        {
+            tracing::error!(%error, "the order to stop could not be sent: press the emergency stop");
+        }
+    }
+
+    /// Whether it was pressed.
+    #[must_use]
+    pub fn is_pressed(&self) -> bool {
+        self.0.pressed.load(Ordering::SeqCst)
+    }
+
+    /// Who pressed it first.
+    #[must_use]
+    pub fn pressed_by(&self) -> Option<Pressed> {
+        *locked(&self.0.by)
+    }
+
+    /// Lets orders pass again: at the beginning of a new motion, never to go on with an old one.
+    pub fn release(&self) {
+        *locked(&self.0.by) = None;
+        self.0.pressed.store(false, Ordering::SeqCst);
+    }
+
+    /// Writes an order to move, unless the switch is pressed. `write` is not called then.
+    ///
+    /// # Errors
+    /// `None` when the switch is pressed, else what `write` said.
+    pub fn order(&self, write: impl FnOnce() -> Result<(), LineError>) -> Result<(), Option<LineError>> {
+        let _order = locked(&self.0.orders);
+        if self.is_pressed() {
+            return Err(None);
+        }
+        write().map_err(Some)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use super::*;
+
+    struct Told(mpsc::Sender<Vec<u8>>);
+
+    impl Stopper for Told {
+        fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+            self.0.send(bytes.to_vec()).unwrap();
+            Ok(())
+        }
+    }
+
+    fn switch() -> (StopSwitch, mpsc::Receiver<Vec<u8>>) {
+        let (switch, (sender, receiver)) = (StopSwitch::default(), mpsc::channel());
+        switch.connect(Box::new(Told(sender)), b"STOP\n");
+        (switch, receiver)
+    }
+
+    #[test]
+    fn no_order_passes_a_pressed_switch() {
+        let (switch, wire) = switch();
+        assert!(switch.order(|| Ok(())).is_ok());
+        switch.press(Pressed::Asked);
+        switch.press(Pressed::DaemonSilent);
+        assert_eq!(wire.try_iter().count(), 2, "every press sends");
+        assert_eq!(switch.pressed_by(), Some(Pressed::Asked), "the first counts");
+        assert!(matches!(switch.order(|| unreachable!("written")), Err(None)));
+        switch.release();
+        assert!(switch.order(|| Ok(())).is_ok() && switch.pressed_by().is_none());
+    }
+
+    /// An order that is just being written ends before the order to stop; one that is stuck does not delay it.
+    #[test]
+    fn stop_comes_after_an_order_under_way_and_overtakes_one_that_is_stuck() {
+        let (switch, wire) = switch();
+        let (begun, has_begun) = mpsc::channel();
+        let (go_on, may_go_on) = mpsc::channel::<()>();
+        let stuck = switch.clone();
+        let writer = std::thread::spawn(move || {
+            stuck.order(|| {
+                begun.send(()).unwrap();
+                may_go_on.recv().unwrap();
+                Ok(())
+            })
+        });
+        has_begun.recv().unwrap();
+        switch.press(Pressed::DriverSilent);
+        assert_eq!(wire.recv().unwrap(), b"STOP\n", "sent although the order hangs");
+        go_on.send(()).unwrap();
+        assert!(writer.join().unwrap().is_ok());
+        assert!(matches!(switch.order(|| Ok(())), Err(None)), "and nothing follows it");
+    }
+
+    #[test]
+    fn without_a_line_it_is_pressed_all_the_same() {
+        let switch = StopSwitch::default();
+        switch.press(Pressed::OutOfTime);
+        assert!(switch.is_pressed());
+    }
+}

@@ -1,0 +1,235 @@
+//! Watches over motions, on a thread of its own: when the daemon or the driver falls silent while the arm moves, or the
+//! process is told to end, it presses the [switch](crate::switch). It parses nothing and waits for nobody.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use crate::switch::{Pressed, StopSwitch};
+
+/// How often it looks while the arm moves.
+const LOOK_EVERY: Duration = Duration::from_millis(4);
+/// How soon at the earliest.
+const LOOK_AGAIN: Duration = Duration::from_micros(200);
+/// How often it looks whether there is something to watch.
+const REST: Duration = Duration::from_secs(1);
+/// How often the order to stop is repeated to an arm that nobody else attends to.
+const REPEAT_EVERY: Duration = Duration::from_millis(100);
+
+/// A sign of life, renewed by whoever lives.
+#[derive(Clone, Debug)]
+pub struct Beat(Arc<(Instant, AtomicU64)>);
+
+impl Default for Beat {
+    fn default() -> Self {
+        Self(Arc::new((Instant::now(), AtomicU64::new(0))))
+    }
+}
+
+impl Beat {
+    /// A sign of life, now.
+    pub fn renew(&self) {
+        self.0.1.store(self.micros(), Ordering::SeqCst);
+    }
+
+    /// How long ago the last one was.
+    #[must_use]
+    pub fn age(&self) -> Duration {
+        Duration::from_micros(self.micros().saturating_sub(self.0.1.load(Ordering::SeqCst)))
+    }
+
+    fn micros(&self) -> u64 {
+        u64::try_from(self.0.0.elapsed().as_micros()).unwrap_or(u64::MAX)
+    }
+}
+
+/// Whose silence stops the arm.
+#[derive(Clone, Debug)]
+pub struct Signs {
+    /// The loop that follows a motion.
+    pub driver: Beat,
+    /// The daemon; None when no daemon orders the motions.
+    pub daemon: Option<Beat>,
+    /// Set when the process shall end.
+    pub stop: Arc<AtomicBool>,
+    /// Longest silence.
+    pub silence_max: Duration,
+}
+
+/// The watch.
+#[derive(Debug)]
+pub struct Watch {
+    signs: Signs,
+    watching: Arc<AtomicBool>,
+    closing: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Watch {
+    /// Begins to watch, with nothing moving.
+    ///
+    /// # Errors
+    /// When no thread can be started.
+    pub fn begin(signs: Signs, switch: StopSwitch) -> std::io::Result<Self> {
+        let (watching, closing) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        let thread = {
+            let (signs, watching, closing) = (signs.clone(), watching.clone(), closing.clone());
+            std::thread::Builder::new().name("watch".into()).spawn(move || {
+                if let Err(error) = crate::priority::be_on_time() {
+                    tracing::debug!(%error, "the watch has no higher priority than the rest");
+                }
+                while !closing.load(Ordering::SeqCst) {
+                    if watching.load(Ordering::SeqCst) {
+                        watch(&signs, &watching, &switch);
+                    } else {
+                        std::thread::park_timeout(REST);
+                    }
+                }
+            })?
+        };
+        Ok(Self { signs, watching, closing, thread: Some(thread) })
+    }
+
+    /// Whose signs it watches.
+    #[must_use]
+    pub fn signs(&self) -> &Signs {
+        &self.signs
+    }
+
+    /// Watches from now on, until what is returned is dropped.
+    #[must_use]
+    pub fn motion(&self) -> Motion {
+        self.signs.driver.renew();
+        self.watching.store(true, Ordering::SeqCst);
+        if let Some(thread) = &self.thread {
+            thread.thread().unpark();
+        }
+        Motion(self.watching.clone())
+    }
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        self.watching.store(false, Ordering::SeqCst);
+        self.closing.store(true, Ordering::SeqCst);
+        if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
+            if thread.join().is_err() {
+                tracing::error!("the watch over the arm had died");
+            }
+        }
+    }
+}
+
+/// A motion being watched.
+#[derive(Debug)]
+pub struct Motion(Arc<AtomicBool>);
+
+impl Drop for Motion {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::SeqCst);
+    }
+}
+
+/// Watches one motion to its end.
+fn watch(signs: &Signs, watching: &AtomicBool, switch: &StopSwitch) {
+    let mut sent: Option<Instant> = None;
+    while watching.load(Ordering::SeqCst) {
+        if let Some(by) = silent(signs) {
+            if sent.is_none_or(|sent| sent.elapsed() >= REPEAT_EVERY) {
+                switch.press(by);
+                sent = Some(Instant::now());
+            }
+        } else {
+            sent = None;
+        }
+        std::thread::sleep(next_look(signs));
+    }
+}
+
+/// Until the first sign of life would be too old, but not for long: the process may be told to end.
+fn next_look(signs: &Signs) -> Duration {
+    let left = |beat: &Beat| signs.silence_max.saturating_sub(beat.age());
+    let left = signs.daemon.as_ref().map_or(Duration::MAX, left).min(left(&signs.driver));
+    left.clamp(LOOK_AGAIN, LOOK_EVERY)
+}
+
+fn silent(signs: &Signs) -> Option<Pressed> {
+    if signs.stop.load(Ordering::SeqCst) {
+        Some(Pressed::Asked)
+    } else if signs.daemon.as_ref().is_some_and(|daemon| daemon.age() > signs.silence_max) {
+        Some(Pressed::DaemonSilent)
+    } else if signs.driver.age() > signs.silence_max {
+        Some(Pressed::DriverSilent)
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use super::*;
+    use crate::line::{LineError, Stopper};
+
+    struct Wire(mpsc::Sender<Instant>);
+
+    impl Stopper for Wire {
+        fn stop(&mut self, _: &[u8]) -> Result<(), LineError> {
+            // A test that has seen enough is gone by now.
+            self.0.send(Instant::now()).ok();
+            Ok(())
+        }
+    }
+
+    fn watched(daemon: bool, silence_max: Duration) -> (Watch, StopSwitch, mpsc::Receiver<Instant>) {
+        let (switch, (sender, wire)) = (StopSwitch::default(), mpsc::channel());
+        switch.connect(Box::new(Wire(sender)), b"STOP\n");
+        let signs = Signs {
+            driver: Beat::default(),
+            daemon: daemon.then(Beat::default),
+            stop: Arc::new(AtomicBool::new(false)),
+            silence_max,
+        };
+        (Watch::begin(signs, switch.clone()).unwrap(), switch, wire)
+    }
+
+    #[test]
+    fn a_silent_daemon_stops_a_motion_and_nothing_is_done_without_one() {
+        let (watch, switch, wire) = watched(true, Duration::from_millis(60));
+        let daemon = watch.signs().daemon.clone().unwrap();
+        while daemon.age() < Duration::from_millis(80) {
+            std::thread::yield_now();
+        }
+        assert!(!switch.is_pressed(), "nothing moves, so nothing is stopped");
+        daemon.renew();
+        let _motion = watch.motion();
+        let silent_from = Instant::now();
+        let sent = loop {
+            watch.signs().driver.renew();
+            if let Ok(sent) = wire.try_recv() {
+                break sent;
+            }
+            assert!(silent_from.elapsed() < Duration::from_secs(10), "never stopped");
+        };
+        assert_eq!(switch.pressed_by(), Some(Pressed::DaemonSilent));
+        assert!(sent - silent_from >= Duration::from_millis(50), "not before its time");
+    }
+
+    #[test]
+    fn a_driver_that_is_stuck_and_a_process_told_to_end_stop_it_again_and_again() {
+        let (watch, switch, wire) = watched(false, Duration::from_millis(40));
+        let motion = watch.motion();
+        assert!(wire.recv_timeout(Duration::from_secs(10)).is_ok());
+        assert!(wire.recv_timeout(Duration::from_secs(10)).is_ok(), "repeated while nobody attends");
+        assert_eq!(switch.pressed_by(), Some(Pressed::DriverSilent));
+        drop(motion);
+        let (watch, switch, wire) = watched(false, Duration::from_secs(3600));
+        let _motion = watch.motion();
+        watch.signs().stop.store(true, Ordering::SeqCst);
+        assert!(wire.recv_timeout(Duration::from_secs(10)).is_ok());
+        assert_eq!(switch.pressed_by(), Some(Pressed::Asked));
+    }
+}

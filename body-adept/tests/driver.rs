@@ -1,0 +1,20 @@
+//! The driver against the emulated controller, and against a plain port that writes down what it is told.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
+
+#[path = "driver/calibrate.rs"]
+mod calibrate;
+#[path = "driver/fake.rs"]
+mod fake;
+#[path = "driver/heartbeat.rs"]
+mod heartbeat;
+#[path = "driver/killed.rs"]
+mod killed;
+#[path = "driver/limits.rs"]
+mod limits;
+#[path = "driver/motion.rs"]
+mod motion;
+#[path = "driver/rig.rs"]
+mod rig;
+#[path = "driver/safety.rs"]
+mod safety;

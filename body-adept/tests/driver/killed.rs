@@ -1,0 +1,75 @@
+//! The body's process ends in the middle of a motion: told to, or killed.
+
+use std::process::{Child, Command, Stdio};
+
+use pschema_adept::config::EMULATED;
+use pschema_adept::emulator::{EmulatorArgs, Speaks};
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::rig::{Rig, until};
+
+/// Ends its process, should a test end before that.
+struct Process(Child);
+
+impl Process {
+    fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.0), signal).unwrap();
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // It has usually ended by now.
+        self.0.kill().ok();
+        self.0.wait().unwrap();
+    }
+}
+
+/// A body that moves the arm by itself: it calibrates its camera. Returns once the arm moves.
+fn calibrating(change: impl FnOnce(&mut EmulatorArgs)) -> (Rig, Process) {
+    let rig = Rig::start(Speaks::Program, |args| {
+        args.fast = 1.0;
+        change(args);
+    });
+    let file = rig.directory.path().join("arm.toml");
+    std::fs::write(&file, EMULATED).unwrap();
+    let child = Command::new(env!("CARGO_BIN_EXE_pschema-adept"))
+        .args([
+            "--port",
+            rig.args.link.to_str().unwrap(),
+            "--arm",
+            file.to_str().unwrap(),
+            "--enable",
+            "--home",
+        ])
+        .args(["--camera", &format!("socket:{}", rig.args.camera.as_ref().unwrap().display())])
+        .arg("calibrate")
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let process = Process(child);
+    until("the arm moves", || rig.emulator.record().motions > 0);
+    (rig, process)
+}
+
+#[test]
+fn a_killed_process_leaves_the_arm_to_the_watchdog() {
+    let (rig, process) = calibrating(|args| args.watchdog_ms = 300);
+    process.signal(Signal::KILL);
+    until("the watchdog stops the arm", || rig.emulator.record().watchdog_stops > 0);
+    assert_eq!(rig.emulator.record().motions, 1);
+}
+
+#[test]
+fn a_process_told_to_end_stops_the_arm_and_takes_its_power_away() {
+    let (rig, mut process) = calibrating(|_| {});
+    process.signal(Signal::TERM);
+    let ended = process.0.wait().unwrap();
+    assert!(!ended.success(), "it did not calibrate");
+    let record = rig.emulator.record();
+    assert!(record.stops > 0 && record.motions == 1, "{} {}", record.stops, record.motions);
+    // Nobody may have it without enabling it anew.
+    let mut arm = rig.arm(&crate::rig::setup(&[]), Default::default(), false);
+    arm.connect().unwrap();
+    assert_eq!(*arm.phase(), pschema_adept::arm::Phase::Inactive);
+}

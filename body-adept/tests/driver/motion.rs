@@ -1,0 +1,120 @@
+//! The driver moves the emulated arm, in both modes, and knows where it is.
+
+use pschema_adept::arm::{May, Phase};
+use pschema_adept::arm_on;
+use pschema_adept::emulator::Speaks;
+use pschema_adept::line::record::Recorder;
+use pschema_adept::line::serial::SerialLine;
+use pschema_adept::replay::replay;
+use pschema_protocol::body::Outcome;
+use pschema_sim::manifold::JointPositions;
+use pschema_sim::route::Waypoint;
+
+use crate::rig::{Rig, setup, until};
+
+const MONITOR: &[(&str, &str)] = &[("mode = \"server\"", "mode = \"monitor\"")];
+
+fn at(j1: f64, j2: f64) -> JointPositions {
+    JointPositions { j1, j2 }
+}
+
+fn goes_where_it_is_sent(rig: &Rig, changes: &[(&str, &str)], postures: usize) {
+    let setup = setup(changes);
+    let mut arm = rig.enabled(&setup);
+    for to in setup.repertoire.iter().step_by(setup.repertoire.len() / postures) {
+        assert_eq!(arm.go(*to), Outcome::Done, "{to:?}");
+        let wanted = setup.gate.taught().at(Waypoint { joints: *to, lift_m: 0.0 }).unwrap();
+        let joints = arm.joints().unwrap();
+        assert!(setup.gate.is_at(&wanted, &joints), "{joints:?} instead of {wanted:?}");
+    }
+    assert_eq!(arm.park(), Outcome::Done);
+    drop(arm);
+    let record = rig.emulator.record();
+    assert_eq!(record.envelope_errors, 0);
+    assert!(record.tip_m_min > 0.008, "the finger's ball stays off the table: {} m", record.tip_m_min);
+}
+
+#[test]
+fn the_server_program_takes_it_where_it_is_sent() {
+    goes_where_it_is_sent(&Rig::start(Speaks::Program, |_| {}), &[], 12);
+}
+
+#[test]
+fn the_monitor_takes_it_where_it_is_sent() {
+    goes_where_it_is_sent(&Rig::start(Speaks::Monitor, |_| {}), MONITOR, 2);
+}
+
+#[test]
+fn a_monitor_that_does_not_echo_takes_it_where_it_is_sent() {
+    goes_where_it_is_sent(&Rig::start(Speaks::Monitor, |args| args.no_echo = true), MONITOR, 1);
+}
+
+#[test]
+fn a_block_in_the_way_is_touched_and_felt() {
+    let rig = Rig::start(Speaks::Program, |_| {});
+    let setup = setup(&[]);
+    let mut arm = rig.enabled(&setup);
+    let mut touched = 0;
+    for position in [3, 20, 50, 77] {
+        assert_eq!(rig.person(&format!("place blue-block {position}")), "done");
+        let [x, y] = setup.file.places.at_mm[position].map(|mm| mm.get());
+        let (across, outwards) = (setup.file.plane.across_mm.get(), setup.file.plane.outwards_mm.get());
+        let place = at(x / across + 0.5, (y - setup.file.plane.nearest_mm.get()) / outwards);
+        assert_eq!(arm.signals().unwrap(), 0, "before");
+        assert_eq!(arm.go(place), Outcome::Done);
+        touched += usize::from(arm.signals().unwrap() != 0);
+        assert_eq!(arm.park(), Outcome::Done);
+    }
+    assert_eq!(touched, 4);
+}
+
+#[test]
+fn what_was_recorded_is_replayed_without_an_arm() {
+    // Slow enough for the driver to ask and measure again and again on the way.
+    let rig = Rig::start(Speaks::Program, |args| args.fast = 10.0);
+    let setup = setup(&[]);
+    let recorder = Recorder::create(&rig.recording()).unwrap();
+    let mut arm = rig.arm(&setup, recorder, false);
+    until("enabled", || arm.enable().is_ok());
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Done);
+    assert_eq!(arm.go(at(2.0, 0.5)), Outcome::Refused);
+    arm.signals().unwrap();
+    assert_eq!(arm.park(), Outcome::Done);
+    drop(arm);
+    assert!(replay(&setup, &rig.recording()).unwrap().orders >= 6);
+
+    // Another posture in the order is other bytes on the line.
+    let text = std::fs::read_to_string(rig.recording()).unwrap();
+    std::fs::write(rig.recording(), text.replacen("go 0.5 0.5", "go 0.5 0.51", 1)).unwrap();
+    let error = replay(&setup, &rig.recording()).unwrap_err().to_string();
+    assert!(error.contains("line "), "{error}");
+}
+
+#[test]
+fn nothing_moves_before_a_person_enables_it() {
+    let rig = Rig::start(Speaks::Program, |_| {});
+    let mut arm = rig.arm(&setup(&[]), Recorder::default(), false);
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Refused);
+    assert_eq!(*arm.phase(), Phase::Inactive);
+    assert_eq!(arm.signals().unwrap(), 0, "it senses");
+    assert_eq!(rig.emulator.record().motions, 0);
+    until("enabled", || arm.enable().is_ok());
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Done);
+}
+
+#[test]
+fn a_dry_run_checks_and_moves_nothing() {
+    let rig = Rig::start(Speaks::Program, |_| {});
+    let open = {
+        let link = rig.args.link.clone();
+        Box::new(move || Ok(Box::new(SerialLine::open(&link, 9600)?) as Box<dyn pschema_adept::line::Line>))
+    };
+    let may = May { moves: false, home: false };
+    let mut arm = arm_on(&setup(&[]), open, Recorder::default(), may, rig.stop.clone(), None).unwrap();
+    arm.enable().unwrap();
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Refused);
+    assert_eq!(arm.signals().unwrap(), 0, "it senses");
+    let record = rig.emulator.record();
+    assert_eq!((record.motions, record.targets.len()), (0, 0));
+    assert_eq!(*arm.phase(), Phase::Active, "without power, which it has not turned on");
+}

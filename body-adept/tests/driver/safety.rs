@@ -1,0 +1,145 @@
+//! What stops the arm, and that it stays stopped.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use pschema_adept::arm::Phase;
+use pschema_adept::emulator::Speaks;
+use pschema_adept::line::record::Recorder;
+use pschema_protocol::body::Outcome;
+use pschema_sim::manifold::JointPositions;
+
+use crate::rig::{Rig, setup, until};
+
+fn at(j1: f64, j2: f64) -> JointPositions {
+    JointPositions { j1, j2 }
+}
+
+/// Runs a long motion and, once it is under way, `disturb`; returns how the motion came out.
+fn disturbed(rig: &Rig, arm: &mut pschema_adept::arm::Arm, disturb: impl FnOnce() + Send) -> Outcome {
+    let motions = rig.emulator.record().motions;
+    let ended = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            until("the arm moves", || {
+                assert!(!ended.load(Ordering::SeqCst), "it ended before it moved");
+                rig.emulator.record().motions > motions
+            });
+            disturb();
+        });
+        let outcome = arm.go(at(0.2, 0.6));
+        ended.store(true, Ordering::SeqCst);
+        outcome
+    })
+}
+
+/// As fast as a real arm: motions last seconds.
+fn slow() -> Rig {
+    Rig::start(Speaks::Program, |args| args.fast = 1.0)
+}
+
+#[test]
+fn a_silent_daemon_stops_the_arm_and_its_return_does_not_resume_the_motion() {
+    let rig = slow();
+    let setup = setup(&[("heartbeat_ms = 1000", "heartbeat_ms = 200")]);
+    let mut arm = rig.arm(&setup, Recorder::default(), true);
+    until("enabled", || arm.enable().is_ok());
+    rig.daemon.renew();
+    // Nobody renews the sign of life any more.
+    let begun = Instant::now();
+    assert_eq!(disturbed(&rig, &mut arm, || {}), Outcome::Failed);
+    assert!(begun.elapsed() < Duration::from_secs(5), "stopped long before its end");
+    let stopped = rig.emulator.record();
+    assert!(stopped.motions == 1 && stopped.stops > 0, "{} {}", stopped.motions, stopped.stops);
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Refused, "and nothing begins without a daemon");
+    rig.daemon.renew();
+    assert_eq!(arm.signals().unwrap(), 0);
+    assert_eq!(rig.emulator.record().motions, 1, "its return resumes nothing");
+    assert_eq!(*arm.phase(), Phase::Active);
+}
+
+#[test]
+fn a_process_told_to_end_stops_the_arm() {
+    let rig = slow();
+    let mut arm = rig.enabled(&setup(&[]));
+    let stop = rig.stop.clone();
+    assert_eq!(disturbed(&rig, &mut arm, || stop.store(true, Ordering::SeqCst)), Outcome::Failed);
+    assert!(rig.emulator.record().stops > 0);
+}
+
+#[test]
+fn an_emergency_stop_is_latched_until_a_person_resets_it() {
+    let rig = slow();
+    let mut arm = rig.enabled(&setup(&[]));
+    assert_eq!(disturbed(&rig, &mut arm, || drop(rig.person("estop press"))), Outcome::Failed);
+    assert!(matches!(arm.phase(), Phase::Latched(_)), "{:?}", arm.phase());
+    let motions = rig.emulator.record().motions;
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Refused);
+    assert!(arm.enable().is_err(), "still pressed");
+    rig.person("estop release");
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Refused, "released is not reset");
+    assert_eq!(rig.emulator.record().motions, motions);
+    until("enabled", || arm.enable().is_ok());
+    assert_eq!(arm.go(at(0.45, 0.5)), Outcome::Done);
+}
+
+#[test]
+fn an_emergency_stop_at_rest_is_noticed_before_the_next_motion() {
+    let rig = Rig::start(Speaks::Program, |_| {});
+    let mut arm = rig.enabled(&setup(&[]));
+    rig.person("estop press");
+    arm.signals().unwrap();
+    assert_eq!(*arm.phase(), Phase::Latched("an emergency stop was pressed".to_owned()));
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Refused);
+}
+
+#[test]
+fn a_controller_that_was_switched_off_and_on_needs_a_person() {
+    let rig = Rig::start(Speaks::Program, |_| {});
+    let mut arm = rig.enabled(&setup(&[]));
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Done);
+    let motions = rig.emulator.record().motions;
+    rig.person("power cycle");
+    until("it is noticed", || arm.signals().is_ok() && matches!(arm.phase(), Phase::Latched(_)));
+    assert_eq!(arm.go(at(0.5, 0.4)), Outcome::Refused);
+    assert_eq!(rig.emulator.record().motions, motions);
+    until("enabled", || arm.enable().is_ok());
+    assert_eq!(arm.go(at(0.5, 0.4)), Outcome::Done);
+}
+
+#[test]
+fn a_line_that_is_unplugged_at_rest_is_opened_again_and_nothing_is_sent_twice() {
+    let rig = Rig::start(Speaks::Program, |_| {});
+    let mut arm = rig.enabled(&setup(&[]));
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Done);
+    rig.person("unplug 100");
+    until("it is missed", || arm.signals().is_err());
+    let motions = rig.emulator.record().motions;
+    until("it is back", || arm.signals().is_ok());
+    assert_eq!(rig.emulator.record().motions, motions, "nothing was begun anew");
+    assert_eq!(*arm.phase(), Phase::Active);
+    assert_eq!(arm.go(at(0.55, 0.5)), Outcome::Done);
+}
+
+#[test]
+fn a_line_that_is_unplugged_during_a_motion_leaves_it_to_the_watchdog() {
+    let rig = Rig::start(Speaks::Program, |args| (args.fast, args.watchdog_ms) = (1.0, 100));
+    let mut arm = rig.enabled(&setup(&[]));
+    let outcome = disturbed(&rig, &mut arm, || drop(rig.person("unplug 600")));
+    assert_eq!(outcome, Outcome::Failed);
+    until("the watchdog stops it", || rig.emulator.record().watchdog_stops == 1);
+    until("it is back", || arm.signals().is_ok());
+    assert!(matches!(arm.phase(), Phase::Latched(_)), "{:?}", arm.phase());
+    assert_eq!(rig.emulator.record().motions, 1);
+}
+
+#[test]
+fn two_drivers_do_not_share_a_line() {
+    let rig = Rig::start(Speaks::Program, |_| {});
+    let setup = setup(&[]);
+    let mut arm = rig.enabled(&setup);
+    let mut other = rig.arm(&setup, Recorder::default(), false);
+    let refused = other.enable().unwrap_err().to_string();
+    assert!(refused.contains("end whatever else uses it"), "{refused}");
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Done);
+}
