@@ -3,11 +3,14 @@
 //! What it prints on stdout is the result; what it says while at it goes to stderr. `docs/CLI.md` has the
 //! commands, the exit codes and the JSON.
 
+mod bar;
+mod bench;
 mod cli;
 mod commands;
 mod failure;
 mod learner;
 mod output;
+mod past;
 mod render;
 mod report;
 mod run;

@@ -10,6 +10,7 @@ use crate::cli::AchieveArgs;
 use crate::failure::Failure;
 use crate::learner::{Learner, ask_for};
 use crate::output;
+use crate::past::no_orders;
 use crate::render::{goals, json_goals, schema};
 use crate::run::Stop;
 use crate::talk;
@@ -18,6 +19,7 @@ use crate::talk;
 const ASK_EVERY: Duration = Duration::from_millis(50);
 
 pub(crate) fn run(name: &LearnerName, args: AchieveArgs, quiet: bool) -> Result<(), Failure> {
+    no_orders(&args.data, "`achieve`")?;
     let stop = Stop::on_signals()?;
     let mut learner = Learner::connect(name)?;
     let request = Request::Achieve { goal: args.goal, actions_max: args.actions_max };

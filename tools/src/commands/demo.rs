@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use pschema_server::config::BodyKind;
+
 use crate::cli::DemoArgs;
 use crate::failure::Failure;
 use crate::output::{self, Style};
@@ -16,12 +18,18 @@ use super::experiment::write_report;
 
 /// The experiment that a demo is.
 const EXPERIMENT: &str = "exp1-s1";
+/// The same in the view of the physical robot.
+const ROBOT_EXPERIMENT: &str = "exp1-s1-narrow";
 
 pub(crate) fn run(args: &DemoArgs, quiet: bool) -> Result<(), Failure> {
     let stop = Stop::on_signals()?;
-    let experiment = Experiment::new(EXPERIMENT, Asked::default())?;
+    let name = match args.body {
+        BodyKind::Sim => EXPERIMENT,
+        BodyKind::Adept => ROBOT_EXPERIMENT,
+    };
+    let experiment = Experiment::new(name, Asked { body: Some(args.body), ..Asked::default() })?;
     let Some(condition) = experiment.conditions.first() else {
-        return Err(Failure::Failed(format!("{EXPERIMENT} has no run")));
+        return Err(Failure::Failed(format!("{name} has no run")));
     };
     if let Some(folder) = &args.out {
         report::prepare(folder)?;
@@ -55,6 +63,11 @@ fn learn(
         }
     };
     say("A robot arm, a camera, a table. It knows nothing, not even what its own moves do.");
+    if condition.body == BodyKind::Adept {
+        say(
+            "Its controller is emulated: orders to it are text on a serial line, pictures come from a socket.",
+        );
+    }
     let mut pair = Pair::start(condition, seed, stop)?;
     pair.watch(&experiment.told, condition, stop, |report| {
         story.news(report).iter().for_each(|line| say(&format!("  {line}")));

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::thread::available_parallelism;
 use std::time::Duration;
 
-use pschema_protocol::domain::{self, Facts, LearnerName, OwnedDomain, Place, RuntimeDir, Stale};
+use pschema_protocol::domain::{self, Exposed, Facts, LearnerName, OwnedDomain, Place, RuntimeDir, Stale};
 use serde::Serialize;
 
 use crate::cli::DoctorArgs;
@@ -80,6 +80,7 @@ fn examine(clean: bool) -> Result<Findings, Failure> {
     }
     checks.push(space(&facts));
     checks.push(daemons(&facts));
+    checks.extend(access(&facts));
     checks.extend(left_behind(&facts.stale));
     Ok(Findings { ok: checks.iter().all(|check| check.ok), checks, cleaned })
 }
@@ -127,6 +128,16 @@ fn space(facts: &Facts) -> Check {
     wrong("its space", found, mend)
 }
 
+/// Whether everything is the user's own and closed to others.
+fn access(facts: &Facts) -> Vec<Check> {
+    if facts.exposed.is_empty() {
+        return vec![fine("access", "files of daemons are yours and closed to others")];
+    }
+    let told =
+        |one: &Exposed| wrong("access", format!("{}: {}", one.path.display(), one.problem), one.mend.clone());
+    facts.exposed.iter().map(told).collect()
+}
+
 fn daemons(facts: &Facts) -> Check {
     let served: Vec<_> = facts.served.iter().map(LearnerName::as_str).collect();
     fine("daemons", if served.is_empty() { "none running".to_owned() } else { served.join(", ") })
@@ -161,9 +172,10 @@ fn files(prefix: &str) -> Vec<std::path::PathBuf> {
     own.map(|entry| entry.path()).collect()
 }
 
+/// Whether one of its files was made just now; also when the clock was set back since and says that it was made later.
 fn is_young(prefix: &str) -> bool {
-    let age = |path: &std::path::PathBuf| fs::metadata(path).ok()?.modified().ok()?.elapsed().ok();
-    files(prefix).iter().any(|path| age(path).is_some_and(|age| age < YOUNG))
+    let made = |path: &std::path::PathBuf| fs::metadata(path).ok()?.modified().ok();
+    files(prefix).iter().filter_map(made).any(|made| made.elapsed().map_or(true, |age| age < YOUNG))
 }
 
 /// The beginnings, as long as prefixes are, of the names of all files in shared memory that a process of this user

@@ -56,13 +56,13 @@ pub(crate) fn run(args: &ExperimentArgs, quiet: bool) -> Result<(), Failure> {
 }
 
 fn experiments(args: &ExperimentArgs) -> Result<Vec<Experiment>, Failure> {
-    let asked = Asked { world: args.world.as_deref(), variant: args.variant.as_deref() };
+    let asked = Asked { world: args.world.as_deref(), body: args.body, variant: args.variant.as_deref() };
     if args.experiment != ALL {
         return Ok(vec![Experiment::new(&args.experiment, asked)?]);
     }
-    if asked.world.is_some() || asked.variant.is_some() {
-        let problem = "`experiment all` runs each as its file says: name one experiment to change its world or to \
-                       run one variant of it";
+    if asked.world.is_some() || asked.variant.is_some() || asked.body.is_some() {
+        let problem = "`experiment all` runs each as its file says: name one experiment to change its world or body or \
+                       to run one variant of it";
         return Err(Failure::Usage(problem.to_owned()));
     }
     Experiment::all()

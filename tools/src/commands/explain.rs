@@ -5,12 +5,13 @@ use pschema_protocol::inspect::{Answer, Request};
 
 use crate::cli::ExplainArgs;
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for};
+use crate::learner::ask_for;
 use crate::output;
+use crate::past::asked;
 use crate::render::{explanation, json};
 
 pub(crate) fn run(name: &LearnerName, args: &ExplainArgs) -> Result<(), Failure> {
-    let mut learner = Learner::connect(name)?;
+    let mut learner = asked(name, &args.data)?;
     let request = Request::Explain { step: args.step, candidates_max: args.candidates };
     let answer = ask_for!(learner, &request, Answer::Explanation)?;
     if args.json {

@@ -1,13 +1,20 @@
 //! The subcommands, one file each.
 
 mod achieve;
+mod adept;
 mod completions;
 mod demo;
 mod doctor;
+mod emulator;
 mod experiment;
 mod explain;
+mod export;
+mod import;
+mod journal;
 mod plan;
 mod predict;
+mod repair;
+mod replay;
 mod say;
 mod schemas;
 mod server;
@@ -15,6 +22,7 @@ mod show;
 mod sim;
 mod stage;
 mod status;
+mod verify;
 
 use pschema_protocol::domain::LearnerName;
 
@@ -29,6 +37,8 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Demo(args) => demo::run(&args, quiet),
         Command::Server(command) => server::run(*command, name),
         Command::Sim(command) => sim::run(*command, name),
+        Command::Adept(command) => adept::run(*command, name),
+        Command::Emulator(command) => emulator::run(*command),
         Command::Status(args) => status::run(&learner(&args.name)?, &args),
         Command::Schemas(args) => schemas::run(&learner(&args.name)?, args),
         Command::Show(args) => show::run(&learner(&args.name)?, &args),
@@ -38,7 +48,14 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Achieve(args) => achieve::run(&learner(&args.name)?, args, quiet),
         Command::Say(args) => say::run(&learner(&args.name)?, args),
         Command::Stage(args) => stage::run(&learner(&args.name)?, args),
+        Command::Journal(args) => journal::run(&args),
+        Command::Verify(args) => verify::run(&args, quiet),
+        Command::Repair(args) => repair::run(&args),
+        Command::Replay(args) => replay::run(&args),
+        Command::Export(args) => export::run(&learner(&args.name)?, &args, quiet),
+        Command::Import(args) => import::run(&args, quiet),
         Command::Experiment(args) => experiment::run(&args, quiet),
+        Command::Bench(args) => crate::bench::run(&args.what, quiet),
         Command::Doctor(args) => doctor::run(args),
         Command::Completions { shell } => completions::run(shell),
     }

@@ -7,9 +7,11 @@ use crate::cli::SayArgs;
 use crate::failure::Failure;
 use crate::learner::{Learner, ask_for};
 use crate::output;
+use crate::past::no_orders;
 use crate::render::words::plain;
 
 pub(crate) fn run(name: &LearnerName, args: SayArgs) -> Result<(), Failure> {
+    no_orders(&args.data, "`say`")?;
     let mut learner = Learner::connect(name)?;
     let said = args.words.join(" ");
     let request = Request::Say { words: args.words };

@@ -5,12 +5,13 @@ use pschema_protocol::inspect::{Answer, Request, SchemaQuery};
 
 use crate::cli::SchemasArgs;
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for};
+use crate::learner::ask_for;
 use crate::output;
+use crate::past::asked;
 use crate::render::schema;
 
 pub(crate) fn run(name: &LearnerName, args: SchemasArgs) -> Result<(), Failure> {
-    let mut learner = Learner::connect(name)?;
+    let mut learner = asked(name, &args.data)?;
     let query = SchemaQuery {
         action: args.action,
         pre: args.pre,

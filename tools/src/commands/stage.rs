@@ -3,10 +3,11 @@
 use pschema_protocol::domain::LearnerName;
 use pschema_protocol::inspect::{Answer, Request, StageOrder};
 
-use crate::cli::{StageArgs, StageCommand};
+use crate::cli::{DataArgs, StageArgs, StageCommand};
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for};
+use crate::learner::ask_for;
 use crate::output;
+use crate::past::{asked, refuse_order};
 use crate::render::status;
 
 pub(crate) fn run(name: &LearnerName, args: StageArgs) -> Result<(), Failure> {
@@ -17,7 +18,11 @@ pub(crate) fn run(name: &LearnerName, args: StageArgs) -> Result<(), Failure> {
         StageCommand::Resume => StageOrder::Resume,
         StageCommand::Set { stage } => StageOrder::Set(stage),
     };
-    let mut learner = Learner::connect(name)?;
+    if order != StageOrder::Show {
+        refuse_order(args.data.as_deref(), "an order to the curriculum")?;
+    }
+    let data = DataArgs { data: args.data, until: args.until };
+    let mut learner = asked(name, &data)?;
     let report = ask_for!(learner, &Request::Stage(order), Answer::Report)?;
     if args.json { output::print_json(&report) } else { output::print(&status::report(&report)) }
 }

@@ -54,7 +54,7 @@ fn condition(observation: ObservationText, occurrences: u32, trials: u32) -> Con
     Condition { observation, absent: false, occurrences, trials, probability, low: 0.702, high: 0.988 }
 }
 
-fn a_status() -> Status {
+pub(super) fn a_status() -> Status {
     Status {
         name: "robot-1".to_owned(),
         pid: 4711,
@@ -89,12 +89,15 @@ fn a_status() -> Status {
         steps_per_s: 61.25,
         step_latency_us_p50: 55.4,
         step_latency_us_p99: 180.2,
+        commit_latency_us_p50: 174.6,
+        commit_latency_us_p99: 310.9,
         memory_bytes: 23 * 1024 * 1024,
         memory_digest: "9b1f".repeat(16),
         excitation_top: 1.75,
         world: vec!["object{colour=blue, field=17}".to_owned(), "finger{field=4}".to_owned()],
         goal: None,
         storage: None,
+        refused: Vec::new(),
     }
 }
 

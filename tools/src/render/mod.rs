@@ -6,8 +6,11 @@ pub(crate) mod figures;
 pub(crate) mod goals;
 #[cfg(test)]
 mod golden;
+pub(crate) mod journal;
 pub(crate) mod json;
 pub(crate) mod json_goals;
+pub(crate) mod metrics;
+pub(crate) mod past_status;
 pub(crate) mod schema;
 pub(crate) mod statistics;
 pub(crate) mod status;

@@ -22,7 +22,7 @@ use crate::failure::Failure;
 use crate::render::comparison::Runs;
 use crate::run::{Condition, Figures, Outcome};
 
-pub(crate) use facts::Facts;
+pub(crate) use facts::{Facts, time};
 
 /// The page's file.
 const PAGE: &str = "index.html";

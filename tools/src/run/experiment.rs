@@ -2,7 +2,7 @@
 
 use clap::{Args, Parser};
 use pschema_protocol::body::Body;
-use pschema_server::config::{self, ConfigError, Variant};
+use pschema_server::config::{self, BodyKind, ConfigError, Variant};
 use pschema_sim::SimArgs;
 
 use crate::failure::Failure;
@@ -25,6 +25,10 @@ pub(crate) struct Condition {
     pub(crate) curriculum: String,
     /// The body's world: a built-in one or a file.
     pub(crate) world: String,
+    /// The body.
+    pub(crate) body: BodyKind,
+    /// The run whose memory this one goes on from.
+    pub(crate) after: Option<Box<Condition>>,
     /// Settings of the daemon.
     pub(crate) settings: Vec<String>,
     /// Noise of the body.
@@ -38,6 +42,8 @@ pub(crate) struct Condition {
 pub(crate) struct Asked<'a> {
     /// Another world.
     pub(crate) world: Option<&'a str>,
+    /// Another body.
+    pub(crate) body: Option<BodyKind>,
     /// Only this variant.
     pub(crate) variant: Option<&'a str>,
 }
@@ -70,6 +76,9 @@ impl Experiment {
             told.why = None;
             told.measures.iter_mut().for_each(|measure| (measure.published, measure.why) = (None, None));
         }
+        if let Some(body) = asked.body {
+            told.body = body;
+        }
         let mut conditions = conditions(&told, asked.world);
         if let Some(name) = asked.variant {
             conditions.retain(|condition| condition.name.as_deref() == Some(name));
@@ -99,9 +108,24 @@ fn conditions(told: &config::Experiment, world: Option<&str>) -> Vec<Condition> 
             .map(str::to_owned)
             .or_else(|| variant.world.clone())
             .unwrap_or_else(|| told.world.clone()),
+        body: told.body,
+        after: None,
         settings: variant.settings.clone(),
         noise: variant.noise.clone(),
         swept: None,
+    };
+    // What was learnt before is learnt in the same world, whatever is changed afterwards.
+    let condition = |variant: &Variant| {
+        let mut condition = condition(variant);
+        condition.after = told.after.as_ref().map(|earlier| {
+            Box::new(Condition {
+                curriculum: earlier.curriculum.clone(),
+                world: condition.world.clone(),
+                body: earlier.body,
+                ..Condition::default()
+            })
+        });
+        condition
     };
     let Some(sweep) = &told.sweep else { return variants.map(condition).collect() };
     let swept = |variant: &Variant| {
@@ -141,8 +165,8 @@ impl Condition {
         own.into_iter().chain(settings).collect()
     }
 
-    /// How the body is started.
-    pub(crate) fn body(&self, seed: u64) -> Vec<String> {
+    /// How the simulated body is started.
+    pub(crate) fn simulated(&self, seed: u64) -> Vec<String> {
         let own = ["--world", &self.world, "--seed", &seed.to_string()].map(str::to_owned);
         let noise =
             self.noise.iter().flat_map(|(name, value)| ["--noise".to_owned(), format!("{name}={value}")]);
@@ -154,7 +178,7 @@ impl Condition {
         let curriculum = config::curriculum(&self.curriculum).ok();
         let trials =
             curriculum.map_or_else(Vec::new, |c| c.stages.iter().map(|stage| stage.trials).collect());
-        let body = read::<SimArgs>(self.body(1)).ok().and_then(|args| pschema_sim::build(&args).ok());
+        let body = read::<SimArgs>(self.simulated(1)).ok().and_then(|args| pschema_sim::build(&args).ok());
         Size { postures: body.map(|body| body.describe().repertoire.len() as u64), trials }
     }
 }
@@ -193,12 +217,12 @@ mod tests {
         let [only] = experiment.conditions.as_slice() else { panic!("{:?}", experiment.conditions) };
         assert_eq!(only.name, None);
         assert_eq!(only.daemon(7), ["--curriculum", "exp1-s1", "--seed", "7"]);
-        assert_eq!(only.body(7), ["--world", "wide", "--seed", "7"]);
+        assert_eq!(only.simulated(7), ["--world", "wide", "--seed", "7"]);
     }
 
     #[test]
     fn another_world_is_not_what_the_paper_reports_of() {
-        let asked = Asked { world: Some("narrow"), variant: None };
+        let asked = Asked { world: Some("narrow"), ..Asked::default() };
         let experiment = Experiment::new("exp1-s1", asked).unwrap();
         assert_eq!(experiment.told.published, None);
         assert!(experiment.told.measures.iter().all(|measure| measure.published.is_none()));
@@ -221,14 +245,14 @@ mod tests {
         assert_eq!(names(&told), ["whole", "deaf"]);
         let deaf = &conditions(&told, None)[1];
         assert_eq!(deaf.daemon(1)[4..], ["--set", "learner.attention=false"]);
-        assert_eq!(deaf.body(1)[4..], ["--noise", "finger_misplaced=0.1"]);
+        assert_eq!(deaf.simulated(1)[4..], ["--noise", "finger_misplaced=0.1"]);
         told.sweep = Some(Sweep { name: "rate".to_owned(), values: vec![0.0, 0.5] });
         assert_eq!(
             names(&told),
             ["whole, rate = 0", "whole, rate = 0.5", "deaf, rate = 0", "deaf, rate = 0.5"]
         );
         assert_eq!(conditions(&told, None)[1].settings, ["values.rate=0.5"]);
-        let asked = Asked { variant: Some("mute"), world: None };
+        let asked = Asked { variant: Some("mute"), ..Asked::default() };
         let refused = Experiment::told(told, asked).unwrap_err().to_string();
         assert!(refused.contains("whole, rate = 0"), "{refused}");
     }

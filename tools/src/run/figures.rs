@@ -18,6 +18,8 @@ pub(crate) struct Figures {
     pub(crate) swept: Option<f64>,
     /// The world it was run in.
     pub(crate) world: String,
+    /// The body it was run with.
+    pub(crate) body: &'static str,
     /// The seed of learner and body.
     pub(crate) seed: u64,
     /// Schemas after learning.
@@ -114,6 +116,7 @@ impl Figures {
             variant: condition.name.clone(),
             swept: condition.swept,
             world: condition.world.clone(),
+            body: condition.body.name(),
             seed: report.seed,
             schemas_total: report.schemas_total,
             schemas_concrete: report.schemas_concrete,
@@ -227,7 +230,7 @@ pub(crate) mod tests {
 
     /// The figures of exp1-s1 in `world`, had it given this report.
     pub(crate) fn figures(world: &str, report: &Report) -> Figures {
-        let asked = Asked { world: Some(world), variant: None };
+        let asked = Asked { world: Some(world), ..Asked::default() };
         let experiment = Experiment::new("exp1-s1", asked).unwrap();
         Figures::new(&experiment.told, &experiment.conditions[0], report, Vec::new(), 4.25)
     }

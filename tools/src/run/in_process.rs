@@ -6,13 +6,12 @@ use pschema_protocol::inspect::{Answer, Report, Request};
 use pschema_server::ServerArgs;
 use pschema_server::config;
 use pschema_server::in_process::{InProcess, InProcessError, Progress};
-use pschema_sim::SimArgs;
-use pschema_sim::body::SimBody;
 use pschema_sim::config::WorldError;
 
 use crate::failure::Failure;
 use crate::learner::Asks;
 
+use super::any_body::AnyBody;
 use super::experiment::{Condition, read};
 use super::outcome::Outcome;
 use super::pair::stuck;
@@ -31,9 +30,7 @@ pub(crate) fn in_process(
     mut seen: impl FnMut(&Report),
 ) -> Result<Outcome, Failure> {
     let started = Instant::now();
-    let daemon = read::<ServerArgs>(condition.daemon(seed))?;
-    let body = read::<SimArgs>(condition.body(seed))?;
-    let mut run = InProcess::new(pschema_sim::build(&body)?, daemon.setup().map_err(Failure::of)?)?;
+    let mut run = begun(condition, seed, stop)?;
     let mut looked = Instant::now();
     let mut trace = Trace::default();
     while run.advance()? == Progress::Running {
@@ -52,7 +49,25 @@ pub(crate) fn in_process(
     Outcome::ask(told, condition, &report, trace, wall_s, &mut run)
 }
 
-impl Asks for InProcess<SimBody> {
+/// The run about to begin: what is to be learnt before has been learnt.
+fn begun(condition: &Condition, seed: u64, stop: &Stop) -> Result<InProcess<AnyBody>, Failure> {
+    let body = AnyBody::new(condition, seed)?;
+    let setup = read::<ServerArgs>(condition.daemon(seed))?.setup().map_err(Failure::of)?;
+    let Some(earlier) = &condition.after else { return Ok(InProcess::new(body, setup)?) };
+    let mut first = begun(earlier, seed, stop)?;
+    while first.advance()? == Progress::Running {
+        stop.check()?;
+    }
+    let report = first.report();
+    if !report.finished {
+        return Err(stuck(&report));
+    }
+    let mut learner = first.into_learner();
+    learner.change(setup.parameters, setup.curriculum).map_err(Failure::of)?;
+    Ok(InProcess::going_on(body, learner, seed)?)
+}
+
+impl Asks for InProcess<AnyBody> {
     fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
         match self.answer(request) {
             Answer::Error(problem) => Err(Failure::Failed(problem)),

@@ -1,5 +1,7 @@
 //! Whole runs: a daemon and a body started, watched to the end of their curriculum, and ended.
 
+mod any_body;
+mod body;
 mod child;
 mod experiment;
 mod figures;
@@ -14,14 +16,14 @@ mod seeds;
 mod signals;
 mod trace;
 
-pub(crate) use child::{follow_parent, is_orphan, remove_orphaned};
+pub(crate) use child::{Child, follow_parent, is_orphan, remove_orphaned};
 pub(crate) use experiment::{Asked, Condition, Experiment};
 pub(crate) use figures::Figures;
 pub(crate) use learnt::Learnt;
 pub(crate) use many::{How, Job, carry_out};
 pub(crate) use measures::{Measure, Unit};
 pub(crate) use outcome::Outcome;
-pub(crate) use pair::Pair;
+pub(crate) use pair::{Pair, runtime_directory};
 pub(crate) use progress::{Bars, Progress};
 pub(crate) use seeds::Seeds;
 pub(crate) use signals::Stop;

@@ -16,6 +16,7 @@ use crate::failure::Failure;
 use crate::learner::{Learner, ask_for};
 use crate::render::words::plain;
 
+use super::body::BodyProcess;
 use super::child::{Child, private_name};
 use super::experiment::Condition;
 use super::outcome::Outcome;
@@ -38,29 +39,59 @@ const STALLED_AFTER: Duration = Duration::from_secs(60);
 /// is left of the directory goes last.
 pub(crate) struct Pair {
     learner: Learner,
-    body: Child,
+    body: BodyProcess,
     daemon: Child,
-    _directory: TempDir,
+    /// None while it is lent by the run that this one is the first part of.
+    _directory: Option<TempDir>,
     started: Instant,
 }
 
 impl Pair {
-    /// Starts the processes of a run and waits until the daemon answers.
+    /// Starts the processes of a run and waits until the daemon answers. What is to be learnt before is learnt by then.
     pub(crate) fn start(condition: &Condition, seed: u64, stop: &Stop) -> Result<Self, Failure> {
         let started = Instant::now();
         let directory = runtime_directory()?;
+        let memory = directory.path().join("memory");
+        let mut keeping = Vec::new();
+        if let Some(earlier) = &condition.after {
+            // What is learnt there must outlive its daemon and its body.
+            keeping = vec!["--data".to_owned(), memory.display().to_string()];
+            let mut first = Self::begin(earlier, seed, stop, directory.path(), &keeping)?;
+            first.learn(stop)?;
+            keeping.push("--change".to_owned());
+        }
+        let pair = Self::begin(condition, seed, stop, directory.path(), &keeping)?;
+        Ok(Self { _directory: Some(directory), started, ..pair })
+    }
+
+    /// Starts the processes of one part of a run.
+    fn begin(
+        condition: &Condition,
+        seed: u64,
+        stop: &Stop,
+        directory: &Path,
+        keeping: &[String],
+    ) -> Result<Self, Failure> {
+        let started = Instant::now();
         let name = private_name(std::process::id());
-        let place = Place::new(RuntimeDir::at(directory.path())?, LearnerName::new(&name)?);
-        let arguments = |command: &str, own: Vec<String>| {
-            let command = [command, "--name", &name].map(str::to_owned);
-            command.into_iter().chain(own).collect::<Vec<_>>()
-        };
-        let daemon = arguments("server", condition.daemon(seed));
-        let mut daemon = Child::start("daemon", directory.path(), daemon)?;
-        let body = arguments("sim", condition.body(seed));
-        let mut body = Child::start("body", directory.path(), body)?;
+        let place = Place::new(RuntimeDir::at(directory)?, LearnerName::new(&name)?);
+        let own = ["server", "--name", &name].map(str::to_owned).into_iter().chain(condition.daemon(seed));
+        let mut daemon = Child::start("daemon", directory, own.chain(keeping.iter().cloned()))?;
+        let mut body = BodyProcess::start(condition, seed, directory, &name, stop)?;
         let learner = connect(&place, &mut daemon, &mut body, stop)?;
-        Ok(Self { learner, body, daemon, _directory: directory, started })
+        Ok(Self { learner, body, daemon, _directory: None, started })
+    }
+
+    /// Follows the run to the end of its curriculum.
+    fn learn(&mut self, stop: &Stop) -> Result<(), Failure> {
+        self.follow(stop, |_, _| Ok(())).map(drop).map_err(|failure| self.explained(failure, stop))
+    }
+
+    fn explained(&mut self, failure: Failure, stop: &Stop) -> Failure {
+        match failure {
+            Failure::Interrupted => failure,
+            failure => self.cause(stop).unwrap_or(failure),
+        }
     }
 
     /// Follows the run to the end of its curriculum; `seen` gets each report. Returns all that is then known of it.
@@ -71,10 +102,7 @@ impl Pair {
         stop: &Stop,
         seen: impl FnMut(&Report),
     ) -> Result<Outcome, Failure> {
-        self.watched(told, condition, stop, seen).map_err(|failure| match failure {
-            Failure::Interrupted => failure,
-            failure => self.cause(stop).unwrap_or(failure),
-        })
+        self.watched(told, condition, stop, seen).map_err(|failure| self.explained(failure, stop))
     }
 
     fn watched(
@@ -155,14 +183,19 @@ fn stalled(report: &Report) -> Failure {
 }
 
 /// A directory short enough for sockets, whatever TMPDIR is.
-fn runtime_directory() -> Result<TempDir, Failure> {
+pub(crate) fn runtime_directory() -> Result<TempDir, Failure> {
     let mut builder = tempfile::Builder::new();
     builder.prefix("pschema-").permissions(Permissions::from_mode(0o700));
     let directory = builder.tempdir_in(Path::new("/tmp"));
     directory.map_err(|error| Failure::Failed(format!("cannot create a directory in /tmp: {error}")))
 }
 
-fn connect(place: &Place, daemon: &mut Child, body: &mut Child, stop: &Stop) -> Result<Learner, Failure> {
+fn connect(
+    place: &Place,
+    daemon: &mut Child,
+    body: &mut BodyProcess,
+    stop: &Stop,
+) -> Result<Learner, Failure> {
     let start = Instant::now();
     loop {
         stop.check()?;

@@ -1,0 +1,113 @@
+//! `pschema export`: a memory as JSON Lines.
+
+use std::fs::Permissions;
+use std::io::{self, BufWriter, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+use pschema_protocol::domain::LearnerName;
+use pschema_protocol::inspect::{Answer, Request};
+use pschema_store::past::Past;
+use pschema_store::past::export::{ExportError, Lines};
+
+use crate::bar::Bar;
+use crate::cli::ExportArgs;
+use crate::failure::Failure;
+use crate::learner::{Learner, ask_for};
+use crate::run::Stop;
+use crate::talk;
+
+/// How often a person is told how far it is, in lines.
+const TELL_EVERY: u64 = 1_024;
+
+impl From<ExportError> for Failure {
+    fn from(error: ExportError) -> Self {
+        match error {
+            ExportError::Write(error) if error.kind() == io::ErrorKind::BrokenPipe => Self::NobodyReads,
+            error => Self::of(error),
+        }
+    }
+}
+
+pub(crate) fn run(name: &LearnerName, args: &ExportArgs, quiet: bool) -> Result<(), Failure> {
+    let stop = Stop::on_signals()?;
+    let directory = match &args.data.data {
+        Some(directory) => directory.clone(),
+        None => served(name)?,
+    };
+    let past = Past::open(&directory)?;
+    let moment = past.moment(args.data.until)?;
+    let step = moment.step();
+    let bar = Bar::count(quiet);
+    let told = |lines: u64| {
+        if lines.is_multiple_of(TELL_EVERY) {
+            bar.show(lines, lines, "lines".to_owned());
+        }
+    };
+    let mut write = |to: &mut dyn Write| {
+        let mut to = BufWriter::new(Stoppable { to, stop: &stop });
+        past.export(&moment, &mut to, told)
+    };
+    let written = match &args.output {
+        None => write(&mut io::stdout().lock()).map_err(Failure::from),
+        Some(file) => to_file(file, &mut write),
+    };
+    stop.check()?;
+    let Lines { lines, memory_digest } = written?;
+    drop(bar);
+    if let Some(file) = args.output.as_ref().filter(|_| !quiet) {
+        talk::say(&format!(
+            "{}: {lines} lines, memory of step {step}, digest {memory_digest}",
+            file.display()
+        ));
+    }
+    Ok(())
+}
+
+/// The data directory of a running daemon.
+fn served(name: &LearnerName) -> Result<PathBuf, Failure> {
+    let status = ask_for!(Learner::connect(name)?, &Request::Status, Answer::Status)?;
+    match status.storage {
+        Some(storage) => Ok(PathBuf::from(storage.directory)),
+        None => Err(Failure::Failed(format!(
+            "the memory of {name} is in RAM only, so it can't be exported: start its daemon with --data DIR"
+        ))),
+    }
+}
+
+/// Writes a file that is there whole or not at all.
+fn to_file(
+    file: &Path,
+    write: &mut dyn FnMut(&mut dyn Write) -> Result<Lines, ExportError>,
+) -> Result<Lines, Failure> {
+    let failed =
+        |error: &dyn std::fmt::Display| Failure::Failed(format!("cannot write {}: {error}", file.display()));
+    if file.exists() {
+        return Err(failed(&"it is there already"));
+    }
+    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    // What a learner knows is its owner's.
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".pschema-export-").permissions(Permissions::from_mode(0o600));
+    let mut temporary = builder.tempfile_in(parent).map_err(|error| failed(&error))?;
+    let lines = write(&mut temporary)?;
+    temporary.as_file().sync_all().map_err(|error| failed(&error))?;
+    temporary.persist_noclobber(file).map_err(|error| failed(&error.error))?;
+    Ok(lines)
+}
+
+/// Stops writing when this process is asked to stop.
+struct Stoppable<'a> {
+    to: &'a mut dyn Write,
+    stop: &'a Stop,
+}
+
+impl Write for Stoppable<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.stop.raised() { Err(io::Error::other("stopped")) } else { self.to.write(bytes) }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
+    }
+}

@@ -1,0 +1,68 @@
+//! `pschema import`: a data directory of what was exported.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader};
+use std::path::Path;
+
+use pschema_store::past::export;
+use pschema_store::past::{self, Made};
+use serde::Serialize;
+
+use crate::bar::Bar;
+use crate::cli::ImportArgs;
+use crate::failure::Failure;
+use crate::output;
+
+/// How often a person is told how far it is, in lines.
+const TELL_EVERY: u64 = 1_024;
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Figures {
+    lines: u64,
+    learner: String,
+    seed: u64,
+    schemas_total: u64,
+    #[serde(flatten)]
+    made: Made,
+}
+
+pub(crate) fn run(args: &ImportArgs, quiet: bool) -> Result<(), Failure> {
+    let shown = args.file.display();
+    let mut from = opened(&args.file)?;
+    let bar = Bar::count(quiet);
+    let imported = export::read(&mut *from, |lines| {
+        if lines.is_multiple_of(TELL_EVERY) {
+            bar.show(lines, lines, "lines".to_owned());
+        }
+    });
+    let imported = imported.map_err(|error| Failure::Failed(format!("{shown}: {error}")))?;
+    let made = past::import(&imported, &args.data)?;
+    drop(bar);
+    let figures = Figures {
+        lines: imported.lines.lines,
+        learner: imported.learner,
+        seed: imported.seed,
+        schemas_total: imported.content.schemas.len() as u64,
+        made,
+    };
+    if args.json {
+        return output::print_json(&figures);
+    }
+    let Made { directory, step, memory_digest } = &figures.made;
+    output::print(&format!(
+        "Memory of {} at step {step}, {} schemas, digest {memory_digest}.\n\
+         Go on from there with: pschema server --data {directory}\n",
+        figures.learner, figures.schemas_total
+    ))
+}
+
+fn opened(file: &Path) -> Result<Box<dyn BufRead>, Failure> {
+    if file == Path::new("-") {
+        return Ok(Box::new(io::stdin().lock()));
+    }
+    match File::open(file) {
+        Ok(opened) => Ok(Box::new(BufReader::new(opened))),
+        Err(error) => Err(Failure::Failed(format!("cannot read {}: {error}", file.display()))),
+    }
+}

@@ -1,0 +1,51 @@
+//! `pschema repair`: saves what can be saved of a damaged memory on disk, after a copy of everything.
+
+use pschema_store::past::{Past, Repair, Repaired};
+use serde::Serialize;
+
+use crate::cli::RepairArgs;
+use crate::failure::Failure;
+use crate::output;
+use crate::render::journal;
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Figures<'a> {
+    #[serde(flatten)]
+    plan: &'a Repair,
+    /// What was done; `null` when nothing was to be done or only asked for.
+    done: Option<&'a Repaired>,
+}
+
+pub(crate) fn run(args: &RepairArgs) -> Result<(), Failure> {
+    let past = Past::open(&args.data)?;
+    let plan = past.plan_repair()?;
+    if !args.json {
+        output::print(&journal::repair(&plan))?;
+    }
+    let done = match &args.to {
+        _ if args.dry_run => None,
+        Some(to) => Some(past.repair_to(&plan, to)?),
+        None if plan.damage.is_empty() => None,
+        None => Some(past.repair(&plan)?),
+    };
+    if args.json {
+        return output::print_json(&Figures { plan: &plan, done: done.as_ref() });
+    }
+    match &done {
+        Some(done) => output::print(&said(done)),
+        None if args.dry_run && !plan.damage.is_empty() => {
+            output::print("\nNothing was changed. Without --dry-run, everything is copied aside first.\n")
+        }
+        None => Ok(()),
+    }
+}
+
+fn said(done: &Repaired) -> String {
+    let directory = &done.directory;
+    let aside = match &done.aside {
+        Some(aside) => format!("\nEverything as it was is in {aside}.\n"),
+        None => "\nThe damaged directory was left as it is.\n".to_owned(),
+    };
+    format!("{aside}Mended. Go on from there with: pschema server --data {directory}\n")
+}

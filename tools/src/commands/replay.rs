@@ -1,0 +1,85 @@
+//! `pschema replay`: rebuilds memory as it was at a step.
+
+use std::time::Instant;
+
+use pschema_protocol::inspect::{Answer, Request};
+use pschema_store::past::Made;
+use serde::Serialize;
+
+use crate::cli::ReplayArgs;
+use crate::failure::Failure;
+use crate::output;
+use crate::past::Remembered;
+use crate::render::table::Columns;
+use crate::render::words::{count, duration, plain};
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Figures {
+    step: u64,
+    frame: u64,
+    curriculum: String,
+    stage: String,
+    stage_state: String,
+    schemas_total: u32,
+    schemas_concrete: u32,
+    schemas_generalised: u32,
+    memory_digest: String,
+    /// The step of the snapshot that it was rebuilt from; `null`: from its beginning.
+    snapshot_step: Option<u64>,
+    /// Frames of the journal gone through after it.
+    frames_replayed: u64,
+    replay_s: f64,
+    /// The data directory that was made; `null` when none was asked for.
+    made: Option<Made>,
+}
+
+pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
+    let remembered = Remembered::open(&args.data, args.until)?;
+    let began = Instant::now();
+    let moment = remembered.past().moment(args.until)?;
+    let replay_s = began.elapsed().as_secs_f64();
+    let (frame, snapshot_step, frames_replayed) = (moment.frame, moment.snapshot_step, moment.frames);
+    let Answer::Status(status) = remembered.answer(moment, &Request::Status)? else {
+        return Err(Failure::Failed("memory was rebuilt, and can't be told of".to_owned()));
+    };
+    let made = match &args.out {
+        Some(out) => Some(remembered.past().branch(args.until, out)?),
+        None => None,
+    };
+    let figures = Figures {
+        step: status.step,
+        frame,
+        curriculum: status.curriculum,
+        stage: status.stage,
+        stage_state: status.stage_state,
+        schemas_total: status.schemas_total,
+        schemas_concrete: status.schemas_concrete,
+        schemas_generalised: status.schemas_generalised,
+        memory_digest: status.memory_digest,
+        snapshot_step,
+        frames_replayed,
+        replay_s,
+        made,
+    };
+    if args.json { output::print_json(&figures) } else { output::print(&text(&figures)) }
+}
+
+fn text(f: &Figures) -> String {
+    let mut facts = Columns::new(&[]);
+    let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
+    fact("step", f.step.to_string());
+    fact("stage", format!("{} ({}) of {}", plain(&f.stage), plain(&f.stage_state), plain(&f.curriculum)));
+    let (concrete, generalised) = (f.schemas_concrete, f.schemas_generalised);
+    fact("schemas", format!("{}: {concrete} concrete, {generalised} generalised", f.schemas_total));
+    fact("digest", f.memory_digest.clone());
+    let from =
+        f.snapshot_step.map_or("its beginning".to_owned(), |step| format!("the snapshot of step {step}"));
+    let frames = count(f.frames_replayed, "frame");
+    fact("rebuilt", format!("from {from} and {frames} after it, in {}", duration(f.replay_s)));
+    let mut text = facts.text(&[0]);
+    if let Some(made) = &f.made {
+        text.push_str(&format!("\nGo on from there with: pschema server --data {}\n", made.directory));
+    }
+    text
+}

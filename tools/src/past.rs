@@ -1,0 +1,102 @@
+//! Asking a memory on disk what a daemon would be asked: the answers come from the same code.
+
+use std::path::Path;
+
+use pschema_protocol::domain::LearnerName;
+use pschema_protocol::inspect::{Answer, Request, SchemaSort};
+use pschema_server::inspect;
+use pschema_server::mind::{HostFacts, View};
+use pschema_store::past::{Moment, Past, PastError};
+
+use crate::cli::{DataArgs, NoDataArgs};
+use crate::failure::Failure;
+use crate::learner::{Asks, Learner};
+
+impl From<PastError> for Failure {
+    fn from(error: PastError) -> Self {
+        Self::of(error)
+    }
+}
+
+/// Whom to ask: the daemon of `name`, or the memory in a data directory if one is given.
+pub(crate) fn asked(name: &LearnerName, data: &DataArgs) -> Result<Box<dyn Asks>, Failure> {
+    match &data.data {
+        None => Ok(Box::new(Learner::connect(name)?)),
+        Some(directory) => Ok(Box::new(Remembered::open(directory, data.until)?)),
+    }
+}
+
+/// A memory on disk, as it was at one moment.
+#[derive(Debug)]
+pub(crate) struct Remembered {
+    past: Past,
+    until: Option<u64>,
+}
+
+impl Remembered {
+    /// The memory in `directory`, as it was after step `until`.
+    pub(crate) fn open(directory: &Path, until: Option<u64>) -> Result<Self, Failure> {
+        Ok(Self { past: Past::open(directory)?, until })
+    }
+
+    /// What is on disk.
+    pub(crate) fn past(&self) -> &Past {
+        &self.past
+    }
+
+    /// What of the past is needed to answer.
+    pub(crate) fn moment(&self, request: &Request) -> Result<Moment, Failure> {
+        Ok(match request {
+            Request::Explain { step, .. } => self.past.decision(*step, self.until)?,
+            Request::Status => self.past.moment_with_decision(self.until)?,
+            Request::Schemas(query) if query.sort == SchemaSort::Excitation => {
+                self.past.moment_with_decision(self.until)?
+            }
+            _ => self.past.moment(self.until)?,
+        })
+    }
+
+    /// What is answered of a moment.
+    pub(crate) fn answer(&self, moment: Moment, request: &Request) -> Result<Answer, Failure> {
+        let nothing_perceived = moment.perceived.is_none();
+        if nothing_perceived && matches!(request, Request::Predict { .. } | Request::Plan { .. }) {
+            let step = moment.step();
+            return Err(Failure::Failed(format!(
+                "nothing is known of what was perceived up to step {step}, so nothing can be said of the world as it was: \
+                 name a later step with --until, or ask the running learner"
+            )));
+        }
+        let host = HostFacts {
+            name: self.past.learner().to_owned(),
+            perceived: moment.perceived,
+            ..HostFacts::default()
+        };
+        let view = View::past(moment.learner, self.past.seed(), moment.decision, host);
+        match inspect::answer(&view, request) {
+            Answer::Error(problem) => Err(Failure::Failed(problem)),
+            answer => Ok(answer),
+        }
+    }
+}
+
+impl Asks for Remembered {
+    fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
+        let moment = self.moment(request)?;
+        self.answer(moment, request)
+    }
+}
+
+/// An order can't be given to a memory on disk.
+pub(crate) fn no_orders(data: &NoDataArgs, what: &str) -> Result<(), Failure> {
+    refuse_order(data.data.as_deref(), what)
+}
+
+/// As [`no_orders`].
+pub(crate) fn refuse_order(data: Option<&Path>, what: &str) -> Result<(), Failure> {
+    let Some(data) = data else { return Ok(()) };
+    Err(Failure::Usage(format!(
+        "{what} needs a learner that is running: a data directory is only read, so that the past stays as it was. Start \
+         `pschema server --data {}`, and give the order to it",
+        data.display()
+    )))
+}

@@ -1,0 +1,228 @@
+//! `journal`, `verify`, `repair` and `replay` for people.
+
+use pschema_store::past::{Batch, Caused, Checked, Counted, Files, Finding, Repair, Tail};
+use serde::Serialize;
+
+use super::schema::wrapped;
+use super::table::Columns;
+use super::words::{bytes, count, plain};
+use crate::report::time;
+
+/// What a data directory holds.
+#[derive(Debug, Serialize)]
+pub(crate) struct Listed {
+    /// Where it is.
+    pub(crate) path: String,
+    /// The learner's name.
+    pub(crate) learner: String,
+    /// Where its randomness began.
+    pub(crate) seed: u64,
+    /// What it is made of.
+    #[serde(flatten)]
+    pub(crate) files: Files,
+    /// How its journal ends.
+    pub(crate) tail: Tail,
+}
+
+/// Some batches, and where they are.
+#[derive(Debug)]
+pub(crate) struct Listing<'a> {
+    pub(crate) batches: &'a [Batch],
+    pub(crate) listed: &'a Listed,
+}
+
+/// `2026-11-22 07:05:09.120`, in UTC.
+pub(crate) fn moment(unix_ms: u64) -> String {
+    format!("{}.{:03}", time(unix_ms / 1_000), unix_ms % 1_000)
+}
+
+/// Batches as a table, or one by one where effects are told; then the files.
+pub(crate) fn listing(listing: &Listing<'_>) -> String {
+    let batches = listing.batches;
+    let mut text = match batches {
+        [] => "No batch of such a step.\n".to_owned(),
+        _ if batches.iter().any(|batch| !batch.told.is_empty()) => batches.iter().map(told).collect(),
+        _ => table(batches),
+    };
+    text.push('\n');
+    text.push_str(&files(listing.listed));
+    text
+}
+
+fn table(batches: &[Batch]) -> String {
+    let mut table = Columns::new(&["step", "time (UTC)", "cause", "changed"]).figures(&[0]);
+    let mut day = "";
+    let moments: Vec<String> = batches.iter().map(|batch| moment(batch.at_unix_ms)).collect();
+    for (batch, moment) in batches.iter().zip(&moments) {
+        // The day is said where it changes.
+        let (date, clock) = moment.split_once(' ').unwrap_or(("", moment));
+        let shown = if date == day { clock.to_owned() } else { moment.clone() };
+        day = date;
+        table.row([batch.step.to_string(), shown, cause(&batch.cause), changed(&batch.effects)]);
+    }
+    table.text(&[0])
+}
+
+/// `sim: done`, `order: stage next`.
+fn cause(cause: &Caused) -> String {
+    match cause {
+        Caused::Attached { body } => format!("{} attaches", plain(body)),
+        Caused::Order { order } => format!("order: {}", plain(order)),
+        Caused::Frame { body, outcome: Some(outcome), .. } => {
+            format!("{}: {}", plain(body), outcome.replace('_', " "))
+        }
+        Caused::Frame { body, outcome: None, .. } => format!("{}: nothing was asked", plain(body)),
+        Caused::Changed { curriculum } => format!("settings: {}", plain(curriculum)),
+    }
+}
+
+/// `attempted, 2 executed, created`.
+fn changed(effects: &[Counted]) -> String {
+    let one = |counted: &Counted| {
+        let kind = counted.kind.replace('_', " ");
+        if counted.count == 1 { kind } else { format!("{} {kind}", counted.count) }
+    };
+    let kinds: Vec<_> = effects.iter().map(one).collect();
+    if kinds.is_empty() { "nothing".to_owned() } else { kinds.join(", ") }
+}
+
+fn told(batch: &Batch) -> String {
+    let (step, frame, when) = (batch.step, batch.frame, moment(batch.at_unix_ms));
+    let mut text = format!("step {step}, frame {frame}, {when} UTC: {}\n", cause(&batch.cause));
+    if let Caused::Frame { perceived, .. } = &batch.cause {
+        let perceived: Vec<_> = perceived.iter().map(|one| plain(one)).collect();
+        let perceived = if perceived.is_empty() { "nothing".to_owned() } else { perceived.join(" ") };
+        text.push_str(&wrapped(&format!("perceived {perceived}"), "  "));
+    }
+    for effect in &batch.told {
+        let item = wrapped(&plain(&effect.text), "    ");
+        text.push_str(&item.replacen("    ", "  - ", 1));
+    }
+    text
+}
+
+fn files(listed: &Listed) -> String {
+    let Listed { files, tail, .. } = listed;
+    let journal: u64 = files.segments.iter().map(|one| one.bytes).sum();
+    let kept: u64 = files.snapshots.iter().map(|one| one.bytes).sum();
+    let segments = count(files.segments.len() as u64, "file");
+    let steps = files.snapshots.iter().map(|one| one.step.map_or("?".to_owned(), |step| step.to_string()));
+    let steps: Vec<_> = steps.collect();
+    let snapshots = match steps.as_slice() {
+        [] => "none".to_owned(),
+        [step] => format!("of step {step}, {}", bytes(kept)),
+        steps => format!("of steps {}, {}", steps.join(", "), bytes(kept)),
+    };
+    let mut facts = Columns::new(&[]);
+    facts.row([
+        "memory".to_owned(),
+        format!("of {}, seed {}, in {}", plain(&listed.learner), listed.seed, plain(&listed.path)),
+    ]);
+    facts.row([
+        "journal".to_owned(),
+        format!("{segments}, {}; back to step {}", bytes(journal), files.oldest_step),
+    ]);
+    facts.row(["snapshots".to_owned(), snapshots]);
+    facts.row(["end".to_owned(), self::tail(tail)]);
+    facts.text(&[0])
+}
+
+/// How the journal ends.
+fn tail(tail: &Tail) -> String {
+    match tail {
+        Tail::Whole => "whole".to_owned(),
+        Tail::Torn { file, offset } => format!(
+            "in the middle of a frame, which was never acted on (it is being written, or power failed): {}, byte {offset}",
+            plain(file)
+        ),
+        Tail::Damaged { problem } => format!("DAMAGED: {}", plain(problem)),
+    }
+}
+
+/// What a check came to.
+pub(crate) fn checked(c: &Checked, relearn: bool) -> String {
+    let mut facts = Columns::new(&[]);
+    let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
+    let segments = count(c.segments, "file");
+    fact("journal", format!("{segments}, {} of sound frames", bytes(c.journal_bytes)));
+    fact("frames", format!("{}, each with its checksum and the one before", c.frames));
+    fact("replayed", format!("{}, to {}", batches(c.batches), count(c.last_step.unwrap_or(0), "step")));
+    fact("digests", agreeing(c.digests, "as they were written on the way"));
+    fact("snapshots", agreeing(c.snapshots, "as the journal leads to them"));
+    if let Some(relearnt) = c.relearnt.filter(|_| relearn) {
+        fact("learnt again", format!("{}, with the very same effects", count(relearnt, "step")));
+    }
+    fact("back to", c.first_step.map_or("nowhere".to_owned(), |step| format!("step {step}")));
+    fact("end", tail(&c.tail));
+    if let Some(digest) = &c.memory_digest {
+        fact("digest", digest.clone());
+    }
+    let mut text = facts.text(&[0]);
+    if c.sound {
+        text.push_str("\nEverything is sound.\n");
+        return text;
+    }
+    text.push('\n');
+    for finding in &c.findings {
+        text.push_str(&wrapped(&self::finding(finding), ""));
+    }
+    let path = plain(&c.directory);
+    text.push_str(&format!("\nWhat can be saved: pschema repair --data {path} --dry-run\n"));
+    text
+}
+
+/// `3, all as they were written`; there may be none.
+fn agreeing(count: u64, how: &str) -> String {
+    match count {
+        0 => "none".to_owned(),
+        1 => format!("1, {}", how.replace("as they were", "as it was").replace("to them", "to it")),
+        count => format!("{count}, all {how}"),
+    }
+}
+
+fn finding(f: &Finding) -> String {
+    let lost = match (f.lost_from, f.lost_to) {
+        (Some(from), Some(to)) if from < to => format!(" Steps {from} to {to} are lost by it."),
+        (Some(from), _) => format!(" Step {from} is lost by it."),
+        _ => String::new(),
+    };
+    let place = match (&f.file, f.offset) {
+        // The problem says it itself.
+        (Some(file), _) if f.problem.contains(file.as_str()) => String::new(),
+        (Some(file), Some(offset)) => format!("{}, byte {offset}: ", plain(file)),
+        (Some(file), None) => format!("{}: ", plain(file)),
+        (None, _) => String::new(),
+    };
+    format!("WRONG: {place}{}.{lost}", plain(f.problem.trim_end_matches('.')))
+}
+
+fn batches(n: u64) -> String {
+    if n == 1 { "1 batch".to_owned() } else { format!("{n} batches") }
+}
+
+/// What can be done about a directory.
+pub(crate) fn repair(r: &Repair) -> String {
+    if r.damage.is_empty() {
+        return format!("Nothing is damaged: memory is whole up to step {}.\n", r.saved_step);
+    }
+    let mut text = String::new();
+    for damage in &r.damage {
+        text.push_str(&wrapped(&format!("DAMAGED: {}", plain(damage)), ""));
+    }
+    let mut facts = Columns::new(&[]);
+    facts.row([
+        "can be saved".to_owned(),
+        format!("memory up to step {}, digest {}", r.saved_step, r.memory_digest),
+    ]);
+    let lost = match r.last_step.saturating_sub(r.saved_step) {
+        0 => "no step".to_owned(),
+        1 => format!("step {}", r.last_step),
+        _ => format!("steps {} to {}, which were taken and acted on", r.saved_step + 1, r.last_step),
+    };
+    facts.row(["is lost".to_owned(), lost]);
+    if r.saved_first_step > r.first_step {
+        let (first, kept) = (r.first_step, r.saved_first_step);
+        facts.row(["its past".to_owned(), format!("goes back to step {kept} then, and not to {first}")]);
+    }
+    format!("{text}\n{}", facts.text(&[0]))
+}

@@ -1,0 +1,247 @@
+//! `status` in Prometheus' text format, version 0.0.4: for a scraper, or a file that one collects.
+
+use std::collections::BTreeMap;
+
+use pschema_protocol::inspect::{BodyStatus, Status};
+
+/// What a family of samples is.
+#[derive(Clone, Copy)]
+enum Kind {
+    Counter,
+    Gauge,
+    Summary,
+}
+
+/// Families of samples, all of them about one learner.
+struct Page<'a> {
+    learner: &'a str,
+    text: String,
+}
+
+type Labels<'a> = &'a [(&'a str, &'a str)];
+
+impl Page<'_> {
+    /// Begins a family: its name without `pschema_`, in base units, and `_total` at the end of a counter's.
+    fn family(&mut self, name: &str, kind: Kind, help: &str) {
+        let kind = match kind {
+            Kind::Counter => "counter",
+            Kind::Gauge => "gauge",
+            Kind::Summary => "summary",
+        };
+        self.text.push_str(&format!("# HELP pschema_{name} {help}\n# TYPE pschema_{name} {kind}\n"));
+    }
+
+    fn sample(&mut self, name: &str, labels: Labels<'_>, value: f64) {
+        let all = [("learner", self.learner)].into_iter().chain(labels.iter().copied());
+        let all: Vec<_> = all.map(|(name, value)| format!("{name}=\"{}\"", escaped(value))).collect();
+        self.text.push_str(&format!("pschema_{name}{{{}}} {value}\n", all.join(",")));
+    }
+
+    /// A family of one sample.
+    fn one(&mut self, name: &str, kind: Kind, help: &str, value: f64) {
+        self.family(name, kind, help);
+        self.sample(name, &[], value);
+    }
+
+    fn summary(&mut self, name: &str, help: &str, p50_us: f64, p99_us: f64) {
+        self.family(name, Kind::Summary, help);
+        for (quantile, microseconds) in [("0.5", p50_us), ("0.99", p99_us)] {
+            self.sample(name, &[("quantile", quantile)], microseconds / 1e6);
+        }
+    }
+}
+
+fn escaped(value: &str) -> String {
+    value.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n")
+}
+
+#[expect(clippy::cast_precision_loss, reason = "the format has floats")]
+fn float(count: u64) -> f64 {
+    count as f64
+}
+
+/// What there is to say of a learner that no daemon serves.
+pub(crate) fn down(learner: &str) -> String {
+    let mut page = Page { learner, text: String::new() };
+    up(&mut page, 0.0);
+    page.text
+}
+
+fn up(page: &mut Page<'_>, value: f64) {
+    page.one("up", Kind::Gauge, "Whether a daemon serves the learner.", value);
+}
+
+/// A daemon and its learner.
+pub(crate) fn metrics(s: &Status) -> String {
+    let mut page = Page { learner: &s.name, text: String::new() };
+    up(&mut page, 1.0);
+    page.one("uptime_seconds", Kind::Gauge, "Time since the daemon began.", s.uptime_s);
+    page.one("resident_memory_bytes", Kind::Gauge, "Resident memory of the daemon.", float(s.memory_bytes));
+    learnt(&mut page, s);
+    kept(&mut page, s);
+    times(&mut page, s);
+    bodies(&mut page, &s.bodies);
+    page.family(
+        "refusals_total",
+        Kind::Counter,
+        "Messages of bodies and tools that were refused, by reason.",
+    );
+    for refused in &s.refused {
+        let code = refused.code.to_string();
+        let labels = [("code", code.as_str()), ("reason", &refused.reason)];
+        page.sample("refusals_total", &labels, float(refused.count));
+    }
+    page.text
+}
+
+fn learnt(page: &mut Page<'_>, s: &Status) {
+    page.one("steps_total", Kind::Counter, "Steps taken in the life of this memory.", float(s.step));
+    page.family("schemas", Kind::Gauge, "Schemas in memory.");
+    for (kind, count) in [("concrete", s.schemas_concrete), ("generalised", s.schemas_generalised)] {
+        page.sample("schemas", &[("kind", kind)], count.into());
+    }
+    page.family("stage_info", Kind::Gauge, "The present stage of the curriculum, and what it is doing.");
+    // What it is stuck on may be anything, and would make a series of its own each time.
+    let state = if s.stage_state.starts_with("stuck") { "stuck" } else { s.stage_state.as_str() };
+    let labels = [("curriculum", s.curriculum.as_str()), ("stage", &s.stage), ("state", state)];
+    page.sample("stage_info", &labels, 1.0);
+    let top = "Top excitation of the last decision.";
+    page.one("excitation_top", Kind::Gauge, top, s.excitation_top);
+    if let Some(saturation) = &s.saturation {
+        let quiet = "Actions in a row that brought nothing new or exciting.";
+        page.one("quiet_actions", Kind::Gauge, quiet, saturation.quiet_actions.into());
+    }
+}
+
+fn kept(page: &mut Page<'_>, s: &Status) {
+    let durable = "Whether memory is on disk before anything rests on it.";
+    let strict = s.storage.as_ref().is_some_and(|storage| storage.durability == "strict");
+    page.one("durability_strict", Kind::Gauge, durable, if strict { 1.0 } else { 0.0 });
+    let Some(storage) = &s.storage else { return };
+    let last = "Steps known to be on disk.";
+    page.one("durable_steps_total", Kind::Counter, last, float(storage.durable_step));
+    page.one("journal_bytes", Kind::Gauge, "Bytes of journal that are kept.", float(storage.journal_bytes));
+    let oldest = "The oldest step that memory can be returned to.";
+    page.one("oldest_step", Kind::Gauge, oldest, float(storage.oldest_step));
+    if let Some(step) = storage.snapshot_step {
+        page.one("snapshot_step", Kind::Gauge, "The step of the last snapshot.", float(step));
+    }
+}
+
+fn times(page: &mut Page<'_>, s: &Status) {
+    page.one("steps_per_second", Kind::Gauge, "Steps a second, over the last 10 seconds.", s.steps_per_s);
+    let decision = "Time from a frame to the decision, of the last 4096.";
+    page.summary("decision_duration_seconds", decision, s.step_latency_us_p50, s.step_latency_us_p99);
+    let commit = "Time from a frame to its reply, which waits for the disk if memory is kept strictly, of the last 4096.";
+    page.summary("reply_duration_seconds", commit, s.commit_latency_us_p50, s.commit_latency_us_p99);
+}
+
+/// A body by name: its sessions, which come and go, are one series.
+fn bodies(page: &mut Page<'_>, bodies: &[BodyStatus]) {
+    let mut named: BTreeMap<(&str, &str), (bool, u64, u64)> = BTreeMap::new();
+    for body in bodies {
+        let (attached, frames, refused) = named.entry((&body.name, &body.kind)).or_default();
+        *attached |= body.state == "attached";
+        *frames = frames.saturating_add(body.frames);
+        *refused = refused.saturating_add(body.frames_refused);
+    }
+    let families = [
+        ("body_attached", Kind::Gauge, "Whether the body is attached."),
+        ("body_frames_total", Kind::Counter, "Frames taken of the body in its last session."),
+        (
+            "body_frames_refused_total",
+            Kind::Counter,
+            "Frames of the body that were refused, in its last session.",
+        ),
+    ];
+    for (at, (name, kind, help)) in families.into_iter().enumerate() {
+        page.family(name, kind, help);
+        for ((body, kind), (attached, frames, refused)) in &named {
+            let value = match at {
+                0 => f64::from(u8::from(*attached)),
+                1 => float(*frames),
+                _ => float(*refused),
+            };
+            page.sample(name, &[("body", body), ("kind", kind)], value);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use pschema_protocol::inspect::Storage;
+
+    use super::*;
+    use crate::render::golden::a_status;
+
+    /// What the exposition format asks of a page: families together, each announced once before its samples; names
+    /// and labels of its alphabet; values that are numbers.
+    fn assert_exposition(page: &str) -> BTreeSet<String> {
+        assert!(page.ends_with('\n'));
+        let (mut announced, mut current) = (BTreeSet::new(), (String::new(), String::new()));
+        for line in page.lines() {
+            if let Some(help) = line.strip_prefix("# HELP ") {
+                let (name, text) = help.split_once(' ').unwrap();
+                assert!(announced.insert(name.to_owned()), "{name} is announced twice");
+                assert!(text.ends_with('.') && !text.contains('\\'), "{line}");
+                current.0 = name.to_owned();
+                continue;
+            }
+            if let Some(kind) = line.strip_prefix("# TYPE ") {
+                let (name, kind) = kind.split_once(' ').unwrap();
+                assert_eq!(name, current.0, "TYPE follows its HELP");
+                assert_eq!(name.ends_with("_total"), kind == "counter", "{line}");
+                current.1 = kind.to_owned();
+                continue;
+            }
+            let (series, value) = line.rsplit_once(' ').unwrap();
+            let (name, labels) = series.split_once('{').unwrap();
+            assert_eq!(name, current.0, "a sample stands in its family");
+            assert!(value.parse::<f64>().is_ok_and(f64::is_finite), "{line}");
+            let mut labels = labels.strip_suffix('}').unwrap();
+            let mut names = BTreeSet::new();
+            while !labels.is_empty() {
+                let (name, rest) = labels.split_once("=\"").unwrap();
+                let name = name.trim_start_matches(',');
+                assert!(name.chars().all(|c| c.is_ascii_lowercase() || c == '_'), "{line}");
+                assert!(names.insert(name.to_owned()), "{line}");
+                let mut escaped = false;
+                let end = rest.find(|c| {
+                    let end = c == '"' && !escaped;
+                    escaped = c == '\\' && !escaped;
+                    end
+                });
+                labels = &rest[end.unwrap() + 1..];
+            }
+            assert!(names.contains("learner"), "{line}");
+        }
+        announced
+    }
+
+    #[test]
+    fn the_page_is_of_the_exposition_format() {
+        let mut status = a_status();
+        status.storage = Some(Storage {
+            directory: "/var/lib/robot".to_owned(),
+            durability: "strict".to_owned(),
+            durable_step: 344,
+            journal_bytes: 1_000,
+            oldest_step: 0,
+            snapshot_step: Some(300),
+        });
+        status.stage = "with \"quotes\" and \\ and\na line break".to_owned();
+        let announced = assert_exposition(&metrics(&status));
+        for wanted in ["pschema_steps_total", "pschema_durable_steps_total", "pschema_reply_duration_seconds"]
+        {
+            assert!(announced.contains(wanted), "{wanted}: {announced:?}");
+        }
+        assert_exposition(&down("robot-1"));
+    }
+
+    #[test]
+    fn a_learner_without_a_daemon_is_down() {
+        assert!(down("robot-1").ends_with("pschema_up{learner=\"robot-1\"} 0\n"));
+    }
+}

@@ -1,0 +1,152 @@
+//! The bodies that a run can be carried out with, as processes of this binary: the simulated arm, or the Adept arm at
+//! the end of a serial line whose other end is emulated.
+
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use pschema_server::config::BodyKind;
+
+use crate::failure::Failure;
+
+use super::child::Child;
+use super::experiment::Condition;
+use super::signals::Stop;
+
+/// How many times as fast as a real arm the emulated one moves in experiments.
+const FAST: &str = "100000";
+/// How long the emulated controller may take until its line is there.
+const LINE_WITHIN: Duration = Duration::from_secs(20);
+
+/// The world for which the emulated arm was taught.
+const TAUGHT_WORLD: &str = "narrow";
+
+/// A body's process with what it needs beside it. Fields are dropped in this order.
+pub(crate) struct BodyProcess {
+    body: Child,
+    emulator: Option<Child>,
+}
+
+/// Where the emulated controller's line and sockets are in a directory.
+pub(super) struct Places {
+    line: PathBuf,
+    camera: PathBuf,
+    operator: PathBuf,
+}
+
+impl Places {
+    pub(super) fn within(directory: &Path) -> Self {
+        let at = |name: &str| directory.join(name);
+        Self { line: at("adept.line"), camera: at("adept.camera"), operator: at("adept.operator") }
+    }
+}
+
+impl BodyProcess {
+    /// Starts the body of a run, to attach to the learner `name` in the runtime directory `runtime`.
+    pub(crate) fn start(
+        condition: &Condition,
+        seed: u64,
+        runtime: &Path,
+        name: &str,
+        stop: &Stop,
+    ) -> Result<Self, Failure> {
+        let named = |command: &str, own: Vec<String>| {
+            let command = [command, "--name", name].map(str::to_owned);
+            command.into_iter().chain(own).collect::<Vec<_>>()
+        };
+        match condition.body {
+            BodyKind::Sim => {
+                let body = Child::start("body", runtime, named("sim", condition.simulated(seed)))?;
+                Ok(Self { body, emulator: None })
+            }
+            BodyKind::Adept => {
+                check_adept(condition)?;
+                let places = Places::within(runtime);
+                let arguments = emulator_arguments(condition, seed, &places);
+                let arguments = ["emulator".to_owned()].into_iter().chain(arguments);
+                let mut emulator = Child::start("emulator", runtime, arguments)?;
+                wait_for_line(&places.line, &mut emulator, stop)?;
+                let body = Child::start("body", runtime, named("adept", adept_arguments(&places)))?;
+                Ok(Self { body, emulator: Some(emulator) })
+            }
+        }
+    }
+
+    /// A failure when one of the processes has ended.
+    pub(crate) fn check(&mut self) -> Result<(), Failure> {
+        // Without the controller the body only says that its line is dead.
+        self.emulator.as_mut().map_or(Ok(()), Child::check)?;
+        self.body.check()
+    }
+}
+
+/// What the emulated arm cannot be asked for.
+pub(super) fn check_adept(condition: &Condition) -> Result<(), Failure> {
+    if condition.world != TAUGHT_WORLD {
+        return Err(Failure::Usage(format!(
+            "the Adept arm was taught in the world {TAUGHT_WORLD}, not in {}: give --world {TAUGHT_WORLD}",
+            condition.world
+        )));
+    }
+    if !condition.noise.is_empty() {
+        let problem = "noise is a property of the simulated arm: leave --noise out, or use --body sim";
+        return Err(Failure::Usage(problem.to_owned()));
+    }
+    Ok(())
+}
+
+pub(super) fn emulator_arguments(condition: &Condition, seed: u64, places: &Places) -> Vec<String> {
+    let at = |path: &Path| path.display().to_string();
+    let seed = seed.to_string();
+    [
+        "--link",
+        &at(&places.line),
+        "--camera",
+        &at(&places.camera),
+        "--operator",
+        &at(&places.operator),
+        "--world",
+        &condition.world,
+        "--seed",
+        &seed,
+        "--fast",
+        FAST,
+        "--consent",
+    ]
+    .map(str::to_owned)
+    .to_vec()
+}
+
+pub(super) fn adept_arguments(places: &Places) -> Vec<String> {
+    let socket = |path: &Path| format!("socket:{}", path.display());
+    [
+        "--arm",
+        "emulated",
+        "--port",
+        &places.line.display().to_string(),
+        "--camera",
+        &socket(&places.camera),
+        "--operator",
+        &socket(&places.operator),
+        "--enable",
+        "--home",
+    ]
+    .map(str::to_owned)
+    .to_vec()
+}
+
+fn wait_for_line(line: &Path, emulator: &mut Child, stop: &Stop) -> Result<(), Failure> {
+    let start = Instant::now();
+    while !line.exists() {
+        stop.check()?;
+        emulator.check()?;
+        if start.elapsed() > LINE_WITHIN {
+            return Err(Failure::Failed(format!(
+                "the emulated controller was not ready after {} s",
+                LINE_WITHIN.as_secs()
+            )));
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    Ok(())
+}
