@@ -50,6 +50,14 @@ impl House {
         Running::start(&mut command)
     }
 
+    /// Starts another program with `arguments` in this house.
+    #[must_use]
+    pub fn start_program(&self, program: &str, arguments: &[&str]) -> Running {
+        let mut command = Command::new(program);
+        command.args(arguments).env("PSCHEMA_RUNTIME_DIR", self.runtime.path()).env_remove("RUST_LOG");
+        Running::start(&mut command)
+    }
+
     /// Runs `pschema` with `arguments` to its end.
     #[must_use]
     pub fn run(&self, arguments: &[&str]) -> Finished {

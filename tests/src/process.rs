@@ -108,6 +108,22 @@ impl Running {
         self.stderr.so_far()
     }
 
+    /// What it has printed so far.
+    #[must_use]
+    pub fn stdout(&self) -> String {
+        self.stdout.so_far()
+    }
+
+    /// Waits until it has said `text`, on stdout or stderr.
+    ///
+    /// # Panics
+    /// When it does not before the deadline.
+    pub fn says(&self, text: &str) {
+        until(&format!("process {} says {text:?}", self.pid()), || {
+            (self.stdout().contains(text) || self.stderr().contains(text)).then_some(())
+        });
+    }
+
     /// Sends it a signal.
     ///
     /// # Panics
