@@ -57,20 +57,32 @@ fn life(seed: u64, met: &Mutex<Met>) {
     let directory = directory();
     let data = directory.path().join("data");
     let start = || served(directory.path(), data.to_str().unwrap(), seed, &["--snapshot-every", "2KiB"]);
+    let writing = data.join("snapshot/writing.tmp");
+    let began = Instant::now();
     let mut daemon = start();
     daemon.ready();
+    let start_took = began.elapsed();
     let body = Running::start(&place(directory.path()));
     body.past(1 + random.below(300) as u64);
-    wait(Duration::from_micros(random.below(3_000) as u64));
+    if seed.is_multiple_of(4) {
+        // Aimed: a snapshot is made every few steps.
+        let most = body.acts() + 2_000;
+        while !writing.exists() && body.acts() < most {
+            std::hint::spin_loop();
+        }
+    } else {
+        wait(Duration::from_micros(random.below(3_000) as u64));
+    }
     daemon.kill();
     let acknowledged = body.acts();
     drop(body);
-    let in_snapshot = data.join("snapshot/writing.tmp").exists();
+    let in_snapshot = writing.exists();
     let (mut kills, mut in_recovery) = (1, 0);
     while random.below(2) == 0 {
-        // Some of a start is the process, some the memory, some the domain in shared memory.
+        // Some of a start is the process, some the memory, some the domain in shared memory. Now and then it is over.
+        let most = usize::try_from(start_took.as_micros()).unwrap() * 5 / 4;
         let mut daemon = start();
-        wait(Duration::from_micros(random.below(60_000) as u64));
+        wait(Duration::from_micros(random.below(most) as u64));
         let ready = daemon.said_ready();
         daemon.kill();
         kills += 1;

@@ -185,7 +185,7 @@ fn create(directory: &Path) -> std::io::Result<()> {
         return Ok(());
     }
     above.map_or(Ok(()), create)?;
-    match std::fs::create_dir(directory) {
+    match storage::own_directory(directory) {
         // Another daemon came first; the lock says which of them may have it.
         Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists && directory.is_dir() => (),
         made => made?,

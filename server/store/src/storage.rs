@@ -1,9 +1,9 @@
 //! What the store asks of a file system, so that tests can put one in its place that loses power.
 
 use std::fmt::Debug;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
 use std::io::{self, Read};
-use std::os::unix::fs::{FileExt, MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, FileExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 /// The longest file that is read as a whole: twice what a segment of the journal can be.
@@ -104,6 +104,12 @@ pub(crate) trait Writing: Send + Debug {
     fn sync(&mut self) -> io::Result<()>;
 }
 
+/// Makes a directory that nobody else can look into, whatever the umask is at that moment.
+pub(crate) fn own_directory(path: &Path) -> io::Result<()> {
+    DirBuilder::new().mode(0o700).create(path)?;
+    fs::set_permissions(path, Permissions::from_mode(0o700))
+}
+
 /// A real directory.
 #[derive(Clone, Debug)]
 pub(crate) struct Directory {
@@ -168,7 +174,10 @@ impl Storage for Directory {
     }
 
     fn directory(&self, name: &str) -> io::Result<()> {
-        fs::create_dir_all(self.at(name))
+        match own_directory(&self.at(name)) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
+            made => made,
+        }
     }
 
     fn sync_directory(&self, name: &str) -> io::Result<()> {

@@ -14,7 +14,7 @@ use pschema_learner::parameters::Parameters;
 use pschema_protocol::body::{Body, Outcome, RunOptions, Senses};
 use pschema_protocol::client::Client;
 use pschema_protocol::description::{Action, Description};
-use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
+use pschema_protocol::domain::{LearnerName, OwnedDomain, Place, RuntimeDir};
 use pschema_protocol::inspect::{Answer, Request, Status};
 use pschema_server::{Setup, config};
 use pschema_store::Options;
@@ -162,8 +162,26 @@ pub(crate) fn place(directory: &Path) -> Place {
     Place::new(RuntimeDir::at(&directory.join("run")).unwrap(), LearnerName::new("one").unwrap())
 }
 
-pub(crate) fn directory() -> tempfile::TempDir {
-    tempfile::Builder::new().prefix("ps").tempdir_in("/tmp").unwrap()
+/// A directory for a daemon, its data and its domain. What killed daemons left in shared memory goes with it.
+pub(crate) struct Home(tempfile::TempDir);
+
+impl Home {
+    pub(crate) fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+impl Drop for Home {
+    fn drop(&mut self) {
+        // Whoever takes the domain sweeps what was there before; taken while a test fails, it may still be in use.
+        if self.path().join("run").is_dir() {
+            drop(OwnedDomain::create(place(self.path())));
+        }
+    }
+}
+
+pub(crate) fn directory() -> Home {
+    Home(tempfile::Builder::new().prefix("ps").tempdir_in("/tmp").unwrap())
 }
 
 pub(crate) fn setup(seed: u64) -> Setup {
