@@ -1,6 +1,6 @@
 //! A daemon that keeps its memory on disk and a body at 50 Hz, for as long as `PSCHEMA_SOAK_SECONDS` says: neither its
 //! memory nor its reply times grow. Not run without that variable; `.ci/run` gives it what its time allows, and before a
-//! release it has 86400.
+//! release it has 86400, with `PSCHEMA_SOAK_IDLE=1` on a machine that does nothing else: then reply times are judged, too.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
@@ -103,7 +103,14 @@ fn neither_memory_nor_reply_times_grow() {
         p99.1
     );
     assert!(late - early < allowed, "memory grew by {} bytes in {hours} h", late - early);
-    assert!(p99.1 <= 1.2 * p99.0 + INTERRUPTION_MS, "p99 was {} ms and became {} ms", p99.0, p99.1);
+    // What else a machine does decides the slowest replies; they are judged only where it does nothing else.
+    let judged = count("PSCHEMA_SOAK_IDLE", 0) > 0;
+    assert!(
+        !judged || p99.1 <= 1.2 * p99.0 + INTERRUPTION_MS,
+        "p99 was {} ms and became {} ms",
+        p99.0,
+        p99.1
+    );
     paced.link.detach();
     assert_eq!(daemon.ended().code(), Some(0));
     assert_eq!(house.left(), Vec::<String>::new());
