@@ -20,7 +20,7 @@ use crate::journal::Journal;
 /// Batches that may wait for the disk; beyond it the daemon waits with them.
 const WAITING_MAX: usize = 1_024;
 /// A digest of memory is written after every so many steps, or after as many as there are schemas divided by
-/// [`DIGEST_SCHEMAS`] when that is more: it takes time.
+/// 16 when that is more: it takes time.
 pub const DIGEST_STEPS: u64 = 1_024;
 const DIGEST_SCHEMAS: u64 = 16;
 /// How old what is not yet durable may get under [`Durability::Relaxed`].

@@ -119,7 +119,7 @@ pub struct Imported {
     pub lines: Lines,
 }
 
-/// Reads what [`write`] wrote. All of it is checked; what it takes in memory is in proportion to what was read.
+/// Reads what [`write()`] wrote. All of it is checked; what it takes in memory is in proportion to what was read.
 ///
 /// # Errors
 /// The first line that is wrong, and why; or that the lines together are not the memory that was written.
