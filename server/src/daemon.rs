@@ -20,7 +20,7 @@ use pschema_store::{Cause, Opened, Options, Store};
 
 use crate::ServerError;
 use crate::inspect::NO_BODY;
-use crate::inspector::{Inspected, Inspector, encoded};
+use crate::inspector::{Inspected, Inspector, JOBS_MAX, encoded};
 use crate::keeper::{Keeper, Keeping, now_unix_ms};
 use crate::mind::{HostFacts, Mind, Setup, View};
 use crate::refusals::{LogBudget, Refusals};
@@ -422,6 +422,11 @@ impl Daemon {
                 return reply.answer(encoded(&Answer::Error(refusal.to_string())));
             }
         };
+        // Looked at first: an order must not be obeyed and then refused.
+        if self.asking.len() >= JOBS_MAX {
+            let problem = format!("{JOBS_MAX} questions are waiting: ask again later; nothing was done");
+            return reply.answer(encoded(&Answer::Error(problem)));
+        }
         if let Err(answer) = self.obey(&request) {
             return reply.answer(encoded(&answer));
         }

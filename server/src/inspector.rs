@@ -12,7 +12,7 @@ use crate::inspect;
 use crate::mind::View;
 
 /// Questions that may wait.
-const JOBS_MAX: usize = 64;
+pub(crate) const JOBS_MAX: usize = 64;
 
 /// A question with what it is about.
 struct Job {

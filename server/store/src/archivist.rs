@@ -99,6 +99,7 @@ fn serve(
     shared: &Shared,
     wake: &Wake,
 ) {
+    let _alive = Alive(shared, wake);
     while let Ok(Task { content, mark, snapshot }) = tasks.recv() {
         if shared.has_failed() {
             return;
@@ -113,6 +114,18 @@ fn serve(
             return;
         }
         shared.busy.store(false, Ordering::Release);
+    }
+}
+
+/// Says so when the thread ends in a panic: a journal that is never tidied would fill the disk.
+struct Alive<'a>(&'a Shared, &'a Wake);
+
+impl Drop for Alive<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.fail("the thread that makes snapshots panicked");
+            (self.1)();
+        }
     }
 }
 

@@ -182,7 +182,8 @@ pub fn open(
 fn create(directory: &Path) -> std::io::Result<()> {
     let above = directory.parent().filter(|above| !above.as_os_str().is_empty());
     if directory.is_dir() {
-        return Ok(());
+        // Whoever made it may have been killed before its name was durable. What can't be opened is not ours to confirm.
+        return std::fs::File::open(above.unwrap_or(Path::new("."))).map_or(Ok(()), |above| above.sync_all());
     }
     above.map_or(Ok(()), create)?;
     match storage::own_directory(directory) {
@@ -240,12 +241,15 @@ fn open_in(
             differences: manifest::differences(&setting, &given),
         });
     }
+    // A first start may have been killed before it made these durable.
+    storage.sync(manifest::FILE).map_err(disk("make durable", manifest::FILE))?;
+    storage.sync_directory("").map_err(disk("make durable", ""))?;
     recovery::settle(&*storage, &end).map_err(disk("make durable", journal::DIRECTORY))?;
     if let Some((file, offset)) = &found.torn {
         tracing::warn!(
             file,
             offset,
-            "cut what was being written when the last daemon ended; nothing acted on it"
+            "left out what was being written when the last daemon ended; nothing acted on it"
         );
     }
     let (_, curriculum) = setting.clone().live()?;
@@ -266,7 +270,10 @@ fn open_in(
         snapshot_bytes: options.retention.snapshot_bytes,
         overdue: end.segments.len() > SEGMENTS_READ_MAX,
         // After a clean end the digest is all that follows.
-        at_snapshot: found.snapshot_step.is_some() && found.frames <= 1 && !changed && found.torn.is_none(),
+        at_snapshot: found.snapshot_step == Some(found.step)
+            && found.frames <= 1
+            && !changed
+            && found.torn.is_none(),
     };
     let writer = Writer::start(start, wake)?;
     Ok(Found { learner, seed: manifest.seed, changed, writer, recovered: found })

@@ -187,8 +187,12 @@ fn guarded<T>(what: &'static str, work: impl FnOnce() -> Result<T, String>) -> R
 /// Makes durable what was read, so that a new segment may say so of it, and cuts off the zeros behind it. Changes nothing
 /// that can be read.
 pub(crate) fn settle(storage: &dyn Storage, end: &End) -> io::Result<()> {
-    for first in &end.segments {
-        storage.sync(&segment_name(*first))?;
+    if let Some((last, before)) = end.segments.split_last() {
+        for first in before {
+            storage.sync(&segment_name(*first))?;
+        }
+        // All others were made durable before the one after them was begun.
+        storage.confirm(&segment_name(*last), end.sound)?;
     }
     storage.sync_directory(DIRECTORY)?;
     match end.segments.last() {

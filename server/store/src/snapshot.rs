@@ -94,16 +94,19 @@ pub(crate) fn newest(
     let numbers = numbers(storage).map_err(StoreError::disk("read", storage.path(DIRECTORY)))?;
     for number in numbers.iter().rev() {
         let file = name(*number);
-        let failed = |error| StoreError::disk("read", storage.path(&file))(error);
-        if let Some(until) = until
-            && step(storage, *number).map_err(failed)?.is_some_and(|step| step > until)
-        {
-            continue;
-        }
-        match sound(storage, *number).map_err(failed)? {
-            Some(found) => return Ok(Some(found)),
-            None => {
+        let found = match (until, step(storage, *number)) {
+            (Some(until), Ok(Some(step))) if step > until => continue,
+            (_, Err(error)) => Err(error),
+            _ => sound(storage, *number),
+        };
+        // A disk that can't read one snapshot may well read the one before.
+        match found {
+            Ok(Some(found)) => return Ok(Some(found)),
+            Ok(None) => {
                 tracing::error!(file = storage.path(&file), "the snapshot is damaged; an older one is used")
+            }
+            Err(error) => {
+                tracing::error!(file = storage.path(&file), %error, "the snapshot can't be read; an older one is used")
             }
         }
     }

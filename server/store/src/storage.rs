@@ -61,6 +61,14 @@ pub(crate) trait Storage: Send + Sync + Debug {
     /// When the disk does not confirm it.
     fn sync(&self, name: &str) -> io::Result<()>;
 
+    /// Makes durable the first `to` bytes of a file, which a daemon wrote that perhaps was told that they are not: writes
+    /// the same once more and syncs that. After a failed sync the system may hold for clean what the disk does not have,
+    /// and a sync alone would confirm it.
+    ///
+    /// # Errors
+    /// When the disk does not confirm it.
+    fn confirm(&self, name: &str, to: u64) -> io::Result<()>;
+
     /// Gives a file another name, in place of any file of that name.
     ///
     /// # Errors
@@ -103,6 +111,9 @@ pub(crate) trait Writing: Send + Debug {
     /// When the disk does not confirm it. It is not known then what is on disk, and must not be tried again.
     fn sync(&mut self) -> io::Result<()>;
 }
+
+/// Bytes that are written once more at a time.
+const CONFIRMED_AT_ONCE: usize = 1024 * 1024;
 
 /// Makes a directory that nobody else can look into, whatever the umask is at that moment.
 pub(crate) fn own_directory(path: &Path) -> io::Result<()> {
@@ -163,6 +174,20 @@ impl Storage for Directory {
 
     fn sync(&self, name: &str) -> io::Result<()> {
         File::open(self.at(name))?.sync_all()
+    }
+
+    fn confirm(&self, name: &str, to: u64) -> io::Result<()> {
+        let file = OpenOptions::new().read(true).write(true).open(self.at(name))?;
+        let mut bytes = vec![0; CONFIRMED_AT_ONCE];
+        let mut at = 0;
+        while at < to {
+            let left = usize::try_from(to - at).unwrap_or(CONFIRMED_AT_ONCE).min(CONFIRMED_AT_ONCE);
+            let part = bytes.get_mut(..left).unwrap_or_default();
+            file.read_exact_at(part, at)?;
+            file.write_all_at(part, at)?;
+            at += left as u64;
+        }
+        file.sync_all()
     }
 
     fn rename(&self, from: &str, to: &str) -> io::Result<()> {

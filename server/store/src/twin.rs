@@ -223,6 +223,10 @@ impl Storage for Twin {
         Ok(Box::new(Open { twin: self.clone(), id }))
     }
 
+    fn confirm(&self, name: &str, _: u64) -> io::Result<()> {
+        self.sync(name)
+    }
+
     fn sync(&self, name: &str) -> io::Result<()> {
         let mut state = self.state();
         state.sync()?;

@@ -331,7 +331,9 @@ impl Thread {
 
     fn serve(&mut self, waiting: &Receiver<Job>) -> Result<(), StoreError> {
         loop {
-            let first = match waiting.recv_timeout(RELAXED_MAX) {
+            // What waits for its second has waited since the last sync at most.
+            let waited = if self.unsynced { self.synced.elapsed() } else { Duration::ZERO };
+            let first = match waiting.recv_timeout(RELAXED_MAX.saturating_sub(waited)) {
                 Ok(job) => Some(job),
                 Err(RecvTimeoutError::Timeout) => None,
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),

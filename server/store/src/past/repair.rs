@@ -143,9 +143,12 @@ impl Past {
         let mut sound = Vec::new();
         for number in snapshot::numbers(storage).map_err(failed(snapshot::DIRECTORY))? {
             let name = snapshot::name(number);
-            match snapshot::sound(storage, number).map_err(failed(&name))? {
-                Some((whole, place)) => sound.push((place, whole.content.step)),
-                None => damage.push(format!("{}: the snapshot is damaged", storage.path(&name))),
+            match snapshot::sound(storage, number) {
+                Ok(Some((whole, place))) => sound.push((place, whole.content.step)),
+                Ok(None) => damage.push(format!("{}: the snapshot is damaged", storage.path(&name))),
+                Err(error) => {
+                    damage.push(format!("{}: the snapshot can't be read: {error}", storage.path(&name)))
+                }
             }
         }
         Ok(sound)

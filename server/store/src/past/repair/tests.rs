@@ -69,6 +69,10 @@ impl Storage for Mortal {
         self.lives()?;
         self.twin.sync(name)
     }
+    fn confirm(&self, name: &str, to: u64) -> io::Result<()> {
+        self.lives()?;
+        self.twin.confirm(name, to)
+    }
     fn rename(&self, from: &str, to: &str) -> io::Result<()> {
         self.lives()?;
         self.twin.rename(from, to)
