@@ -34,6 +34,13 @@ impl Process {
     }
 }
 
+impl Drop for House {
+    fn drop(&mut self) {
+        // What a killed daemon left in shared memory.
+        drop(self.run(&["doctor", "--clean"]));
+    }
+}
+
 impl House {
     fn new() -> Self {
         let private = std::fs::Permissions::from_mode(0o700);
