@@ -287,6 +287,14 @@ impl Arm {
         Ok(())
     }
 
+    /// Moves no more until a person enables it again; nothing is sent.
+    pub fn stand_down(&mut self) {
+        self.enabled = false;
+        if self.phase == Phase::Active {
+            self.phase = Phase::Inactive;
+        }
+    }
+
     /// The touch inputs, and with them whatever has stopped the arm meanwhile.
     ///
     /// # Errors

@@ -172,7 +172,9 @@ impl AdeptBody {
         match self.operator.arrange(wish, &self.stop) {
             Ok(()) => Outcome::Done,
             Err(error) => {
-                tracing::warn!(%error, ?wish, "not arranged");
+                // Their hands may still be in there.
+                self.arm.stand_down();
+                tracing::warn!(%error, ?wish, "not arranged; the arm moves again once a person enables it");
                 Outcome::Refused
             }
         }

@@ -253,7 +253,13 @@ fn connector(setup: Arc<Setup>, mut open: OpenLine) -> Connect {
                 as Box<dyn Controller>,
             Mode::Monitor => {
                 let signals = of.touch.signals.map(|signal| signal.count() as u16);
-                Box::new(MonitorController::new(line, switch.clone(), joints, signals, answer_wait))
+                Box::new(MonitorController::new(
+                    line,
+                    switch.clone(),
+                    setup.gate.tolerances().to_vec(),
+                    signals,
+                    answer_wait,
+                ))
             }
         })
     })
@@ -272,18 +278,15 @@ pub fn enable(args: &AdeptArgs, body: &mut AdeptBody, stop: &AtomicBool) -> Resu
         )?;
     }
     let since = Instant::now();
-    loop {
-        match body.arm().enable() {
-            Ok(()) => return Ok(()),
-            Err(fault) if since.elapsed() > CONSENT_HOLDS || stop.load(Ordering::Relaxed) => {
-                return Err(fault.into());
-            }
-            Err(fault) => {
-                tracing::debug!(%fault, "not enabled yet");
-                std::thread::sleep(Duration::from_millis(100));
-            }
+    while let Err(fault) = body.arm().ensure_connected() {
+        if since.elapsed() > CONSENT_HOLDS || stop.load(Ordering::Relaxed) {
+            return Err(fault.into());
         }
+        tracing::debug!(%fault, "not connected yet");
+        std::thread::sleep(Duration::from_millis(100));
     }
+    // Once: whatever goes wrong from here on may be somebody who thought better of it.
+    Ok(body.arm().enable()?)
 }
 
 /// Runs the Adept body until SIGINT or SIGTERM, sent away, or, if asked for, the daemon has gone. A replay or another

@@ -53,6 +53,16 @@ pub enum Fault {
     /// The switch was pressed.
     #[error("stopped: {0}")]
     Stopped(Pressed),
+    /// The arm stands where no part of its path ends, and nobody here stopped it.
+    #[error(
+        "the arm stands at {at:?}, short of {wanted:?}, where a part of its path was to end: find out who or what stopped it"
+    )]
+    Short {
+        /// Where it is.
+        at: Joints,
+        /// Where it was to be.
+        wanted: Joints,
+    },
     /// The arm goes on although it was told to stop.
     #[error("the arm does not confirm that it stands still: press the emergency stop")]
     NotStopping,
@@ -70,7 +80,7 @@ impl Fault {
     pub fn needs_a_person(&self) -> bool {
         match self {
             Self::Refused(message) => message.cause().needs_a_person(),
-            Self::NotStopping => true,
+            Self::NotStopping | Self::Short { .. } => true,
             _ => false,
         }
     }

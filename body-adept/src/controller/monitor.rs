@@ -38,6 +38,8 @@ pub struct MonitorController {
     line: Box<dyn Line>,
     switch: StopSwitch,
     joints: usize,
+    /// How far each joint of an arm that arrived may be from where it was to be.
+    tolerances: Vec<f64>,
     signals: [u16; 4],
     answer_wait: Duration,
     /// Whether it echoes; None before it was greeted.
@@ -56,16 +58,27 @@ struct Motion {
 }
 
 impl MonitorController {
-    /// A controller of an arm of so many joints, with its touch inputs, not greeted yet.
+    /// A controller of an arm with a joint for each tolerance, with its touch inputs, not greeted yet.
     #[must_use]
     pub fn new(
         line: Box<dyn Line>,
         switch: StopSwitch,
-        joints: usize,
+        tolerances: Vec<f64>,
         signals: [u16; 4],
         answer_wait: Duration,
     ) -> Self {
-        Self { line, switch, joints, signals, answer_wait, echoes: None, speed: None, motion: None }
+        let joints = tolerances.len();
+        Self {
+            line,
+            switch,
+            joints,
+            tolerances,
+            signals,
+            answer_wait,
+            echoes: None,
+            speed: None,
+            motion: None,
+        }
     }
 
     /// Throws away everything until nothing comes any more.
@@ -187,6 +200,11 @@ impl MonitorController {
             // Whether it has begun is in doubt, and the caller halts.
             None => Err(Fault::Silent { what: Command::MoveToGoal.text(), waited: self.answer_wait }),
         }
+    }
+
+    fn is_at(&self, wanted: &[f64], at: &[f64]) -> bool {
+        let near = |((a, b), most): ((&f64, &f64), &f64)| (a - b).abs() <= *most;
+        wanted.len() == at.len() && wanted.iter().zip(at).zip(&self.tolerances).all(near)
     }
 
     /// Types a command that moves nothing and may be repeated until it arrived.
@@ -333,9 +351,22 @@ impl Controller for MonitorController {
                 return Ok(Some(Ended::Touched));
             }
         }
-        if state.moving || !same(&self.joints()?, &motion.under_way) && self.state()?.moving {
+        if state.moving {
             self.motion = Some(motion);
             return Ok(None);
+        }
+        let at = self.joints()?;
+        if !self.is_at(&motion.under_way, &at) {
+            // Between two looks it may have begun.
+            if self.state()?.moving {
+                self.motion = Some(motion);
+                return Ok(None);
+            }
+            let at = self.joints()?;
+            if !self.is_at(&motion.under_way, &at) {
+                // Somebody stopped it. The next part would resume the motion, on a way that nobody checked.
+                return Err(Fault::Short { at, wanted: motion.under_way });
+            }
         }
         let Some(next) = motion.left.pop_front() else { return Ok(Some(Ended::Arrived)) };
         self.begin_leg(&next)?;

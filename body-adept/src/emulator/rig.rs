@@ -213,6 +213,8 @@ impl Rig {
                 self.machine.put(object, number)?;
             }
             ["remove", object] => self.machine.take_away(object)?,
+            // As with a pendant: the arm stands, and keeps its power.
+            ["halt"] => self.machine.stop(),
             ["estop", "press"] => self.machine.press(true),
             ["estop", "release"] => self.machine.press(false),
             ["power", "cycle"] => {

@@ -140,3 +140,29 @@ fn two_drivers_do_not_share_a_line() {
     assert!(refused.contains("end whatever else uses it"), "{refused}");
     assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Done);
 }
+
+#[test]
+fn a_person_who_stops_the_arm_at_the_monitor_is_not_overruled_by_the_next_part_of_the_path() {
+    let rig = Rig::start(Speaks::Monitor, |args| args.fast = 4.0);
+    let setup = setup(&[("mode = \"server\"", "mode = \"monitor\"")]);
+    let mut arm = rig.enabled(&setup);
+    let outcome = disturbed(&rig, &mut arm, || assert_eq!(rig.person("halt"), "done"));
+    assert_eq!(outcome, Outcome::Failed);
+    assert!(matches!(arm.phase(), Phase::Latched(why) if why.contains("short of")), "{:?}", arm.phase());
+    assert_eq!(rig.emulator.record().motions, 1, "nothing follows");
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Refused, "until a person has seen to it");
+    assert_eq!(rig.emulator.record().motions, 1);
+}
+
+#[test]
+fn an_arm_that_stood_down_waits_for_a_person() {
+    let rig = Rig::start(Speaks::Program, |_| {});
+    let mut arm = rig.enabled(&setup(&[]));
+    arm.stand_down();
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Refused);
+    assert_eq!((arm.phase().clone(), rig.emulator.record().motions), (Phase::Inactive, 0));
+    assert_eq!(arm.signals().unwrap(), 0, "it senses, and stays as it is");
+    assert_eq!(*arm.phase(), Phase::Inactive);
+    arm.enable().unwrap();
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Done);
+}
