@@ -277,20 +277,14 @@ pub(crate) fn achieve(
     let fewest = target.iter().map(|id| index.causing(*id)).min_by_key(|list| list.len())?;
     let mut best: Option<(Achiever<'_>, Access)> = None;
     for id in fewest {
-        let Some(outline) = index.outline(*id) else {
-            continue;
-        };
-        let Some(access) = reach.way(outline.group) else {
-            continue;
-        };
+        let Some(outline) = index.outline(*id) else { continue };
+        let Some(access) = reach.way(outline.group) else { continue };
         // However surely it achieves the target, it is no surer than this.
         let most = reliability(memory, outline.action) * access.probability;
         if best.as_ref().is_some_and(|((.., sure), _)| most < *sure) {
             continue;
         }
-        let Some((id, concrete, sure)) = achiever(memory, body, *id, &target) else {
-            continue;
-        };
+        let Some((id, concrete, sure)) = achiever(memory, body, *id, &target) else { continue };
         let found = ((id, concrete, sure * access.probability), access);
         if best.as_ref().is_none_or(|best| better(&found, best)) {
             best = Some(found);

@@ -129,9 +129,7 @@ fn visit(
     mut each: impl FnMut(Remembered<'_>),
 ) {
     let content = memory.content();
-    let Some(known) = content.schema(schema) else {
-        return;
-    };
+    let Some(known) = content.schema(schema) else { return };
     let with_post = memory.parameters().excite_by_post_conditions;
     let attention = |id: ObservationId| content.attention.get(id.index()).copied().unwrap_or(0);
     match &known.form {
@@ -154,9 +152,7 @@ fn visit(
             post.for_each(|p| known(Role::PostCondition, p.what, p.count.ratio()));
         }
         Form::Generalised(_) => {
-            let Some(bound) = Bound::new(content, schema, binding) else {
-                return;
-            };
+            let Some(bound) = Bound::new(content, schema, binding) else { return };
             let mut known = |role, observation, probability| {
                 let attention = memory.attention(observation);
                 each(Remembered { role, observation, attention, probability, weight: reliability });

@@ -339,9 +339,7 @@ impl Lifted {
             let mine: Option<Vec<_>> = self.target.iter().map(|p| p.apply(&binding)).collect();
             let mine_post: Option<Vec<_>> =
                 self.post.iter().map(|(p, absent)| Some((p.apply(&binding)?, *absent))).collect();
-            let (Some(mut mine), Some(mut mine_post)) = (mine, mine_post) else {
-                return false;
-            };
+            let (Some(mut mine), Some(mut mine_post)) = (mine, mine_post) else { return false };
             mine.sort_unstable();
             mine_post.sort_unstable();
             mine == target && mine_post == post
@@ -361,9 +359,7 @@ fn freeze(pattern: &Pattern) -> Observation {
 /// Whether later evidence has taken a generalised schema out of use: counting its examples as successes,
 /// even the upper end of the interval of its success rate is below the share that it was accepted at.
 pub(crate) fn refuted(memory: &Memory, id: SchemaId) -> bool {
-    let Some(schema) = memory.content().schema(id) else {
-        return false;
-    };
+    let Some(schema) = memory.content().schema(id) else { return false };
     let Some(generalised) = schema.generalised().filter(|generalised| !generalised.retired) else {
         return false;
     };

@@ -141,9 +141,7 @@ impl Index {
 
     pub(crate) fn add_schema(&mut self, id: SchemaId, basis: Basis<'_>) {
         let Basis { content, rules, .. } = basis;
-        let Some(schema) = content.schema(id) else {
-            return;
-        };
+        let Some(schema) = content.schema(id) else { return };
         let concrete = match &schema.form {
             Form::Concrete(concrete) => concrete,
             Form::Generalised(generalised) => {
@@ -200,12 +198,8 @@ impl Index {
 
     /// Takes over the last of a schema's post-conditions, which it has gained.
     pub(crate) fn outcome_added(&mut self, id: SchemaId, basis: Basis<'_>) {
-        let Some(concrete) = basis.content.schema(id).and_then(Schema::concrete) else {
-            return;
-        };
-        let Some(group) = self.outline(id).map(|outline| outline.group) else {
-            return;
-        };
+        let Some(concrete) = basis.content.schema(id).and_then(Schema::concrete) else { return };
+        let Some(group) = self.outline(id).map(|outline| outline.group) else { return };
         let from = concrete.post.len().saturating_sub(1);
         self.add_outcomes(id, group, basis, &concrete.post[from..]);
         self.refresh(id, basis);
@@ -213,9 +207,7 @@ impl Index {
 
     /// Takes over what an execution changed: `before` has the probabilities of the post-conditions before it.
     pub(crate) fn scored(&mut self, id: SchemaId, before: &[f64], basis: Basis<'_>) {
-        let Some(schema) = basis.content.schema(id) else {
-            return;
-        };
+        let Some(schema) = basis.content.schema(id) else { return };
         let differ = |now: &mut dyn Iterator<Item = f64>| !now.eq(before.iter().copied());
         match &schema.form {
             Form::Concrete(concrete) => {
@@ -246,15 +238,9 @@ impl Index {
 
     /// Brings the outline of a concrete schema up to date.
     pub(crate) fn refresh(&mut self, id: SchemaId, basis: Basis<'_>) {
-        let Some(schema) = basis.content.schema(id) else {
-            return;
-        };
-        let Some(concrete) = schema.concrete() else {
-            return;
-        };
-        let Some(Some(outline)) = self.outlines.get_mut(id.index()) else {
-            return;
-        };
+        let Some(schema) = basis.content.schema(id) else { return };
+        let Some(concrete) = schema.concrete() else { return };
+        let Some(Some(outline)) = self.outlines.get_mut(id.index()) else { return };
         self.classes.leave(outline.class);
         let class = self.classes.enter(basis, concrete);
         *outline = Outline::new(basis, schema, concrete, outline.group, class);
