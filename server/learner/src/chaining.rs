@@ -274,20 +274,32 @@ pub(crate) fn achieve(
 ) -> Option<Achievement> {
     let index = memory.index();
     let target = numbered(memory, target)?;
-    let fewest = target.iter().map(|id| index.causing(*id)).min_by_key(|list| list.len())?;
+    let rarest = *target.iter().min_by_key(|id| index.causing(**id).len())?;
     let mut best: Option<(Achiever<'_>, Access)> = None;
-    for id in fewest {
-        let Some(outline) = index.outline(*id) else { continue };
-        let Some(access) = reach.way(outline.group) else { continue };
+    let mut weigh = |id: SchemaId, action: PrimitiveId, access: Access| {
         // However surely it achieves the target, it is no surer than this.
-        let most = reliability(memory, outline.action) * access.probability;
+        let most = reliability(memory, action) * access.probability;
         if best.as_ref().is_some_and(|((.., sure), _)| most < *sure) {
-            continue;
+            return;
         }
-        let Some((id, concrete, sure)) = achiever(memory, body, *id, &target) else { continue };
+        let Some((id, concrete, sure)) = achiever(memory, body, id, &target) else { return };
         let found = ((id, concrete, sure * access.probability), access);
         if best.as_ref().is_none_or(|best| better(&found, best)) {
             best = Some(found);
+        }
+    };
+    let action = |id: SchemaId| index.outline(id).map(|outline| outline.action);
+    // Whichever is less is gone through: what can be reached, or what brings it about. The choice does not depend on the order.
+    if reach.ways.len() < index.causing(rarest).len() {
+        for (group, access) in &reach.ways {
+            for id in index.groups().get(*group).with_outcome(rarest) {
+                action(id).into_iter().for_each(|action| weigh(id, action, *access));
+            }
+        }
+    } else {
+        for id in index.causing(rarest) {
+            let Some(outline) = index.outline(*id) else { continue };
+            reach.way(outline.group).into_iter().for_each(|access| weigh(*id, outline.action, access));
         }
     }
     best.map(|((carrier, ..), access)| Achievement { carrier, access })

@@ -8,9 +8,9 @@ use crate::decision::{
     CANDIDATES_KEPT_MAX, Candidate, Decision, Reason, Role, Subject, TERMS_KEPT_MAX, Term,
 };
 use crate::effect::{ChainLink, Execution};
-use crate::excitation::{self, Perceived, Resemblance};
+use crate::excitation::{self, Generally, Perceived, Resemblance, Seen};
 use crate::memory::Memory;
-use crate::observation::{Substitution, bindings};
+use crate::observation::Substitution;
 use crate::random::Random;
 use crate::schema::{ObservationId, SchemaId};
 use crate::target_action::reliability;
@@ -236,49 +236,50 @@ fn reliabilities(situation: &Situation<'_>) -> Vec<Option<f64>> {
 /// pre-conditions and action, example or counter-example, stands in for them: "in any cases where counter
 /// examples exist that contradict generalised solutions these are selected instead" (IV-A).
 fn generalised(situation: &Situation<'_>) -> Vec<Scored> {
-    let memory = situation.memory;
+    let Situation { memory, body, world, perceived, reach, .. } = *situation;
+    let index = memory.index();
     let mut found = Vec::new();
-    for id in memory.index().generalised() {
+    if index.generalised().is_empty() {
+        return found;
+    }
+    let seen = Seen::new(memory, world, perceived);
+    for id in index.generalised() {
         let Some(generalised) = memory.content().schema(*id).and_then(|s| s.generalised()) else { continue };
-        for binding in bindings(&generalised.pre, situation.world.observations(), BINDINGS_MAX) {
+        let Some(generally) = Generally::new(memory, *id, world, &seen) else { continue };
+        for (binding, places) in index.matches(*id, generalised, world.observations(), BINDINGS_MAX) {
             let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
-            let Some(achievement) =
-                target.and_then(|target| achieve(memory, situation.reach, situation.body, &target))
+            let Some(chaining::Achievement { carrier, access }) =
+                target.and_then(|target| achieve(memory, reach, body, &target))
             else {
                 continue;
             };
-            found.extend(score_generalised(situation, *id, binding, &achievement));
+            let Some(action) = index.outline(carrier).map(|outline| outline.action) else { continue };
+            let groups = index.groups();
+            let known = || groups.exact(groups.with_pre(&seen.ids(&places)?)?, action);
+            if access.preceding == 0 && known().is_some() {
+                continue;
+            }
+            let reliability = reliability(memory, action);
+            let sum = generally.sum(&binding, &places, reliability);
+            let distance = access.preceding + 1;
+            let excitation = sum / f64::from(distance);
+            let (subject, carrier, access) = (Subject::Schema(*id), Some(carrier), Some(access));
+            if sum > 0.0 {
+                let drive = None;
+                found.push(Scored {
+                    subject,
+                    binding,
+                    carrier,
+                    access,
+                    distance,
+                    excitation,
+                    reliability,
+                    drive,
+                });
+            }
         }
     }
     found
-}
-
-fn score_generalised(
-    situation: &Situation<'_>,
-    id: SchemaId,
-    binding: Substitution,
-    achievement: &chaining::Achievement,
-) -> Option<Scored> {
-    let memory = situation.memory;
-    let action = memory.content().schema(achievement.carrier)?.concrete()?.action;
-    let bound = Bound::new(memory.content(), id, &binding)?;
-    let pre: Vec<_> = bound.pre.iter().collect();
-    if achievement.access.preceding == 0 && memory.index().exact(&pre, action).is_some() {
-        return None;
-    }
-    let distance = achievement.access.preceding + 1;
-    let reliability = reliability(memory, action);
-    let sum = excitation::sum(memory, id, &binding, situation.perceived, reliability);
-    (sum > 0.0).then(|| Scored {
-        subject: Subject::Schema(id),
-        binding,
-        carrier: Some(achievement.carrier),
-        access: Some(achievement.access),
-        distance,
-        excitation: sum / f64::from(distance),
-        reliability,
-        drive: None,
-    })
 }
 
 /// Primitives that no schema covers here, with the drive to try them.

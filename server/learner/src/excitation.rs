@@ -3,13 +3,12 @@
 use rustc_hash::FxHashMap;
 
 use crate::association::is_associated;
-use crate::bound::Bound;
 use crate::decision::{Role, Term};
 use crate::index::PairId;
 use crate::memory::Memory;
-use crate::observation::{Observation, PropertyId, Substitution, Value};
+use crate::observation::{Observation, Pattern, PropertyId, Substitution, Value};
 use crate::outline::Outline;
-use crate::schema::{Form, ObservationId, SchemaId};
+use crate::schema::{Form, ObservationId, PostCondition, Schema, SchemaId};
 use crate::world_state::WorldState;
 
 /// A remembered observation, as equation (1) weighs it.
@@ -54,29 +53,23 @@ impl Perceived {
 pub(crate) struct Resemblance<'a> {
     memory: &'a Memory,
     /// Pairs that are perceived and that anything remembered has, each with how often.
-    pairs: Vec<(PairId, u32)>,
+    pairs: FxHashMap<PairId, u32>,
 }
 
 impl<'a> Resemblance<'a> {
     pub(crate) fn new(memory: &'a Memory, world: &WorldState) -> Self {
-        let all = world.observations().iter().flat_map(|o| o.properties());
-        let mut all: Vec<_> = all.filter_map(|(p, value)| memory.index().pair(*p, *value)).collect();
-        all.sort_unstable();
-        let counted = all
-            .chunk_by(|a, b| a == b)
-            .filter_map(|equal| Some((*equal.first()?, u32::try_from(equal.len()).unwrap_or(u32::MAX))));
-        Self { memory, pairs: counted.collect() }
+        let mut pairs = FxHashMap::default();
+        for (property, value) in world.observations().iter().flat_map(|o| o.properties()) {
+            if let Some(pair) = memory.index().pair(*property, *value) {
+                *pairs.entry(pair).or_insert(0) += 1;
+            }
+        }
+        Self { memory, pairs }
     }
 
     /// How many values it shares.
     fn shared(&self, id: ObservationId) -> u32 {
-        let mut shared = 0;
-        for pair in self.memory.index().pairs_of(id) {
-            for (perceived, times) in &self.pairs {
-                shared += if perceived == pair { *times } else { 0 };
-            }
-        }
-        shared
+        self.memory.index().pairs_of(id).iter().filter_map(|pair| self.pairs.get(pair)).sum()
     }
 
     /// What `id` adds to the sum of equation (1).
@@ -104,16 +97,98 @@ impl<'a> Resemblance<'a> {
                 sum += self.value(what, probability, reliability);
             }
         }
-        if outline.associated
+        if outline.associated != 0
             && let Some(schema) = self.memory.content().schema(id)
         {
             let weight = parameters.association_weight * reliability;
-            for association in &schema.associations {
+            let may =
+                schema.associations.iter().enumerate().filter(|(at, _)| outline.associated >> at & 1 == 1);
+            for (_, association) in may {
                 let what = association.observation;
                 if self.shared(what) > 0 && is_associated(self.memory, id, association) {
                     sum += self.value(what, 1.0, weight);
                 }
             }
+        }
+        sum
+    }
+}
+
+/// A generalised schema where it is to be weighed under one binding after another: what it refers to are mostly observations
+/// that are perceived, and these are looked up once.
+pub(crate) struct Generally<'a> {
+    memory: &'a Memory,
+    id: SchemaId,
+    schema: &'a Schema,
+    world: &'a WorldState,
+    seen: &'a Seen<'a>,
+    /// Those of its post-conditions that may excite and are no pre-conditions under every binding.
+    post: Vec<&'a PostCondition<Pattern>>,
+}
+
+/// What is perceived, by place: its number, how many values all that is perceived shares with it, and N(x).
+#[derive(Debug)]
+pub(crate) struct Seen<'a> {
+    perceived: &'a Perceived,
+    known: Vec<(Option<ObservationId>, u32, u32)>,
+}
+
+impl<'a> Seen<'a> {
+    pub(crate) fn new(memory: &Memory, world: &WorldState, perceived: &'a Perceived) -> Self {
+        let known = world.observations().iter().map(|observation| {
+            let id = memory.index().id(observation);
+            let attention = id.and_then(|id| memory.content().attention.get(id.index())).copied();
+            (id, perceived.shared(observation), attention.unwrap_or(0))
+        });
+        Self { perceived, known: known.collect() }
+    }
+
+    /// The numbers of what is at these places; none if one has none.
+    pub(crate) fn ids(&self, places: &[usize]) -> Option<Vec<ObservationId>> {
+        places.iter().map(|at| self.known.get(*at)?.0).collect()
+    }
+}
+
+impl<'a> Generally<'a> {
+    pub(crate) fn new(
+        memory: &'a Memory,
+        id: SchemaId,
+        world: &'a WorldState,
+        seen: &'a Seen<'a>,
+    ) -> Option<Self> {
+        let schema = memory.content().schema(id)?;
+        let known = schema.generalised()?;
+        let with_post = memory.parameters().excite_by_post_conditions;
+        let post = known.post.iter().filter(|p| with_post && !p.absent && !known.pre.contains(&p.what));
+        Some(Self { memory, id, schema, world, seen, post: post.collect() })
+    }
+
+    /// The sum of equation (1), as [`sum`] gives it, under a binding by which its pre-conditions are what is perceived at
+    /// `places`, which are ordered.
+    pub(crate) fn sum(&self, binding: &Substitution, places: &[usize], reliability: f64) -> f64 {
+        let mut sum = 0.0;
+        let mut add = |shared: u32, attention: u32, probability: f64, weight: f64| {
+            if shared > 0 {
+                sum += f64::from(shared) * probability * weight / (1.0 + f64::from(attention));
+            }
+        };
+        for (_, shared, attention) in places.iter().filter_map(|at| self.seen.known.get(*at)) {
+            add(*shared, *attention, 1.0, reliability);
+        }
+        for post in &self.post {
+            let Some(what) = post.what.apply(binding) else { continue };
+            let mut pre = places.iter().filter_map(|at| self.world.observations().get(*at));
+            if !pre.any(|known| *known == what) {
+                let shared = self.seen.perceived.shared(&what);
+                add(shared, self.memory.attention(&what), post.count.ratio(), reliability);
+            }
+        }
+        let weight = self.memory.parameters().association_weight * reliability;
+        let associations = self.schema.associations.iter();
+        for association in associations.filter(|a| is_associated(self.memory, self.id, a)) {
+            let observation = self.memory.content().observation(association.observation);
+            let attention = self.memory.content().attention.get(association.observation.index());
+            add(self.seen.perceived.shared(observation), attention.copied().unwrap_or(0), 1.0, weight);
         }
         sum
     }
@@ -151,15 +226,21 @@ fn visit(
                 concrete.post.iter().filter(|p| with_post && !p.absent && !concrete.pre.contains(&p.what));
             post.for_each(|p| known(Role::PostCondition, p.what, p.count.ratio()));
         }
-        Form::Generalised(_) => {
-            let Some(bound) = Bound::new(content, schema, binding) else { return };
-            let mut known = |role, observation, probability| {
+        Form::Generalised(generalised) => {
+            let mut pre: Vec<_> = generalised.pre.iter().filter_map(|what| what.apply(binding)).collect();
+            pre.sort_unstable();
+            let mut known = |role, observation: &Observation, probability| {
                 let attention = memory.attention(observation);
                 each(Remembered { role, observation, attention, probability, weight: reliability });
             };
-            bound.pre.iter().for_each(|observation| known(Role::PreCondition, observation, 1.0));
-            let post = bound.post.iter().filter(|p| with_post && !p.absent && !bound.pre.contains(&p.what));
-            post.for_each(|p| known(Role::PostCondition, &p.what, p.count.ratio()));
+            pre.iter().for_each(|observation| known(Role::PreCondition, observation, 1.0));
+            // What is a pre-condition as a pattern is one under every binding, and needs no putting in.
+            let post = generalised.post.iter().filter(|p| with_post && !p.absent);
+            for p in post.filter(|p| !generalised.pre.contains(&p.what)) {
+                if let Some(what) = p.what.apply(binding).filter(|what| !pre.contains(what)) {
+                    known(Role::PostCondition, &what, p.count.ratio());
+                }
+            }
         }
     }
     let weight = memory.parameters().association_weight * reliability;

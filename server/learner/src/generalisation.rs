@@ -5,14 +5,12 @@ use std::collections::BTreeMap;
 
 use crate::bound;
 use crate::effect::Effect;
-use crate::groups::GroupId;
+use crate::matching::{Alike, Case, Parts, Statement, represents};
 use crate::memory::Memory;
-use crate::observation::{
-    Observation, Pattern, PropertyId, Substitution, Term, TypeId, Value, Variable, bindings, bindings_within,
-};
+use crate::observation::{Observation, Pattern, PropertyId, Term, TypeId, Value, Variable};
 use crate::outline::ClassId;
 use crate::probability::Count;
-use crate::schema::{Concrete, Generalised, ObservationId, PostCondition, SchemaId, signature};
+use crate::schema::{Concrete, Generalised, ObservationId, PostCondition, SchemaId};
 use crate::target_action;
 
 /// A generalised schema before it is kept.
@@ -29,36 +27,87 @@ pub(crate) fn generalise(memory: &Memory, seed: SchemaId) -> Vec<Effect> {
     let Some(concrete) = memory.content().schema(seed).and_then(|s| s.concrete()) else {
         return Vec::new();
     };
-    let mut effects = Vec::new();
+    let mut effects = supported(memory, seed, concrete);
+    let Some(class) = memory.index().outline(seed).map(|outline| outline.class) else {
+        return effects;
+    };
+    if !is_shared(memory, concrete, class) {
+        return effects;
+    }
     let target = target_action::target(memory, concrete).filter(|_| !is_exception(memory, concrete));
     let lifted = target.map(|target| lift(memory, concrete, &target));
     // What was retired is not made anew: its history speaks against it.
     let known = lifted.as_ref().is_some_and(|lifted| lifted.is_known(memory));
-    for id in memory.index().generalised() {
-        let Some(generalised) = memory.content().schema(*id).and_then(|s| s.generalised()) else {
-            continue;
-        };
-        if represents(memory, generalised, concrete) {
-            effects.push(Effect::Supported { generalised: *id, example: seed });
-        }
-    }
     let Some(lifted) = lifted.filter(|lifted| !known && lifted.has_variables()) else {
         return effects;
     };
-    // "The same number of the same type of observations for their pre-conditions and post-conditions".
-    let Some(class) = memory.index().outline(seed).map(|outline| outline.class) else {
-        return effects;
-    };
-    let similar = memory.index().classes().size(class);
-    let examples = examples(memory, &lifted, class);
-    let share = examples.len() as f64 / similar.max(1) as f64;
-    let parameters = memory.parameters();
-    if examples.len() >= parameters.generalisation_support_min && share >= parameters.generalisation_share_min
-    {
+    if let Some(examples) = examples(memory, &lifted, class) {
         let Lifted { pre, target, post } = lifted;
         effects.push(Effect::Generalised { pre, target, post, parent: seed, examples });
     }
     effects
+}
+
+/// The laws in use that have the new schema as one more example.
+fn supported(memory: &Memory, seed: SchemaId, concrete: &Concrete) -> Vec<Effect> {
+    let laws = memory.index().generalised();
+    if laws.is_empty() {
+        return Vec::new();
+    }
+    let (case, achieved) = (case(memory, concrete), achieved(memory, concrete));
+    let known = |id: &SchemaId| {
+        let generalised = memory.content().schema(*id).and_then(|s| s.generalised());
+        generalised.is_some_and(|law| is_example(memory, *id, law, &case, &achieved))
+    };
+    laws.iter()
+        .filter(|id| known(id))
+        .map(|id| Effect::Supported { generalised: *id, example: seed })
+        .collect()
+}
+
+/// Whether enough similar schemas predict what the new one predicts of nothing in its pre-conditions: no variable can stand
+/// for that, so without it there is no law. Mostly there is none, and this tells at little cost.
+fn is_shared(memory: &Memory, concrete: &Concrete, class: ClassId) -> bool {
+    let index = memory.index();
+    let parameters = memory.parameters();
+    let pairs: Vec<_> = concrete.pre.iter().flat_map(|id| index.pairs_of(*id)).collect();
+    let ground = |what: ObservationId| !index.pairs_of(what).iter().any(|pair| pairs.contains(&pair));
+    let predicted = |p: &&PostCondition<ObservationId>| bound::predicted(p.count, parameters);
+    let said: Vec<_> = concrete.post.iter().filter(|p| predicted(p) && ground(p.what)).collect();
+    let says = |other: &Concrete| {
+        said.iter().all(|one| {
+            other.post.iter().any(|p| (p.what, p.absent) == (one.what, one.absent) && predicted(&p))
+        })
+    };
+    let similar = index.classes().newest(class).take(SIMILAR_MAX);
+    let (mut all, mut saying) = (0, 0);
+    for other in similar.filter_map(|id| memory.content().schema(id)?.concrete()) {
+        all += 1;
+        saying += usize::from(says(other));
+    }
+    is_enough(memory, saying, all)
+}
+
+/// Whether so many examples among so many similar schemas are enough for a law.
+fn is_enough(memory: &Memory, examples: usize, similar: usize) -> bool {
+    let parameters = memory.parameters();
+    let share = examples as f64 / similar as f64;
+    examples >= parameters.generalisation_support_min && share >= parameters.generalisation_share_min
+}
+
+/// Whether a law in use represents a case.
+fn is_example(
+    memory: &Memory,
+    id: SchemaId,
+    generalised: &Generalised,
+    case: &Case<'_>,
+    achieved: &[&Observation],
+) -> bool {
+    let post: Vec<_> = generalised.post.iter().map(|p| (&p.what, p.absent)).collect();
+    memory.index().alike(id).is_some_and(|alike| {
+        let law = Statement { pre: &generalised.pre, alike, target: &generalised.target, post: &post };
+        represents(law, case, achieved, &mut { ATTEMPTS_MAX })
+    })
 }
 
 /// Whether `concrete` is a counter-example to a law that is in use: it bounds that law (IV-A: "these are selected
@@ -69,94 +118,53 @@ fn is_exception(memory: &Memory, concrete: &Concrete) -> bool {
     law.is_some_and(|law| !law.retired)
 }
 
-/// The schemas of `class` that `lifted` represents, by number. Its variables are bound once for all that have
-/// the same pre-conditions, and of these only those are looked at that have an outcome which it says they have.
-fn examples(memory: &Memory, lifted: &Lifted, class: ClassId) -> Vec<SchemaId> {
-    let index = memory.index();
-    let mut found = Vec::new();
+/// Similar schemas that a generalisation is tested against. "The same number of the same type of observations for their
+/// pre-conditions and post-conditions" is true of hundreds of thousands in a long life: these are the newest of them.
+const SIMILAR_MAX: usize = 64;
+
+/// The schemas that `lifted` represents of those of `class` that it is tested against, by number; none if it represents too
+/// few of them to be kept.
+fn examples(memory: &Memory, lifted: &Lifted, class: ClassId) -> Option<Vec<SchemaId>> {
+    let similar: Vec<_> = memory.index().classes().newest(class).take(SIMILAR_MAX).collect();
+    let enough = |examples: usize| is_enough(memory, examples, similar.len());
+    let post: Vec<_> = lifted.post.iter().map(|(what, absent)| (what, *absent)).collect();
+    let alike = Alike::new(&lifted.pre, &lifted.target, post.iter().copied());
+    let law = Statement { pre: &lifted.pre, alike: &alike, target: &lifted.target, post: &post };
     // Bounds what a crowded world full of equal things can cost; beyond it less is generalised, and nothing wrongly.
     let mut budget = ATTEMPTS_MAX;
-    for (group, only) in candidates(memory, lifted) {
-        let group = index.groups().get(group);
-        if group.pre.len() != lifted.pre.len() {
-            continue;
-        }
-        let pre: Vec<_> = group.pre.iter().map(|o| memory.content().observation(*o).clone()).collect();
-        for binding in bindings_within(&lifted.pre, &pre, BINDINGS_MAX, &mut budget) {
-            let post = lifted.post.iter().map(|(what, absent)| (what, *absent));
-            let Some(law) = Law::new(memory, post, &lifted.target, &binding) else { continue };
-            let of_class = |id: &SchemaId| index.outline(*id).is_some_and(|known| known.class == class);
-            let concrete = |id: &SchemaId| memory.content().schema(*id).and_then(|s| s.concrete());
-            let holds = |id: &SchemaId| of_class(id) && concrete(id).is_some_and(|c| law.holds(memory, c));
-            match (only, law.post.first()) {
-                (Some(id), _) => found.extend(Some(id).filter(holds)),
-                (None, Some((what, _))) => found.extend(group.with_outcome(*what).filter(holds)),
-                (None, None) => found.extend(group.schemas.iter().copied().filter(holds)),
-            }
+    let mut found = Vec::new();
+    for (rest, id) in (0..similar.len()).rev().zip(&similar) {
+        let concrete = memory.content().schema(*id).and_then(|s| s.concrete());
+        let represented = concrete.is_some_and(|concrete| {
+            let case = case(memory, concrete);
+            // What the action achieves elsewhere is looked for only where it matters.
+            case.may_be(law) && represents(law, &case, &achieved(memory, concrete), &mut budget)
+        });
+        found.extend(represented.then_some(*id));
+        if !enough(found.len() + rest) {
+            return None;
         }
     }
     found.sort_unstable();
-    found.dedup();
-    found
+    enough(found.len()).then_some(found)
 }
 
-/// Groups among whose schemas are all that `lifted` can represent, or one schema of each: whatever it says without a
-/// variable narrows the choice, of its pre-conditions or of what it predicts, and the rarest narrows it most. Without
-/// any such, groups with pre-conditions of the same types.
-fn candidates(memory: &Memory, lifted: &Lifted) -> Vec<(GroupId, Option<SchemaId>)> {
-    let index = memory.index();
-    let types = signature(lifted.pre.iter().map(Pattern::kind));
-    let ground = lifted.pre.iter().filter(|pattern| !pattern.has_variables());
-    let requiring = ground.map(|pattern| {
-        let observation = pattern.apply(&Substitution::new()).and_then(|one| index.id(&one));
-        observation.map_or(&[][..], |id| index.groups().requiring(id))
-    });
-    let groups = requiring.chain([index.with_pre_types(&types)]).min_by_key(|groups| groups.len());
-    let groups = groups.unwrap_or_default();
-    let mut fewest: Option<Vec<&[SchemaId]>> = None;
-    let mut most = groups.len();
-    for (pattern, _) in lifted.post.iter().filter(|(_, absent)| !absent) {
-        if let Some((schemas, count)) = predicting(memory, pattern, most) {
-            (fewest, most) = (Some(schemas), count);
-        }
-    }
-    match fewest {
-        None => groups.iter().map(|group| (*group, None)).collect(),
-        Some(schemas) => {
-            let of = |id: &SchemaId| index.outline(*id).map(|known| (known.group, Some(*id)));
-            schemas.into_iter().flatten().filter_map(of).collect()
-        }
+/// A concrete schema as a case of a law.
+fn case<'a>(memory: &'a Memory, concrete: &Concrete) -> Case<'a> {
+    let content = memory.content();
+    let predicted = || concrete.post.iter().filter(|p| bound::predicted(p.count, memory.parameters()));
+    let parts =
+        |id: &ObservationId| Parts::all(predicted().filter(|p| p.what == *id).map(|p| Parts::post(p.absent)));
+    let loose = predicted().filter(|p| !concrete.pre.contains(&p.what));
+    Case {
+        pre: concrete.pre.iter().map(|o| content.observation(*o)).collect(),
+        parts: concrete.pre.iter().map(parts).collect(),
+        post: loose.map(|p| (content.observation(p.what), p.absent)).collect(),
     }
 }
 
-/// The concrete schemas that have an outcome with a value that `pattern` says, and how many; none if there are `most` or
-/// more, or it says no value.
-fn predicting<'a>(
-    memory: &'a Memory,
-    pattern: &Pattern,
-    most: usize,
-) -> Option<(Vec<&'a [SchemaId]>, usize)> {
-    let index = memory.index();
-    if !pattern.has_variables() {
-        let known = pattern.apply(&Substitution::new()).and_then(|one| index.id(&one));
-        let schemas = known.map_or(&[][..], |id| index.causing(id));
-        return (schemas.len() < most).then(|| (vec![schemas], schemas.len()));
-    }
-    let said = pattern.terms().iter().filter_map(|(property, term)| match term {
-        Term::Constant(value) => Some(index.with_value(*property, *value)),
-        Term::Variable(_) => None,
-    });
-    let observations = said.min_by_key(|observations| observations.len())?;
-    let (mut schemas, mut count) = (Vec::new(), 0);
-    for observation in observations {
-        let causing = index.causing(*observation);
-        count += causing.len().max(1);
-        if count >= most {
-            return None;
-        }
-        schemas.push(causing);
-    }
-    Some((schemas, count))
+fn achieved<'a>(memory: &'a Memory, concrete: &Concrete) -> Vec<&'a Observation> {
+    target_action::achieved(memory, concrete).collect()
 }
 
 /// Replaces by a variable every (property, value) that occurs in the pre-conditions and also in the target
@@ -205,57 +213,9 @@ fn predicted<'a>(
     })
 }
 
-/// Attempts at matching one pattern with one observation that the search for the examples of one new schema may make: about
-/// a millisecond. A dozen things on a table can be told apart in half a billion ways.
+/// Attempts at matching one pattern with one observation that the search for the examples of one new schema may make, and
+/// the search whether a law in use represents it.
 const ATTEMPTS_MAX: usize = 10_000;
-
-/// A test of representation tries every binding; the attempts of [`bindings`] bound the work.
-const BINDINGS_MAX: usize = usize::MAX;
-
-/// What a generalised schema says under a binding, by number.
-struct Law {
-    /// What is predicted, and whether as absent; ordered.
-    post: Vec<(ObservationId, bool)>,
-    target: Vec<ObservationId>,
-}
-
-impl Law {
-    /// None if it speaks of an observation that no schema knows, so that it represents none.
-    fn new<'a>(
-        memory: &Memory,
-        post: impl Iterator<Item = (&'a Pattern, bool)>,
-        target: &[Pattern],
-        binding: &Substitution,
-    ) -> Option<Self> {
-        let number = |pattern: &Pattern| memory.index().id(&pattern.apply(binding)?);
-        let mut post: Vec<_> =
-            post.map(|(what, absent)| Some((number(what)?, absent))).collect::<Option<_>>()?;
-        post.sort_unstable();
-        post.dedup();
-        Some(Self { post, target: target.iter().map(number).collect::<Option<_>>()? })
-    }
-
-    /// Whether `other` predicts just this, and its action achieves the target.
-    fn holds(&self, memory: &Memory, other: &Concrete) -> bool {
-        let predicted = other.post.iter().filter(|p| bound::predicted(p.count, memory.parameters()));
-        let mut predicted: Vec<_> = predicted.map(|p| (p.what, p.absent)).collect();
-        predicted.sort_unstable();
-        predicted == self.post && target_action::achieves(memory, other, &self.target)
-    }
-}
-
-/// Whether some binding turns the pre-conditions into those of `other`, the post-conditions into just what `other`
-/// predicts, and the target into something its action achieves.
-fn represents(memory: &Memory, generalised: &Generalised, other: &Concrete) -> bool {
-    if generalised.pre.len() != other.pre.len() {
-        return false;
-    }
-    let pre: Vec<_> = other.pre.iter().map(|o| memory.content().observation(*o).clone()).collect();
-    bindings(&generalised.pre, &pre, BINDINGS_MAX).into_iter().any(|binding| {
-        let post = generalised.post.iter().map(|p| (&p.what, p.absent));
-        Law::new(memory, post, &generalised.target, &binding).is_some_and(|law| law.holds(memory, other))
-    })
-}
 
 /// What generalised schemas that differ only in the names of variables and the order of conditions have in common:
 /// their pre-conditions, targets and post-conditions, each without its variables.
@@ -319,31 +279,31 @@ impl Lifted {
     fn equals(&self, generalised: &Generalised) -> bool {
         let other = Lifted::from(generalised);
         let sizes = |l: &Lifted| (l.pre.len(), l.target.len(), l.post.len());
-        if sizes(self) != sizes(&other) {
-            return false;
-        }
         // Renaming is a binding between variables: a ground instance with a value of its own for each
         // variable is matched by the other, and the other way round.
-        self.covers(&other) && other.covers(self)
+        sizes(self) == sizes(&other) && self.covers(&other) && other.covers(self)
     }
 
     /// Whether `other`, its variables taken for constants, is an instance of `self`.
     fn covers(&self, other: &Lifted) -> bool {
-        let ground = |p: &Pattern| freeze(p);
-        let pre: Vec<_> = other.pre.iter().map(ground).collect();
-        let mut target: Vec<_> = other.target.iter().map(ground).collect();
-        let mut post: Vec<_> = other.post.iter().map(|(p, absent)| (freeze(p), *absent)).collect();
-        target.sort_unstable();
-        post.sort_unstable();
-        bindings(&self.pre, &pre, BINDINGS_MAX).into_iter().any(|binding: Substitution| {
-            let mine: Option<Vec<_>> = self.target.iter().map(|p| p.apply(&binding)).collect();
-            let mine_post: Option<Vec<_>> =
-                self.post.iter().map(|(p, absent)| Some((p.apply(&binding)?, *absent))).collect();
-            let (Some(mut mine), Some(mut mine_post)) = (mine, mine_post) else { return false };
-            mine.sort_unstable();
-            mine_post.sort_unstable();
-            mine == target && mine_post == post
-        })
+        let frozen = |patterns: &[Pattern]| patterns.iter().map(freeze).collect::<Vec<_>>();
+        let (pre, target) = (frozen(&other.pre), frozen(&other.target));
+        let other_post: Vec<_> = other.post.iter().map(|(what, absent)| (freeze(what), *absent)).collect();
+        let parts = |one: &Observation| {
+            let same = other_post.iter().filter(|(what, _)| what == one);
+            Parts::all(same.map(|(_, absent)| Parts::post(*absent)))
+        };
+        let loose = other_post.iter().filter(|(what, _)| !pre.contains(what));
+        let case = Case {
+            pre: pre.iter().collect(),
+            parts: pre.iter().map(parts).collect(),
+            post: loose.map(|(what, absent)| (what, *absent)).collect(),
+        };
+        let target: Vec<_> = target.iter().collect();
+        let post: Vec<_> = self.post.iter().map(|(what, absent)| (what, *absent)).collect();
+        let alike = Alike::new(&self.pre, &self.target, post.iter().copied());
+        let law = Statement { pre: &self.pre, alike: &alike, target: &self.target, post: &post };
+        represents(law, &case, &target, &mut { ATTEMPTS_MAX })
     }
 }
 

@@ -5,7 +5,7 @@ use crate::bound::{self, Bound};
 use crate::chaining::{BINDINGS_MAX, can_do};
 use crate::curriculum::Curriculum;
 use crate::memory::{Content, Memory};
-use crate::observation::{MATCH_ATTEMPTS_MAX, Observation, Pattern, Substitution, Term, bindings};
+use crate::observation::{MATCH_ATTEMPTS_MAX, Observation, Pattern, Substitution, Term};
 use crate::schema::{Concrete, PostCondition, SchemaId};
 use crate::stages;
 use crate::vocabulary::{BodyId, PrimitiveId};
@@ -129,7 +129,7 @@ pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: Primit
         .collect();
     for id in memory.index().generalised() {
         let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
-        for binding in bindings(&generalised.pre, world.observations(), BINDINGS_MAX) {
+        for binding in memory.index().bindings(*id, generalised, world.observations(), BINDINGS_MAX) {
             let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
             let achieved =
                 target.is_some_and(|target| here.iter().any(|(_, c)| predicts(memory, c, &target)));

@@ -46,8 +46,6 @@ impl Group {
 pub(crate) struct Groups {
     groups: Vec<Group>,
     by_pre: FxHashMap<Arc<[ObservationId]>, GroupId>,
-    /// By observation: the groups that have it as a pre-condition.
-    requiring: Vec<Vec<GroupId>>,
     /// The pre-conditions of all groups, each ordered by number, as the paths of a tree.
     tree: Tree,
 }
@@ -74,12 +72,6 @@ impl Groups {
                 by_action: Vec::new(),
             });
             self.by_pre.insert(pre.clone(), group);
-            for observation in pre.iter() {
-                if self.requiring.len() <= observation.index() {
-                    self.requiring.resize(observation.index() + 1, Vec::new());
-                }
-                self.requiring[observation.index()].push(group);
-            }
             self.tree.add(pre, group);
             group
         });
@@ -117,11 +109,6 @@ impl Groups {
     /// The group with just these pre-conditions, in canonical order.
     pub(crate) fn with_pre(&self, pre: &[ObservationId]) -> Option<GroupId> {
         self.by_pre.get(pre).copied()
-    }
-
-    /// The groups that have this observation as a pre-condition, by number.
-    pub(crate) fn requiring(&self, observation: ObservationId) -> &[GroupId] {
-        self.requiring.get(observation.index()).map_or(&[], Vec::as_slice)
     }
 
     /// The schema of `group` with this action; there is never more than one.

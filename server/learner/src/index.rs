@@ -7,14 +7,13 @@ use rustc_hash::FxHashMap;
 
 use crate::generalisation::Shape;
 use crate::groups::{GroupId, Groups, insert};
+use crate::matching::{Alike, bindings, matches};
 use crate::memory::Content;
-use crate::observation::{Observation, Pattern, PropertyId, TypeId, Value};
-use crate::outline::{Basis, Classes, Outline};
+use crate::observation::{Observation, Pattern, PropertyId, Substitution, Value};
+use crate::outline::{Basis, Classes, Outline, associated};
 use crate::pages::Pages;
 use crate::parameters::TypeRules;
-use crate::schema::{
-    Association, Form, Generalised, ObservationId, PostCondition, Schema, SchemaId, signature,
-};
+use crate::schema::{Association, Form, Generalised, ObservationId, PostCondition, Schema, SchemaId};
 use crate::vocabulary::PrimitiveId;
 
 /// Inverted indexes over memory.
@@ -23,8 +22,6 @@ pub(crate) struct Index {
     ids: FxHashMap<Observation, ObservationId>,
     /// Properties with their values, by number.
     pairs: FxHashMap<(PropertyId, Value), PairId>,
-    /// By pair: the observations that have it.
-    by_pair: Vec<Vec<ObservationId>>,
     /// By observation.
     pairs_of: Pages<Pairs>,
     /// By observation: concrete schemas that have it as a post-condition, not as an absence.
@@ -33,8 +30,6 @@ pub(crate) struct Index {
     causing_versions: Vec<u64>,
     /// Concrete schemas by their pre-conditions.
     groups: Groups,
-    /// Groups by the types of their pre-conditions.
-    by_pre_types: FxHashMap<Vec<TypeId>, Vec<GroupId>>,
     /// Concrete schemas by action.
     by_action: FxHashMap<PrimitiveId, Vec<SchemaId>>,
     /// By schema; none for a generalised one.
@@ -42,6 +37,8 @@ pub(crate) struct Index {
     classes: Classes,
     /// Generalised schemas in use.
     generalised: Vec<SchemaId>,
+    /// By generalised schema: which of its pre-conditions are alike.
+    alike: FxHashMap<SchemaId, Alike>,
     /// Those of them that are edges of chains.
     generalised_changing: Vec<SchemaId>,
     /// Generalised schemas taken out of use.
@@ -56,7 +53,7 @@ pub(crate) struct Index {
 }
 
 /// A property with a value, numbered in the order of first mention: comparing two is comparing two numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct PairId(u32);
 
 /// The pairs of one observation; those of most lie in place.
@@ -126,13 +123,8 @@ impl Index {
     pub(crate) fn add_observation(&mut self, observation: &Observation, id: ObservationId) {
         self.ids.insert(observation.clone(), id);
         let number = |pair: &(PropertyId, Value)| {
-            let next = PairId(u32::try_from(self.by_pair.len()).unwrap_or(u32::MAX));
-            let pair = *self.pairs.entry(*pair).or_insert(next);
-            if pair == next {
-                self.by_pair.push(Vec::new());
-            }
-            self.by_pair[pair.0 as usize].push(id);
-            pair
+            let next = PairId(u32::try_from(self.pairs.len()).unwrap_or(u32::MAX));
+            *self.pairs.entry(*pair).or_insert(next)
         };
         self.pairs_of.push(observation.properties().iter().map(number).collect());
         self.causing.push(Vec::new());
@@ -150,20 +142,17 @@ impl Index {
                 return;
             }
         };
-        let groups = self.groups.len();
         let group = self.groups.add(id, &concrete.pre, concrete.action);
-        if self.groups.len() > groups {
-            let types = signature(concrete.pre.iter().map(|o| content.observation(*o).kind()));
-            self.by_pre_types.entry(types).or_default().push(group);
-        }
         insert(self.by_action.entry(concrete.action).or_default(), id);
-        let class = self.classes.enter(basis, concrete);
+        let class = self.classes.enter(id, basis, concrete);
         self.outlines.push(Some(Outline::new(basis, schema, concrete, group, class)));
         self.add_outcomes(id, group, basis, &concrete.post);
     }
 
     fn add_generalised(&mut self, id: SchemaId, generalised: &Generalised, rules: &TypeRules) {
         insert(&mut self.generalised, id);
+        let post = generalised.post.iter().map(|p| (&p.what, p.absent));
+        self.alike.insert(id, Alike::new(&generalised.pre, &generalised.target, post));
         self.by_shape.entry(Shape::of(generalised)).or_default().push(id);
         let kept = |what: &Pattern| generalised.pre.contains(what);
         let changes =
@@ -241,9 +230,17 @@ impl Index {
         let Some(schema) = basis.content.schema(id) else { return };
         let Some(concrete) = schema.concrete() else { return };
         let Some(Some(outline)) = self.outlines.get_mut(id.index()) else { return };
-        self.classes.leave(outline.class);
-        let class = self.classes.enter(basis, concrete);
+        self.classes.leave(id, outline.class);
+        let class = self.classes.enter(id, basis, concrete);
         *outline = Outline::new(basis, schema, concrete, outline.group, class);
+    }
+
+    /// Takes over how often what a schema is associated with was there.
+    pub(crate) fn associations_scored(&mut self, id: SchemaId, basis: Basis<'_>) {
+        let associations = basis.content.schema(id).map(|schema| associated(basis, schema));
+        if let (Some(associated), Some(Some(outline))) = (associations, self.outlines.get_mut(id.index())) {
+            outline.associated = associated;
+        }
     }
 
     /// Takes a schema's association with an event into account, as it is now. Anything but an event has no
@@ -295,12 +292,6 @@ impl Index {
         self.pairs_of.get(observation.index()).map_or(&[], Pairs::as_slice)
     }
 
-    /// Observations in memory that have this property with this value.
-    pub(crate) fn with_value(&self, property: PropertyId, value: Value) -> &[ObservationId] {
-        let pair = self.pair(property, value).and_then(|pair| self.by_pair.get(pair.0 as usize));
-        pair.map_or(&[], Vec::as_slice)
-    }
-
     /// Concrete schemas that have the observation as a post-condition (not as an absence).
     pub(crate) fn causing(&self, observation: ObservationId) -> &[SchemaId] {
         self.causing.get(observation.index()).map_or(&[], Vec::as_slice)
@@ -327,11 +318,6 @@ impl Index {
         &self.groups
     }
 
-    /// Groups whose pre-conditions are of these types.
-    pub(crate) fn with_pre_types(&self, types: &[TypeId]) -> &[GroupId] {
-        self.by_pre_types.get(types).map_or(&[], Vec::as_slice)
-    }
-
     /// A concrete schema in outline.
     pub(crate) fn outline(&self, id: SchemaId) -> Option<&Outline> {
         self.outlines.get(id.index())?.as_ref()
@@ -344,6 +330,35 @@ impl Index {
 
     pub(crate) fn generalised(&self) -> &[SchemaId] {
         &self.generalised
+    }
+
+    /// The bindings of a generalised schema where these are observed, in their order, at most `limit`.
+    pub(crate) fn bindings(
+        &self,
+        id: SchemaId,
+        generalised: &Generalised,
+        observations: &[Observation],
+        limit: usize,
+    ) -> Vec<Substitution> {
+        let alike = self.alike.get(&id);
+        alike.map_or_else(Vec::new, |alike| bindings(&generalised.pre, alike, observations, limit))
+    }
+
+    /// The same, each with which of the observations are matched, in their order.
+    pub(crate) fn matches(
+        &self,
+        id: SchemaId,
+        generalised: &Generalised,
+        observations: &[Observation],
+        limit: usize,
+    ) -> Vec<(Substitution, Vec<usize>)> {
+        let alike = self.alike.get(&id);
+        alike.map_or_else(Vec::new, |alike| matches(&generalised.pre, alike, observations, limit))
+    }
+
+    /// Which pre-conditions of a generalised schema are alike.
+    pub(crate) fn alike(&self, id: SchemaId) -> Option<&Alike> {
+        self.alike.get(&id)
     }
 
     /// Generalised schemas in use that may change a context.
@@ -443,7 +458,7 @@ mod tests {
         let (grown, built) = (memory.index(), restored.index());
         let told = |memory: &Memory, id: u32| {
             memory.index().outline(SchemaId(id)).map(|outline| {
-                let size = memory.index().classes().size(outline.class);
+                let size = memory.index().classes().newest(outline.class).count();
                 (
                     size,
                     format!(

@@ -360,6 +360,8 @@ impl Memory {
         }
         let Some(after) = content.schema(id) else { return };
         held_at.iter().for_each(|at| index.rank(id, after, &after.associations[*at], content, rules));
+        let (index, basis) = self.indexed();
+        index.associations_scored(id, basis);
     }
 
     fn add_outcome(

@@ -1,6 +1,8 @@
 //! Observations: a type and a set of properties, each a name with a value; and patterns, observations in
 //! which values may be variables. Similarity, matching and binding live here and nowhere else.
 
+use std::sync::Arc;
+
 /// An observation type: an index into [`crate::vocabulary::Vocabulary`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TypeId(pub u16);
@@ -34,7 +36,8 @@ pub enum Value {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Observation {
     kind: TypeId,
-    properties: Box<[(PropertyId, Value)]>,
+    /// Shared, for much that is remembered or explained speaks of the same observation.
+    properties: Arc<[(PropertyId, Value)]>,
 }
 
 impl Observation {
@@ -64,18 +67,15 @@ impl Observation {
     /// types. A block in field 7 shares `field=7` with a finger in field 7 (paper, II-C).
     #[must_use]
     pub fn shared(&self, other: &Observation) -> u32 {
-        let mut count = 0;
-        let (mut left, mut right) = (self.properties.iter().peekable(), other.properties.iter().peekable());
-        while let (Some(a), Some(b)) = (left.peek(), right.peek()) {
-            match a.0.cmp(&b.0) {
-                std::cmp::Ordering::Less => drop(left.next()),
-                std::cmp::Ordering::Greater => drop(right.next()),
-                std::cmp::Ordering::Equal => {
-                    count += u32::from(a.1 == b.1);
-                    left.next();
-                    right.next();
-                }
+        let (mut left, mut right, mut count) = (&self.properties[..], &other.properties[..], 0);
+        while let ([a, more @ ..], [b, others @ ..]) = (left, right) {
+            if a.0 <= b.0 {
+                left = more;
             }
+            if b.0 <= a.0 {
+                right = others;
+            }
+            count += u32::from(a == b);
         }
         count
     }
@@ -146,22 +146,23 @@ impl Pattern {
         true
     }
 
+    /// Whether it is of the same type as `observation`, with the same properties.
+    pub(crate) fn has_form_of(&self, observation: &Observation) -> bool {
+        self.kind == observation.kind
+            && self.terms.len() == observation.properties.len()
+            && self.terms.iter().zip(observation.properties()).all(|((term, _), (seen, _))| term == seen)
+    }
+
     /// Whether it could match `observation` under some binding, as far as one pair at a time tells.
-    fn resembles(&self, observation: &Observation) -> bool {
+    pub(crate) fn resembles(&self, observation: &Observation) -> bool {
         self.fits(observation, |_, _| true)
     }
 
-    /// Whether it could match `observation` under an extension of `substitution`, as far as one pair at a time tells.
-    fn agrees(&self, observation: &Observation, substitution: &Substitution) -> bool {
-        self.fits(observation, |variable, value| {
-            substitution.get(variable).is_none_or(|bound| bound == value)
-        })
-    }
-
-    fn fits(&self, observation: &Observation, variable: impl Fn(Variable, Value) -> bool) -> bool {
+    /// Whether it matches `observation` where `variable` says so of each variable and its value.
+    pub(crate) fn fits(&self, observation: &Observation, variable: impl Fn(Variable, Value) -> bool) -> bool {
         self.kind == observation.kind
             && self.terms.len() == observation.properties.len()
-            && self.terms.iter().zip(&observation.properties).all(|((property, term), (seen, value))| {
+            && self.terms.iter().zip(observation.properties()).all(|((property, term), (seen, value))| {
                 property == seen
                     && match term {
                         Term::Constant(constant) => constant == value,
@@ -170,24 +171,21 @@ impl Pattern {
             })
     }
 
-    /// Whether it has variables.
-    pub(crate) fn has_variables(&self) -> bool {
-        self.terms.iter().any(|(_, term)| matches!(term, Term::Variable(_)))
-    }
-
     /// The observation that results from putting in the bound values; `None` while a variable of this
     /// pattern is unbound. Binding never alters the pattern.
     #[must_use]
     pub fn apply(&self, substitution: &Substitution) -> Option<Observation> {
-        let properties = self
-            .terms
-            .iter()
-            .map(|(property, term)| match term {
-                Term::Constant(value) => Some((*property, *value)),
-                Term::Variable(variable) => substitution.get(*variable).map(|value| (*property, value)),
-            })
-            .collect::<Option<Box<[_]>>>()?;
-        Some(Observation { kind: self.kind, properties })
+        let value = |term: Term| match term {
+            Term::Constant(value) => Some(value),
+            Term::Variable(variable) => substitution.get(variable),
+        };
+        if self.terms.iter().any(|(_, term)| value(*term).is_none()) {
+            return None;
+        }
+        // None is left out, so that the length is known and all is written once.
+        let bound =
+            |(property, term): &(PropertyId, Term)| (*property, value(*term).unwrap_or(Value::Integer(0)));
+        Some(Observation { kind: self.kind, properties: self.terms.iter().map(bound).collect() })
     }
 }
 
@@ -235,77 +233,16 @@ impl Substitution {
     }
 }
 
-/// Every substitution under which each of `patterns` matches a different one of `observations`, in
-/// canonical order and without duplicates, at most `limit` of them. Two objects that both fit `$x` give
-/// two substitutions.
-#[must_use]
-pub fn bindings(patterns: &[Pattern], observations: &[Observation], limit: usize) -> Vec<Substitution> {
-    // Bounds work on hostile worlds (many equal types); ordinary ones never reach it.
-    bindings_within(patterns, observations, limit, &mut { MATCH_ATTEMPTS_MAX })
-}
-
-/// As [`bindings`], with as many attempts as `budget` still has, of which it takes those that it makes.
-pub(crate) fn bindings_within(
-    patterns: &[Pattern],
-    observations: &[Observation],
-    limit: usize,
-    budget: &mut usize,
-) -> Vec<Substitution> {
-    let mut fitting = Vec::with_capacity(patterns.len());
-    for pattern in patterns {
-        let fits = |at: &usize| observations.get(*at).is_some_and(|one| pattern.resembles(one));
-        let places: Vec<_> = (0..observations.len()).filter(fits).collect();
-        if places.is_empty() {
-            return Vec::new();
-        }
-        fitting.push((pattern, places));
-    }
-    // Whatever the order, the same is found; what leaves least choice leaves least to be tried. In a crowded world most
-    // patterns are of objects that nothing happened to, and fit just one.
-    fitting.sort_by_key(|(_, places)| places.len());
-    let mut search = Search {
-        observations,
-        used: vec![false; observations.len()],
-        found: std::collections::BTreeSet::new(),
-        budget,
-    };
-    search.extend(&fitting, &Substitution::new());
-    search.found.into_iter().take(limit).collect()
-}
-
-/// A search for [`bindings`].
-struct Search<'a> {
-    observations: &'a [Observation],
-    used: Vec<bool>,
-    found: std::collections::BTreeSet<Substitution>,
-    budget: &'a mut usize,
-}
-
-impl Search<'_> {
-    fn extend(&mut self, patterns: &[(&Pattern, Vec<usize>)], so_far: &Substitution) {
-        let Some(((first, places), rest)) = patterns.split_first() else {
-            self.found.insert(so_far.clone());
-            return;
-        };
-        for at in places {
-            if *self.budget == 0 {
-                return;
-            }
-            *self.budget -= 1;
-            if self.used[*at] || !first.agrees(&self.observations[*at], so_far) {
-                continue;
-            }
-            let mut substitution = so_far.clone();
-            if first.bind(&self.observations[*at], &mut substitution) {
-                self.used[*at] = true;
-                self.extend(rest, &substitution);
-                self.used[*at] = false;
-            }
-        }
+impl FromIterator<(Variable, Value)> for Substitution {
+    /// Of variables in their order, each once.
+    fn from_iter<I: IntoIterator<Item = (Variable, Value)>>(bound: I) -> Self {
+        let bound: Vec<_> = bound.into_iter().collect();
+        debug_assert!(bound.is_sorted_by(|a, b| a.0 < b.0));
+        Self(bound)
     }
 }
 
-/// Attempts at matching one pattern with one observation that a single call of [`bindings`] may make.
+/// Attempts at matching one pattern with one observation that a single search may make.
 pub const MATCH_ATTEMPTS_MAX: usize = 100_000;
 
 #[cfg(test)]
@@ -321,42 +258,11 @@ mod tests {
         Observation::new(OBJECT, [(COLOUR, Value::Symbol(SymbolId(colour))), (FIELD, Value::Integer(field))])
     }
 
-    fn any_object() -> Pattern {
-        Pattern::new(OBJECT, [(COLOUR, Term::Variable(Variable(0))), (FIELD, Term::Variable(Variable(1)))])
-    }
-
     #[test]
     fn a_block_in_field_7_resembles_a_finger_in_field_7() {
         let finger = Observation::new(FINGER, [(FIELD, Value::Integer(7))]);
         assert_eq!(object(3, 7).shared(&finger), 1);
         assert_eq!(object(3, 8).shared(&finger), 0);
         assert_eq!(object(3, 7).shared(&object(3, 7)), 2);
-    }
-
-    #[test]
-    fn two_objects_give_two_bindings_and_the_pattern_stays_as_it_was() {
-        let pattern = any_object();
-        let found = bindings(std::slice::from_ref(&pattern), &[object(1, 4), object(2, 5)], 8);
-        assert_eq!(found.len(), 2);
-        assert_eq!(pattern, any_object());
-        assert_eq!(pattern.apply(&found[0]), Some(object(1, 4)));
-    }
-
-    #[test]
-    fn one_object_cannot_stand_for_two_patterns() {
-        assert!(bindings(&[any_object(), any_object()], &[object(1, 4)], 8).is_empty());
-    }
-
-    #[test]
-    fn a_variable_keeps_its_value_and_constants_are_checked() {
-        let finger = Pattern::new(FINGER, [(FIELD, Term::Variable(Variable(1)))]);
-        let at = |field| Observation::new(FINGER, [(FIELD, Value::Integer(field))]);
-        assert_eq!(bindings(&[any_object(), finger.clone()], &[object(1, 4), at(4)], 8).len(), 1);
-        assert!(bindings(&[any_object(), finger], &[object(1, 4), at(5)], 8).is_empty());
-        let blue = Pattern::new(
-            OBJECT,
-            [(COLOUR, Term::Constant(Value::Symbol(SymbolId(1)))), (FIELD, Term::Variable(Variable(0)))],
-        );
-        assert!(bindings(&[blue], &[object(2, 4)], 8).is_empty());
     }
 }

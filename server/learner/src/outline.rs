@@ -1,6 +1,8 @@
 //! What equation (1) and generalisation read of a concrete schema, side by side: looking at every schema that can be
 //! reached takes a few cache lines each.
 
+use std::collections::BTreeSet;
+
 use rustc_hash::FxHashMap;
 
 use crate::bound::predicted;
@@ -8,7 +10,9 @@ use crate::groups::GroupId;
 use crate::memory::Content;
 use crate::observation::TypeId;
 use crate::parameters::{Parameters, TypeRules};
-use crate::schema::{Concrete, ObservationId, PostCondition, Schema, signature};
+use crate::schema::{
+    ASSOCIATIONS_MAX, Association, Concrete, ObservationId, PostCondition, Schema, SchemaId, signature,
+};
 use crate::vocabulary::PrimitiveId;
 
 /// What an index is made from.
@@ -74,8 +78,8 @@ pub(crate) struct Outline {
     pub(crate) class: ClassId,
     /// Its post-conditions that matter to either, in order. As probabilities seldom change, so does this.
     predicted: List,
-    /// Whether any of its associations, strong or not, has some property.
-    pub(crate) associated: bool,
+    /// Which of its associations, by place, may be strong and can excite: the others make no difference.
+    pub(crate) associated: u32,
 }
 
 impl Outline {
@@ -104,7 +108,7 @@ impl Outline {
             })
             .filter(|p| p.excites || p.changes)
             .collect();
-        let associated = schema.associations.iter().any(|a| excites(a.observation));
+        let associated = associated(Basis { content, rules, parameters }, schema);
         Self { action: concrete.action, group, class, predicted, associated }
     }
 
@@ -121,6 +125,20 @@ impl Outline {
     }
 }
 
+const _: () = assert!(ASSOCIATIONS_MAX <= u32::BITS as usize);
+
+/// Which associations of a schema, by place, are strong for themselves or are events (which are by what other schemas are
+/// associated with), and of some property. Most are neither: bystanders, that were there once or twice.
+pub(crate) fn associated(Basis { content, rules, parameters }: Basis<'_>, schema: &Schema) -> u32 {
+    let may = |association: &Association| {
+        let observation = content.observation(association.observation);
+        let strong = || association.count.interval().0 >= parameters.association_low_min;
+        !observation.properties().is_empty() && (rules.transient(observation.kind()) || strong())
+    };
+    let associations = schema.associations.iter().enumerate();
+    associations.filter(|(_, association)| may(association)).fold(0, |all, (at, _)| all | 1 << at)
+}
+
 /// A class of similar schemas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ClassId(u32);
@@ -129,17 +147,19 @@ pub(crate) struct ClassId(u32);
 type Likeness = [Vec<TypeId>; 3];
 
 /// Classes of schemas with "the same number of the same type of observations for their pre-conditions and
-/// post-conditions" (II-E), and how many schemas each has.
+/// post-conditions" (II-E).
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Classes {
     by_likeness: FxHashMap<Likeness, ClassId>,
-    sizes: Vec<usize>,
+    /// By class. A tree, for schemas enter and leave large ones.
+    members: Vec<BTreeSet<SchemaId>>,
 }
 
 impl Classes {
-    /// The class of a schema as it is now, which is one larger for it.
+    /// The class of a schema as it is now, of which it is from now on.
     pub(crate) fn enter(
         &mut self,
+        id: SchemaId,
         Basis { content, parameters, .. }: Basis<'_>,
         concrete: &Concrete,
     ) -> ClassId {
@@ -150,22 +170,22 @@ impl Classes {
             signature(chosen.map(|p| kind(p.what)))
         };
         let likeness = [signature(concrete.pre.iter().map(|o| kind(*o))), post(false), post(true)];
-        let next = ClassId(u32::try_from(self.sizes.len()).unwrap_or(u32::MAX));
+        let next = ClassId(u32::try_from(self.members.len()).unwrap_or(u32::MAX));
         let class = *self.by_likeness.entry(likeness).or_insert(next);
         if class == next {
-            self.sizes.push(0);
+            self.members.push(BTreeSet::new());
         }
-        self.sizes[class.0 as usize] += 1;
+        self.members[class.0 as usize].insert(id);
         class
     }
 
-    /// One schema less is in `class`.
-    pub(crate) fn leave(&mut self, class: ClassId) {
-        self.sizes[class.0 as usize] -= 1;
+    /// The schema is not in `class` any more.
+    pub(crate) fn leave(&mut self, id: SchemaId, class: ClassId) {
+        self.members[class.0 as usize].remove(&id);
     }
 
-    /// How many schemas are in `class`.
-    pub(crate) fn size(&self, class: ClassId) -> usize {
-        self.sizes[class.0 as usize]
+    /// The schemas of `class`, the newest first.
+    pub(crate) fn newest(&self, class: ClassId) -> impl Iterator<Item = SchemaId> + '_ {
+        self.members[class.0 as usize].iter().rev().copied()
     }
 }

@@ -11,7 +11,7 @@ use crate::choice::known_ids;
 use crate::effect::ChainLink;
 use crate::goals::{Goal, best_match, fits, holds};
 use crate::memory::Memory;
-use crate::observation::{Observation, Substitution, bindings};
+use crate::observation::{Observation, Substitution};
 use crate::schema::{ObservationId, PostCondition, SchemaId};
 use crate::target_action::reliability;
 use crate::vocabulary::{BodyId, PrimitiveId};
@@ -170,7 +170,9 @@ fn generalised_finals(
     let mut found = Vec::new();
     for id in memory.index().generalised() {
         let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
-        for binding in bindings(&generalised.pre, reach.context(access).observations(), BINDINGS_MAX) {
+        for binding in
+            memory.index().bindings(*id, generalised, reach.context(access).observations(), BINDINGS_MAX)
+        {
             let Some(bound) = Bound::new(content, *id, &binding) else { continue };
             if !has_part(memory, &bound, goal) {
                 continue;

@@ -12,7 +12,7 @@ use crate::chaining::{BINDINGS_MAX, Node, can_do, carrier};
 use crate::effect::ChainLink;
 use crate::groups::GroupId;
 use crate::memory::Memory;
-use crate::observation::{Observation, Substitution, bindings};
+use crate::observation::{Observation, Substitution};
 use crate::outline::Change;
 use crate::schema::{ObservationId, SchemaId};
 use crate::target_action::reliability;
@@ -246,7 +246,8 @@ impl Search<'_> {
         for id in memory.index().generalised_changing() {
             let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
             let node = &self.found.nodes[at];
-            let bindings = bindings(&generalised.pre, node.context.observations(), BINDINGS_MAX);
+            let bindings =
+                memory.index().bindings(*id, generalised, node.context.observations(), BINDINGS_MAX);
             for (number, binding) in bindings.into_iter().enumerate() {
                 let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
                 let (Some(target), Some(bound)) = (target, Bound::new(content, *id, &binding)) else {

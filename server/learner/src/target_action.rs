@@ -3,7 +3,7 @@
 use crate::bound;
 use crate::memory::Memory;
 use crate::observation::Observation;
-use crate::schema::{Concrete, ObservationId, SchemaId};
+use crate::schema::{Concrete, SchemaId};
 use crate::vocabulary::PrimitiveId;
 
 /// "The simplest context": of the schemas with this action whose pre-conditions are among those of
@@ -22,29 +22,23 @@ pub(crate) fn simplest(memory: &Memory, seed: &Concrete) -> Option<SchemaId> {
         .map(|(_, id)| id)
 }
 
+/// What the action of `seed` is predicted to bring about in the simplest context; nothing if none simpler is known.
+pub(crate) fn achieved<'a>(
+    memory: &'a Memory,
+    seed: &Concrete,
+) -> impl Iterator<Item = &'a Observation> + 'a {
+    let known = simplest(memory, seed).and_then(|id| memory.content().schema(id)?.concrete());
+    let post = known.map_or(&[][..], |known| &known.post).iter();
+    let predicted = post.filter(|post| !post.absent && bound::predicted(post.count, memory.parameters()));
+    predicted.map(|post| memory.content().observation(post.what))
+}
+
 /// The target that stands for the action of `seed`: what the action achieves in the simplest context, in
 /// canonical order. None if nothing simpler is known, or nothing that it achieves.
 pub(crate) fn target(memory: &Memory, seed: &Concrete) -> Option<Vec<Observation>> {
-    let simplest = memory.content().schema(simplest(memory, seed)?)?.concrete()?;
-    let mut target: Vec<_> = simplest
-        .post
-        .iter()
-        .filter(|post| !post.absent && bound::predicted(post.count, memory.parameters()))
-        .map(|post| memory.content().observation(post.what).clone())
-        .collect();
+    let mut target: Vec<_> = achieved(memory, seed).cloned().collect();
     target.sort_unstable();
     (!target.is_empty()).then_some(target)
-}
-
-/// Whether the action of `schema`, known in a simpler context, achieves all of `target`.
-pub(crate) fn achieves(memory: &Memory, schema: &Concrete, target: &[ObservationId]) -> bool {
-    let simplest = simplest(memory, schema).and_then(|id| memory.content().schema(id)?.concrete());
-    simplest.is_some_and(|known| {
-        target.iter().all(|wanted| {
-            let post = known.post.iter().find(|post| post.what == *wanted && !post.absent);
-            post.is_some_and(|post| bound::predicted(post.count, memory.parameters()))
-        })
-    })
 }
 
 /// Of times asked for, the share that the body carried the action out, counting one success in advance:

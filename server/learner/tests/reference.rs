@@ -6,6 +6,8 @@
 // A test may stop at what cannot be; every number here is small.
 #![allow(clippy::unwrap_used)]
 
+#[path = "reference/binding.rs"]
+mod binding;
 #[path = "reference/chains.rs"]
 mod chains;
 #[path = "reference/choosing.rs"]

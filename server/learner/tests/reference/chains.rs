@@ -1,7 +1,7 @@
 //! Chains and the achievement of targets: a plain Dijkstra over contexts, made anew in every step.
 
 use pschema_learner::effect::ChainLink;
-use pschema_learner::observation::{Observation, Substitution, bindings};
+use pschema_learner::observation::{Observation, Substitution};
 use pschema_learner::schema::SchemaId;
 use pschema_learner::vocabulary::PrimitiveId;
 
@@ -74,7 +74,7 @@ impl Reference {
         }
         let here = Reached { probability: 1.0, chain: Vec::new(), ..from.clone() };
         for schema in self.memory.schemas.iter().filter(|s| s.action.is_none() && !s.retired) {
-            for binding in bindings(&schema.pre, &from.context, BINDINGS_MAX) {
+            for binding in schema.bindings(&from.context, BINDINGS_MAX) {
                 if let Some(way) = self.achieve(repertoire, schema, &binding, std::slice::from_ref(&here))
                     && !self.stands_in(&schema.pre(&binding), way.action)
                 {

@@ -2,7 +2,7 @@
 
 use pschema_learner::decision::Subject;
 use pschema_learner::effect::{ChainLink, Execution};
-use pschema_learner::observation::{Observation, Substitution, bindings};
+use pschema_learner::observation::{Observation, Substitution};
 use pschema_learner::schema::SchemaId;
 use pschema_learner::vocabulary::PrimitiveId;
 use pschema_learner::world_state::WorldState;
@@ -39,7 +39,7 @@ impl Reference {
             candidates.extend(self.candidate(schema, action, link, from, world, drive));
         }
         for schema in schemas.iter().filter(|s| s.action.is_none() && !s.retired) {
-            for binding in bindings(&schema.pre, &self.context(world), BINDINGS_MAX) {
+            for binding in schema.bindings(&self.context(world), BINDINGS_MAX) {
                 let Some(way) = self.achieve(repertoire, schema, &binding, &reached) else { continue };
                 let stands_in =
                     way.from.chain.is_empty() && self.stands_in(&schema.pre(&binding), way.action);

@@ -2,12 +2,16 @@
 
 use pschema_learner::effect::Effect;
 use pschema_learner::observation::{
-    Observation, Pattern, PropertyId, Substitution, Term, TypeId, Value, Variable, bindings,
+    Observation, Pattern, PropertyId, Substitution, Term, TypeId, Value, Variable,
 };
 use pschema_learner::schema::SchemaId;
 
+use super::binding::ways;
 use super::learner::Reference;
 use super::schema::{Schema, put_in};
+
+/// Similar schemas that a generalisation is tested against: the newest.
+const SIMILAR_MAX: usize = 64;
 
 /// What generalisation compares: conditions, and what is predicted.
 #[derive(Clone)]
@@ -47,6 +51,7 @@ impl Reference {
             .filter(|s| s.action.is_some() && self.signature(s) == signature)
             .map(|s| s.id)
             .collect();
+        let similar = &similar[similar.len().saturating_sub(SIMILAR_MAX)..];
         let examples: Vec<SchemaId> =
             similar.iter().copied().filter(|id| self.represents(&lifted, *id)).collect();
         let parameters = &self.memory.parameters;
@@ -144,7 +149,7 @@ impl Reference {
         let target = self.target(id);
         let outcome = [false, true].map(|absent| sorted(self.predicted(schema, absent)));
         lifted.pre.len() == pre.len()
-            && bindings(&lifted.pre, &pre, usize::MAX).iter().any(|binding| {
+            && ways(&lifted.pre, &pre).iter().any(|(_, binding)| {
                 let bound = [false, true].map(|absent| {
                     let chosen = lifted.post.iter().filter(|(_, a)| *a == absent);
                     sorted(chosen.map(|(pattern, _)| put_in(pattern, binding)).collect())

@@ -153,7 +153,7 @@ enum Contact {
     Taken,
 }
 
-/// The paper's table: a finger (own), one or two blocks, touch, words; each primitive brings the finger to
+/// The paper's table: a finger (own), up to four blocks, touch, words; each primitive brings the finger to
 /// a place, and blocks that lie there are felt, and perhaps pushed or taken.
 fn table_plan() -> impl Strategy<Value = Plan> {
     let kind = |own, transient, heard, properties| Kind { own, transient, heard, properties };
@@ -164,7 +164,7 @@ fn table_plan() -> impl Strategy<Value = Plan> {
         kind(false, true, true, 1),
     ];
     let contact = || prop::sample::select(vec![Contact::Felt, Contact::Pushed, Contact::Taken]);
-    (3..=7_i64, 1..=2_usize).prop_flat_map(move |(places, blocks)| {
+    (3..=7_i64, 1..=4_usize).prop_flat_map(move |(places, blocks)| {
         let kinds = kinds.clone();
         let contacts = prop_oneof![
             vec(contact(), places as usize),

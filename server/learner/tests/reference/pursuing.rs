@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use pschema_learner::effect::{ChainLink, Effect, Execution};
-use pschema_learner::observation::{Observation, Pattern, Substitution, Term, Value, Variable, bindings};
+use pschema_learner::observation::{Observation, Pattern, Substitution, Term, Value, Variable};
 use pschema_learner::plan::CHAINS_WEIGHED_MAX;
 use pschema_learner::probability::Count;
 use pschema_learner::pursuit::{Because, Ending, PlanMade, PursuitEffect};
@@ -244,7 +244,7 @@ impl Reference {
         }
         let here = Reached { probability: 1.0, chain: Vec::new(), ..reached.clone() };
         for schema in self.memory.schemas.iter().filter(|s| s.action.is_none() && !s.retired) {
-            for binding in bindings(&schema.pre, &reached.context, BINDINGS_MAX) {
+            for binding in schema.bindings(&reached.context, BINDINGS_MAX) {
                 if !has_part(schema, &binding) {
                     continue;
                 }
