@@ -49,6 +49,8 @@ pub(crate) struct Archive {
     pub(crate) storage: Arc<dyn Storage>,
     pub(crate) setting: Setting,
     pub(crate) history_bytes: Option<u64>,
+    /// Snapshots that were found damaged at the start.
+    pub(crate) damaged: Vec<u64>,
 }
 
 impl Archivist {
@@ -144,7 +146,7 @@ impl Archive {
         };
         shared.snapshot_bytes.store(bytes, Ordering::Release);
         shared.snapshot.store(content.step + 1, Ordering::Release);
-        let removed = retention::tidy(storage, self.history_bytes)?;
+        let removed = retention::tidy(storage, self.history_bytes, &self.damaged)?;
         shared.removed_bytes.fetch_add(removed, Ordering::AcqRel);
         shared.oldest_step.store(retention::kept(storage)?.oldest_step, Ordering::Release);
         Ok(())

@@ -232,7 +232,8 @@ fn open_in(
             begun_as = %manifest.learner, now = %options.learner, "the memory was begun under another name"
         );
     }
-    let recovery::Recovery { replay, end, found } = recovery::recover(&*storage, &manifest, None)?;
+    let recovery::Recovery { replay, end, found, batches, damaged } =
+        recovery::recover(&*storage, &manifest, None)?;
     let mut setting = replay.setting;
     let changed = options.setting_given && !manifest::same(&setting, &given)?;
     if changed && !options.change {
@@ -261,7 +262,7 @@ fn open_in(
     }
     let start = Start {
         kept: retention::kept(&*storage)?,
-        archive: Archive { storage, setting, history_bytes: options.retention.history_bytes },
+        archive: Archive { storage, setting, history_bytes: options.retention.history_bytes, damaged },
         journal,
         durability: options.durability,
         step: found.step,
@@ -269,9 +270,9 @@ fn open_in(
         since_snapshot: found.journal_bytes,
         snapshot_bytes: options.retention.snapshot_bytes,
         overdue: end.segments.len() > SEGMENTS_READ_MAX,
-        // After a clean end the digest is all that follows.
+        // After a clean end the digest is all that follows; an order may have come with no step.
         at_snapshot: found.snapshot_step == Some(found.step)
-            && found.frames <= 1
+            && batches == 0
             && !changed
             && found.torn.is_none(),
     };

@@ -122,6 +122,10 @@ pub(crate) struct Recovery {
     pub(crate) replay: Replay,
     pub(crate) end: End,
     pub(crate) found: Recovered,
+    /// Frames among those replayed that changed memory.
+    pub(crate) batches: u64,
+    /// Snapshots that were passed over.
+    pub(crate) damaged: Vec<u64>,
 }
 
 /// Memory as the disk has it, and where its journal ends; or as it was after step `until`, orders that came before the
@@ -131,14 +135,15 @@ pub(crate) fn recover(
     manifest: &Manifest,
     until: Option<u64>,
 ) -> Result<Recovery, StoreError> {
-    let (mut replay, from, snapshot_step) = match snapshot::newest(storage, until)? {
+    let snapshot::Search { sound, damaged } = snapshot::search(storage, until)?;
+    let (mut replay, from, snapshot_step) = match sound {
         Some((whole, place)) => {
             let step = whole.content.step;
             (Replay::from_snapshot(whole)?, place, Some(step))
         }
         None => (Replay::birth(manifest)?, Place::default(), None),
     };
-    let mut frames = 0;
+    let (mut frames, mut batches) = (0, 0);
     let end = journal::read::<StoreError>(storage, from, |shown| {
         let wrong = |problem| unplayable(storage, &shown, problem);
         let record = codec::decode(shown.payload).map_err(|error| wrong(error.to_string()))?;
@@ -148,6 +153,7 @@ pub(crate) fn recover(
             return Ok(ControlFlow::Break(()));
         }
         frames += 1;
+        batches += u64::from(matches!(record, Record::Batch { .. }));
         replay.apply(record, shown.place.number).map_err(wrong)?;
         Ok(ControlFlow::Continue(()))
     })?;
@@ -158,7 +164,7 @@ pub(crate) fn recover(
         journal_bytes: end.bytes,
         torn: end.torn.clone(),
     };
-    Ok(Recovery { replay, end, found })
+    Ok(Recovery { replay, end, found, batches, damaged })
 }
 
 /// A frame that can't be replayed.

@@ -70,12 +70,18 @@ pub(crate) struct Kept {
     pub(crate) oldest_step: u64,
 }
 
-/// Removes what is to be kept no longer. Returns how much journal that was.
-pub(crate) fn tidy(storage: &dyn Storage, history: Option<u64>) -> Result<u64, StoreError> {
+/// Removes what is to be kept no longer. Returns how much journal that was. Snapshots that are known to be `damaged` count
+/// for nothing, and go when they are older than what is always kept.
+pub(crate) fn tidy(storage: &dyn Storage, history: Option<u64>, damaged: &[u64]) -> Result<u64, StoreError> {
     let disk = |name: &str| StoreError::disk("remove", storage.path(name));
     let segments = segments(storage)?;
     let snapshots = snapshot::numbers(storage).map_err(disk(snapshot::DIRECTORY))?;
-    let plan = plan(&segments, &snapshots, history);
+    let (sound, unsound): (Vec<u64>, Vec<u64>) =
+        snapshots.into_iter().partition(|number| !damaged.contains(number));
+    let mut plan = plan(&segments, &sound, history);
+    if let Some(older) = sound.len().checked_sub(NEWEST).and_then(|at| sound.get(at)) {
+        plan.snapshots.extend(unsound.iter().filter(|number| *number < older));
+    }
     for number in &plan.snapshots {
         let name = snapshot::name(*number);
         storage.remove(&name).map_err(disk(&name))?;

@@ -91,7 +91,21 @@ pub(crate) fn newest(
     storage: &dyn Storage,
     until: Option<u64>,
 ) -> Result<Option<(Whole, Place)>, StoreError> {
+    Ok(search(storage, until)?.sound)
+}
+
+/// What a search for the newest sound snapshot found.
+#[derive(Debug)]
+pub(crate) struct Search {
+    pub(crate) sound: Option<(Whole, Place)>,
+    /// The numbers of newer ones that are damaged or can't be read.
+    pub(crate) damaged: Vec<u64>,
+}
+
+/// As [`newest`], and what was passed over.
+pub(crate) fn search(storage: &dyn Storage, until: Option<u64>) -> Result<Search, StoreError> {
     let numbers = numbers(storage).map_err(StoreError::disk("read", storage.path(DIRECTORY)))?;
+    let mut damaged = Vec::new();
     for number in numbers.iter().rev() {
         let file = name(*number);
         let found = match (until, step(storage, *number)) {
@@ -101,7 +115,7 @@ pub(crate) fn newest(
         };
         // A disk that can't read one snapshot may well read the one before.
         match found {
-            Ok(Some(found)) => return Ok(Some(found)),
+            Ok(Some(found)) => return Ok(Search { sound: Some(found), damaged }),
             Ok(None) => {
                 tracing::error!(file = storage.path(&file), "the snapshot is damaged; an older one is used")
             }
@@ -109,9 +123,10 @@ pub(crate) fn newest(
                 tracing::error!(file = storage.path(&file), %error, "the snapshot can't be read; an older one is used")
             }
         }
+        damaged.push(*number);
     }
     // Without any, the journal must begin at its beginning: it says so itself if it does not.
-    Ok(None)
+    Ok(Search { sound: None, damaged })
 }
 
 /// The step that a snapshot was made at, if its beginning is sound and its version ours.

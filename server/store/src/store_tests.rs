@@ -200,6 +200,17 @@ fn a_memory_found_again_is_the_same_and_decides_alike() {
         let (learner, _, recovered) = opened(&damaged, seed, 60_000).unwrap();
         assert!(recovered.frames > 0);
         assert_eq!(digest(learner.memory().content()), digest(never_ended.memory().content()));
+        // It counts for nothing where two are to be kept: should the next one be damaged as well, the older one is there.
+        let mended = damaged.copy();
+        let (learner, writer, _) = opened(&mended, seed, 60_000).unwrap();
+        writer.finish(learner.memory().content()).unwrap();
+        let next =
+            mended.list("snapshot").unwrap().into_iter().filter(|name| name.ends_with(".snapshot")).max();
+        let next = format!("snapshot/{}", next.unwrap());
+        assert_ne!(next, newest);
+        mended.flip(&next, 4_000);
+        let (learner, _, _) = opened(&mended, seed, 60_000).unwrap();
+        assert_eq!(digest(learner.memory().content()), digest(never_ended.memory().content()));
         // Both damaged: the journal does not reach back far enough, and says so.
         damaged.flip(&format!("snapshot/{}", kept()[0]), 4_000);
         let error = opened(&damaged, seed, 60_000).unwrap_err();

@@ -39,7 +39,7 @@ pub use scan::{Files, Segment, Snapshot, Tail};
 pub use verify::{Checked, Finding, Progress};
 
 /// How often something is read again that a daemon changed meanwhile.
-const READ_AGAIN_MAX: u32 = 4;
+const READ_AGAIN_MAX: u32 = 16;
 
 /// Why a past can't be told.
 #[derive(Debug, thiserror::Error)]

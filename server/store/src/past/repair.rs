@@ -82,7 +82,21 @@ impl Past {
     /// # Errors
     /// When the directory can't be read, or nothing in it can be saved.
     pub fn plan_repair(&self) -> Result<Repair, PastError> {
-        super::beside(|| self.plan_repair_once())
+        for _ in 0..super::READ_AGAIN_MAX {
+            let before = self.names()?;
+            let repair = super::beside(|| self.plan_repair_once())?;
+            // What a daemon removes meanwhile looks damaged.
+            if repair.damage.is_empty() || self.names()? == before {
+                return Ok(repair);
+            }
+        }
+        self.plan_repair_once()
+    }
+
+    /// The numbers of the segments and snapshots there are.
+    pub(super) fn names(&self) -> Result<(Vec<u64>, Vec<u64>), PastError> {
+        let failed = StoreError::disk("read", self.storage.path(snapshot::DIRECTORY));
+        Ok((self.segments()?, snapshot::numbers(&*self.storage).map_err(failed)?))
     }
 
     fn plan_repair_once(&self) -> Result<Repair, PastError> {

@@ -306,7 +306,8 @@ fn beside_a_daemon_nothing_sound_is_taken_for_damaged() {
                 assert!(!matches!(tail, Tail::Damaged { .. }), "{tail:?}");
                 let checked = past.verify(false, &mut |_| ()).unwrap();
                 assert!(checked.sound, "{:?}", checked.findings);
-                assert!(past.plan_repair().unwrap().damage.is_empty());
+                let repair = past.plan_repair().unwrap();
+                assert!(repair.damage.is_empty(), "{:?}", repair.damage);
                 looked += 1;
             }
             looked

@@ -99,9 +99,11 @@ impl Past {
     /// When the directory can't be read.
     pub fn verify(&self, relearn: bool, told: &mut dyn FnMut(Progress)) -> Result<Checked, PastError> {
         for left in (0..READ_AGAIN_MAX).rev() {
+            let before = self.names()?;
             match self.verify_once(relearn, left == 0, told) {
-                // A daemon dropped meanwhile what it keeps no longer.
+                // A daemon dropped meanwhile what it keeps no longer, and what is left looks damaged.
                 Err(PastError::Store(error)) if left > 0 && is_gone(&error) => (),
+                Ok(checked) if left > 0 && !checked.sound && self.names()? != before => (),
                 done => return done,
             }
         }
