@@ -6,10 +6,12 @@ use std::time::{Duration, Instant};
 
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Description, Value};
+use pschema_protocol::picture::{FieldMark, Picture};
 use pschema_sim::declare::{Sensed, action, scene};
 use pschema_sim::manifold::JointPositions;
 use pschema_sim::touch::Side;
 use pschema_vision::eye::{Eye, Seen};
+use pschema_vision::image::RgbImage;
 
 use crate::arm::{Arm, Phase};
 use crate::config::Setup;
@@ -35,6 +37,9 @@ pub struct AdeptBody {
     operator: Operator,
     stop: Arc<AtomicBool>,
     last: Sensed,
+    /// What it saw last, and where the fields are in it: for people.
+    seen: Option<RgbImage>,
+    marks: Vec<FieldMark>,
     asked_at: Option<Instant>,
     told_at: Option<Instant>,
 }
@@ -52,7 +57,14 @@ impl AdeptBody {
         stop: Arc<AtomicBool>,
     ) -> Result<Self, String> {
         let setup = arm.setup().clone();
+        let fields = &setup.fields;
+        let marks = fields.centres_px().iter().map(|(u, v)| FieldMark {
+            x_px: *u as f32,
+            y_px: *v as f32,
+            radius_px: fields.radius_px() as f32,
+        });
         Ok(Self {
+            marks: marks.collect(),
             name: name.to_owned(),
             eye: setup.eye()?,
             setup,
@@ -61,6 +73,7 @@ impl AdeptBody {
             operator,
             stop,
             last: Sensed::default(),
+            seen: None,
             asked_at: None,
             told_at: None,
         })
@@ -69,6 +82,11 @@ impl AdeptBody {
     /// The arm.
     pub fn arm(&mut self) -> &mut Arm {
         &mut self.arm
+    }
+
+    /// The person beside it.
+    pub(crate) fn operator(&self) -> &Operator {
+        &self.operator
     }
 
     /// Takes a picture; where the finger is in it, in pixels.
@@ -97,7 +115,9 @@ impl AdeptBody {
         let signals = self.arm.signals()?;
         let image = self.source.frame()?;
         let seen = self.eye.look(&image);
-        Ok(sensed(&self.setup, signals, &seen))
+        let sensed = sensed(&self.setup, signals, &seen);
+        self.seen = Some(image);
+        Ok(sensed)
     }
 
     /// Whether the arm may be moved; if not, asks the person who can see to that, and waits a moment.
@@ -201,6 +221,16 @@ impl Body for AdeptBody {
             }
         }
         self.last.report(frame);
+    }
+
+    fn picture(&mut self) -> Option<Picture<'_>> {
+        let seen = self.seen.as_ref()?;
+        Some(Picture {
+            width_px: u32::try_from(seen.width_px()).ok()?,
+            height_px: u32::try_from(seen.height_px()).ok()?,
+            rgb: seen.as_rgb_bytes(),
+            fields: &self.marks,
+        })
     }
 
     fn act(&mut self, action: &Action) -> Outcome {

@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Translation3};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Description, Value};
+use pschema_protocol::picture::{FieldMark, Picture};
 use pschema_vision::blobs::Blob;
 use pschema_vision::image::RgbImage;
 
@@ -22,9 +23,11 @@ use crate::workspace::Workspace;
 use crate::world::{World, WorldSetup};
 
 mod driven;
+mod measured;
 mod moves;
 
 pub use driven::Felt;
+pub use measured::{Alone, Lap};
 
 /// An arm, a table, blocks and a camera.
 pub struct SimBody {
@@ -35,6 +38,8 @@ pub struct SimBody {
     eye: Eye,
     hand: Hand,
     faults: Faults,
+    /// The fields of the camera, for people.
+    marks: Vec<FieldMark>,
     pace: Option<Pace>,
     /// Where the arm is.
     at: Waypoint,
@@ -44,6 +49,8 @@ pub struct SimBody {
     /// For each block, steps since it last touched the finger.
     apart_steps: Vec<u32>,
     steps: u64,
+    /// Where the finger was in each step, while somebody wants to know.
+    path: Option<Vec<Isometry3<f64>>>,
 }
 
 impl SimBody {
@@ -79,23 +86,14 @@ impl SimBody {
             .arm
             .posture_by(&workspace.manifold, at)
             .ok_or_else(|| inconsistent("the arm does not reach its rest posture".into()))?;
-        let file = &workspace.file;
-        let setup = WorldSetup {
-            table_width_m: top.width_m,
-            table_y_m: top.y_m,
-            friction: file.table.friction.get(),
-            ball_radius_m: file.finger.ball_radius_mm.metres(),
-            shaft_radius_m: file.finger.shaft_radius_mm.metres(),
-            wrist_from_tip_m: workspace.arm.wrist_from_tip(),
-            blocks: file.objects.iter().map(Object::form).collect(),
-        };
-        let world = World::new(&setup, &finger_pose(&posture));
+        let world = World::new(&world_setup(&workspace), &finger_pose(&posture));
         Ok(Self {
             name: name.to_owned(),
             apart_steps: vec![u32::MAX; world.block_count()],
             world,
             renderer,
             eye,
+            marks: marks(&workspace),
             hand: Hand::new(seed),
             faults: Faults::new(workspace.file.noise, seed),
             pace: realtime.then(Pace::new),
@@ -103,6 +101,7 @@ impl SimBody {
             heading: OUTWARDS,
             posture,
             steps: 0,
+            path: None,
             workspace,
         })
     }
@@ -133,9 +132,30 @@ impl SimBody {
 
     /// Takes a picture and looks at it.
     pub fn look(&mut self) -> (&RgbImage, Seen) {
-        self.renderer.render(&solids(&self.workspace.file, &self.world, &self.posture));
-        let seen = self.eye.look_again(self.renderer.image(), self.renderer.changed());
+        self.render();
+        let seen = self.look_at_picture();
         (self.renderer.image(), seen)
+    }
+
+    /// Takes a picture. Each is to be looked at before the next is taken.
+    pub fn render(&mut self) {
+        self.renderer.render(&solids(&self.workspace.file, &self.world, &self.posture));
+    }
+
+    /// Looks at the picture that was just taken, where it differs from the one before.
+    pub fn look_at_picture(&mut self) -> Seen {
+        self.eye.look_again(self.renderer.image(), self.renderer.changed())
+    }
+
+    /// Looks at all of it, as at a camera's that does not say what has changed.
+    pub fn look_at_all(&mut self) -> Seen {
+        self.eye.look(self.renderer.image())
+    }
+
+    /// The picture that was taken last.
+    #[must_use]
+    pub fn image(&self) -> &RgbImage {
+        self.renderer.image()
     }
 
     /// Takes the arm to its rest posture, lifted clear of everything, as its operator does before reaching
@@ -159,6 +179,12 @@ impl SimBody {
         self.park();
         self.put(object, position)
     }
+}
+
+fn marks(workspace: &Workspace) -> Vec<FieldMark> {
+    let radius_px = workspace.fields.radius_px() as f32;
+    let mark = |(u, v): &(f64, f64)| FieldMark { x_px: *u as f32, y_px: *v as f32, radius_px };
+    workspace.fields.centres_px().iter().map(mark).collect()
 }
 
 impl Body for SimBody {
@@ -187,6 +213,16 @@ impl Body for SimBody {
             sensed.sides = touch::sides(&gaps, &self.posture.finger_turn);
         }
         sensed.report(frame);
+    }
+
+    fn picture(&mut self) -> Option<Picture<'_>> {
+        let image = self.renderer.image();
+        Some(Picture {
+            width_px: u32::try_from(image.width_px()).ok()?,
+            height_px: u32::try_from(image.height_px()).ok()?,
+            rgb: image.as_rgb_bytes(),
+            fields: &self.marks,
+        })
     }
 
     fn act(&mut self, action: &Action) -> Outcome {
@@ -223,6 +259,20 @@ impl Body for SimBody {
                 Outcome::Refused
             }
         }
+    }
+}
+
+fn world_setup(workspace: &Workspace) -> WorldSetup {
+    let file = &workspace.file;
+    let top = table_top(file);
+    WorldSetup {
+        table_width_m: top.width_m,
+        table_y_m: top.y_m,
+        friction: file.table.friction.get(),
+        ball_radius_m: file.finger.ball_radius_mm.metres(),
+        shaft_radius_m: file.finger.shaft_radius_mm.metres(),
+        wrist_from_tip_m: workspace.arm.wrist_from_tip(),
+        blocks: file.objects.iter().map(Object::form).collect(),
     }
 }
 

@@ -168,10 +168,30 @@ impl World {
         self.physics.bodies[block.body].set_enabled(false);
     }
 
-    /// Advances everything by one step, the finger to `finger`. Returns blocks lost in it.
-    pub fn step(&mut self, finger: &Isometry3<f64>) -> Vec<usize> {
+    /// Advances everything by one step, the finger to `finger`, and does nothing else.
+    pub(crate) fn step_alone(&mut self, finger: &Isometry3<f64>) {
         self.physics.bodies[self.finger].set_next_kinematic_position(pose(finger));
         self.physics.step();
+    }
+
+    /// Puts blocks and finger where they are in another world that was built alike.
+    pub(crate) fn be_as(&mut self, other: &Self) {
+        for (own, others) in self.blocks.iter_mut().zip(&other.blocks) {
+            own.present = others.present;
+            let at = *other.physics.bodies[others.body].position();
+            let body = &mut self.physics.bodies[own.body];
+            body.set_enabled(others.present);
+            body.set_position(at, true);
+            body.set_linvel(Vector::ZERO, true);
+            body.set_angvel(Vector::ZERO, true);
+        }
+        let finger = *other.physics.bodies[other.finger].position();
+        self.physics.bodies[self.finger].set_position(finger, true);
+    }
+
+    /// Advances everything by one step, the finger to `finger`. Returns blocks lost in it.
+    pub fn step(&mut self, finger: &Isometry3<f64>) -> Vec<usize> {
+        self.step_alone(finger);
         let lost = |world: &Self, index: usize| {
             let block = &world.blocks[index];
             let at = world.physics.bodies[block.body].translation();

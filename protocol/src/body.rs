@@ -8,6 +8,7 @@ pub use driver::{BodyLoop, Directive};
 pub use run::{Ending, RunError, RunOptions, RunSummary, run, run_from_args};
 
 use crate::description::{Action, Description, Value};
+use crate::picture::Picture;
 
 /// A body the learner can live in.
 pub trait Body {
@@ -20,6 +21,12 @@ pub trait Body {
     /// Carries `action` out, to its end, and says how it went. `action` is within the declared limits: its
     /// index is declared, it has one value a parameter, each of the declared kind and range.
     fn act(&mut self, action: &Action) -> Outcome;
+
+    /// What it saw when it last sensed, for people to look at; none when it has no eye, as most bodies. Asked for only
+    /// while a tool watches, some 30 times a second at most.
+    fn picture(&mut self) -> Option<Picture<'_>> {
+        None
+    }
 
     /// Arranges the surroundings as a curriculum asks. A body that declared no scene commands never
     /// gets one.

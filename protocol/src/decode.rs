@@ -1,11 +1,13 @@
 //! Claimed to checked. What came over shared memory is an allegation: it was copied once, and the copy
 //! is checked here. Pure functions: no input makes them panic, and nothing invalid passes.
 
-use crate::body::{Outcome, SensedObservation};
+use crate::body::Outcome;
+use crate::bounds::Bounds;
 use crate::check;
 use crate::description::{Action, ActionType, Description, ObservationType, Property, Value, ValueKind};
 use crate::limits::{LEARNER_NAME_BYTES_MAX, OBSERVATIONS_MAX, PRIMITIVES_MAX, WAIT_MS_MAX};
-use crate::message::{CheckedFrame, CheckedHello, RawFrame, RawHello, Reply, Report};
+use crate::message::{Checked, CheckedFrame, CheckedHello, RawFrame, RawHello, Reply, Report};
+use crate::observed::Observed;
 use crate::refusal::Refusal;
 use crate::wire::{
     MAGIC, Name, Record, TOOLS_VERSION, Text, VERSION, Welcome, WireActionType, WireObservationType,
@@ -188,18 +190,14 @@ fn action(place: &dyn Fn() -> String, from: &Record, declared: &[ActionType]) ->
     Ok(Action { action: from.index, parameters })
 }
 
-fn observation(
-    number: usize,
-    from: &Record,
-    declared: &[ObservationType],
-) -> Result<SensedObservation, Refusal> {
+/// Why a record is no observation of those declared.
+pub(crate) fn observation(number: usize, from: &Record, declared: &[ObservationType]) -> Result<(), Refusal> {
     let Some(kind) = declared.get(usize::from(from.index)) else {
         let place = format!("observation {number}");
         return Err(Refusal::UnknownIndex { place, found: from.index, declared: declared.len() });
     };
     let place = || format!("observation {number} ({})", kind.name);
-    let values = values(&place, "property", from, &kind.properties)?;
-    Ok(SensedObservation { observation_type: from.index, values })
+    values(&place, "property", from, &kind.properties).map(drop)
 }
 
 /// The daemon's side of one session: checks each frame against what came before it.
@@ -207,6 +205,7 @@ fn observation(
 pub struct Session {
     number: u64,
     description: Description,
+    bounds: Bounds,
     last_sequence: u64,
     /// Sequence of the frame whose reply was an order, until it is answered.
     ordered_at: Option<u64>,
@@ -216,7 +215,8 @@ impl Session {
     /// A session that has begun with a checked description. `number` is above zero.
     #[must_use]
     pub fn new(number: u64, description: Description) -> Self {
-        Self { number, description, last_sequence: 0, ordered_at: None }
+        let bounds = Bounds::of(&description.observation_types);
+        Self { number, description, bounds, last_sequence: 0, ordered_at: None }
     }
 
     /// The session's number.
@@ -244,7 +244,7 @@ impl Session {
     ///
     /// # Errors
     /// The first thing wrong with it.
-    pub fn frame(&mut self, from: &RawFrame) -> Result<CheckedFrame, Refusal> {
+    pub fn check<'a>(&mut self, from: &'a RawFrame) -> Result<Checked<'a>, Refusal> {
         let header = &from.header;
         preamble(header.magic, header.version)?;
         if header.session != self.number {
@@ -263,13 +263,25 @@ impl Session {
         let records = from.records.get(..claimed).filter(|_| claimed <= OBSERVATIONS_MAX);
         let records = records
             .ok_or(Refusal::ObservationCount { found: header.observation_count, held: from.records.len() })?;
-        let types = &self.description.observation_types;
-        let observations = records.iter().enumerate().map(|(number, one)| observation(number, one, types));
-        let observations = observations.collect::<Result<_, _>>()?;
+        for (number, record) in records.iter().enumerate() {
+            if !self.bounds.hold(record) {
+                observation(number, record, &self.description.observation_types)?;
+            }
+        }
         if report.is_some() {
             self.ordered_at = None;
         }
-        Ok(CheckedFrame { session: self.number, sequence: expected, report, observations })
+        let observations = Observed::of(records);
+        Ok(Checked { session: self.number, sequence: expected, report, observations })
+    }
+
+    /// As [`Session::check`], with everything copied, for who keeps the frame.
+    ///
+    /// # Errors
+    /// As [`Session::check`].
+    pub fn frame(&mut self, from: &RawFrame) -> Result<CheckedFrame, Refusal> {
+        let Checked { session, sequence, report, observations } = self.check(from)?;
+        Ok(CheckedFrame { session, sequence, report, observations: observations.to_vec() })
     }
 
     fn report(&self, number: u32, answers: u64) -> Result<Option<Report>, Refusal> {

@@ -3,12 +3,18 @@
 //! their units.
 
 mod goals;
+mod graph;
+mod live;
 mod stage;
+mod why_not;
 
 use serde::{Deserialize, Serialize};
 
 pub use goals::*;
+pub use graph::*;
+pub use live::*;
 pub use stage::*;
+pub use why_not::*;
 
 /// A question or an order from a tool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,7 +53,7 @@ pub enum Request {
     },
     /// What an action would do in the world as it is.
     Predict {
-        /// The action, as it prints: `move(j1=0.43, j2=0.84)`.
+        /// The action, as it prints: `move(j1=0.426, j2=0.817)`.
         action: String,
     },
     /// How a goal could be brought about from the world as it is.
@@ -69,6 +75,17 @@ pub enum Request {
         /// Its number.
         number: u64,
     },
+    /// All that somebody who watches is shown.
+    Live(LiveQuery),
+    /// Schemas and what ties them together.
+    Graph(GraphQuery),
+    /// Why a schema was not executed.
+    WhyNot {
+        /// Its number.
+        schema: u32,
+        /// In this step; in the last decision when none is named.
+        step: Option<u64>,
+    },
 }
 
 /// Which schemas to list.
@@ -86,6 +103,8 @@ pub struct SchemaQuery {
     pub sort: SchemaSort,
     /// At most this many; 0 for the daemon's limit.
     pub limit: u32,
+    /// Leave out so many of the first in that order: those of the pages before.
+    pub offset: u32,
 }
 
 /// In which order to list schemas.
@@ -115,6 +134,8 @@ pub enum StageOrder {
     Hold,
     /// Go on.
     Resume,
+    /// Take one action, and wait again.
+    Step,
     /// Enter the stage of this name.
     Set(String),
 }
@@ -144,6 +165,12 @@ pub enum Answer {
     Plan(Box<Plan>),
     /// To [`Request::Achieve`], [`Request::Pursuit`] and [`Request::Cancel`].
     Pursuit(Box<Pursuit>),
+    /// To [`Request::Live`].
+    Live(Box<Live>),
+    /// To [`Request::Graph`].
+    Graph(Box<Graph>),
+    /// To [`Request::WhyNot`].
+    WhyNot(Box<WhyNot>),
 }
 
 /// How a daemon and its learner are.

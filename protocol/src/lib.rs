@@ -4,6 +4,7 @@
 //! daemon serves [`transport::server::ServerTransport`]. `docs/PROTOCOL.md` has the bytes.
 
 pub mod body;
+mod bounds;
 pub mod check;
 pub mod client;
 pub mod codec;
@@ -14,6 +15,8 @@ pub mod encode;
 pub mod inspect;
 pub mod limits;
 pub mod message;
+pub mod observed;
+pub mod picture;
 pub mod refusal;
 pub mod transport;
 pub mod wire;

@@ -35,6 +35,13 @@ pub const ANSWER_BYTES_MAX: usize = 16 * 1024 * 1024;
 /// Pages of the longest answer.
 pub const PAGES_MAX: usize = ANSWER_BYTES_MAX.div_ceil(PAGE_BYTES);
 
+/// Tools that may look at pictures at a time.
+pub const WATCHERS_MAX: usize = 4;
+/// Pixels of the largest picture; 1920 by 1200.
+pub const PICTURE_PIXELS_MAX: u32 = 1920 * 1200;
+/// Fields drawn into one picture.
+pub const PICTURE_FIELDS_MAX: usize = 16_384;
+
 // Indexes into these travel as u16.
 const _: () = assert!(OBSERVATION_TYPES_MAX <= 1 << 16);
 const _: () = assert!(ACTIONS_MAX <= 1 << 16);

@@ -2,6 +2,7 @@
 
 use crate::body::{Outcome, SensedObservation};
 use crate::description::{Action, Description};
+use crate::observed::Observed;
 use crate::wire::{FrameHeader, HelloHead, Record};
 
 /// A body's introduction as it travels: the head and the repertoire's records.
@@ -31,7 +32,20 @@ pub struct CheckedHello {
     pub description: Description,
 }
 
-/// A frame that passed every check.
+/// A frame that passed every check, its observations where they came to.
+#[derive(Clone, Copy, Debug)]
+pub struct Checked<'a> {
+    /// The session it belongs to.
+    pub session: u64,
+    /// Its number in the session, from 1.
+    pub sequence: u64,
+    /// How the last order went: none in the first frame of a session and after a `wait`.
+    pub report: Option<Report>,
+    /// What the body senses, in the order reported.
+    pub observations: Observed<'a>,
+}
+
+/// The same, for who keeps it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckedFrame {
     /// The session it belongs to.

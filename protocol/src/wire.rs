@@ -18,6 +18,9 @@ pub const VERSION: u32 = 1;
 /// `protocol/tests/tools_version.rs` sees to that.
 pub const TOOLS_VERSION: u32 = 1;
 
+/// Version of what a body sends with its pictures.
+pub const PICTURES_VERSION: u32 = 1;
+
 /// Bits of [`WireObservationType::flags`].
 pub mod flags {
     /// The observation is caused by the body itself.
@@ -310,6 +313,31 @@ pub struct Page {
     pub bytes: [u8; PAGE_BYTES],
 }
 
+/// What is sent with each picture; the picture's bytes are first its fields, then its pixels.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PictureHeader {
+    /// [`MAGIC`].
+    pub magic: u32,
+    /// [`PICTURES_VERSION`].
+    pub version: u32,
+    /// The session of the body that took it.
+    pub session: u64,
+    /// How many frames the body had exchanged in that session before it took it.
+    pub frame: u64,
+    /// Pixels in a row, at least 1.
+    pub width_px: u32,
+    /// Rows, at least 1.
+    pub height_px: u32,
+    /// Fields; each is three little-endian `f32`: x and y of its middle and its radius, in pixels.
+    pub field_count: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// Bytes of one field before the pixels, which are three bytes each, red, green and blue, row by row from the top.
+pub const PICTURE_FIELD_BYTES: usize = 12;
+
 /// Bytes of a page before what it carries.
 pub const PAGE_HEAD_BYTES: usize = 40;
 
@@ -334,4 +362,5 @@ const _: () = {
     assert!(size_of::<FrameHeader>() == 2 * 4 + 4 * 8 + 4 * 4);
     assert!(size_of::<WireReply>() == 2 * 4 + 2 * 8 + 4 * 4 + 72 + 260 + 4);
     assert!(size_of::<Page>() == PAGE_HEAD_BYTES + PAGE_BYTES);
+    assert!(size_of::<PictureHeader>() == 2 * 4 + 2 * 8 + 4 * 4);
 };

@@ -5,7 +5,9 @@
 
 use std::path::PathBuf;
 
-use pschema_protocol::inspect::{Answer, Request, SchemaSort, StageOrder, ValueText};
+use pschema_protocol::inspect::{
+    Answer, GraphScope, GraphTie, Request, SchemaSort, StageOrder, ValueText, Verdict,
+};
 use pschema_protocol::wire::TOOLS_VERSION;
 use serde_reflection::{Registry, Tracer, TracerConfig};
 
@@ -16,6 +18,9 @@ fn schema() -> Registry {
     tracer.trace_simple_type::<StageOrder>().unwrap();
     tracer.trace_simple_type::<SchemaSort>().unwrap();
     tracer.trace_simple_type::<ValueText>().unwrap();
+    tracer.trace_simple_type::<GraphScope>().unwrap();
+    tracer.trace_simple_type::<GraphTie>().unwrap();
+    tracer.trace_simple_type::<Verdict>().unwrap();
     tracer.trace_simple_type::<Answer>().unwrap();
     tracer.registry().unwrap()
 }

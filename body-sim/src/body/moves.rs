@@ -212,6 +212,9 @@ impl SimBody {
 
     pub(super) fn passed_a_step(&mut self) {
         self.steps += 1;
+        if let Some(path) = &mut self.path {
+            path.push(finger_pose(&self.posture));
+        }
         if let Some(pace) = &mut self.pace {
             pace.step();
         }

@@ -8,6 +8,7 @@ use crate::decode;
 use crate::description::Description;
 use crate::encode;
 use crate::message::{RawFrame, RawHello, Reply, Report};
+use crate::picture::Picture;
 use crate::refusal::Refusal;
 use crate::wire::WireReply;
 
@@ -95,6 +96,16 @@ impl<B: Body> BodyLoop<B> {
         let count = encode::observations(self.senses.observations(), &mut self.frame.records);
         self.frame.header = encode::frame_header(self.session, self.sequence, self.report, 0, count);
         &self.frame
+    }
+
+    /// The frame that was made last.
+    pub fn frame(&self) -> &RawFrame {
+        &self.frame
+    }
+
+    /// What the body saw when it made that frame, if it has an eye.
+    pub fn picture(&mut self) -> Option<Picture<'_>> {
+        self.body.picture()
     }
 
     /// Checks the reply to the last frame, and does what it orders.

@@ -185,12 +185,20 @@ impl<B: Body> Run<'_, B> {
     /// One session, to its end.
     fn session(&mut self, mut link: BodyLink) -> Result<Step<()>, RunError> {
         let mut refused_in_a_row = 0;
+        let mut frames = 0;
         loop {
             if self.stopped() {
                 link.detach();
                 return Ok(Step::End(Ending::Stopped));
             }
-            let reply = match link.exchange(self.driver.next_frame(), &self.options.stop) {
+            self.driver.next_frame();
+            if link.is_watched()
+                && let Some(picture) = self.driver.picture()
+            {
+                link.show(&picture, frames);
+            }
+            frames += 1;
+            let reply = match link.exchange(self.driver.frame(), &self.options.stop) {
                 Ok(reply) => reply,
                 Err(TransportError::Stopped) => return Ok(Step::End(Ending::Stopped)),
                 Err(error) => {

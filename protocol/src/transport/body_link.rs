@@ -6,16 +6,18 @@ use std::time::{Duration, Instant};
 use iceoryx2::pending_response::PendingResponse;
 
 use super::payload::{write_frame, write_hello};
+use super::pictures::PictureOffer;
 use super::reserve::reserve;
 use super::services::{self, FrameClient, Ipc, Role};
 use super::waker::{PeerBase, ROUSED};
-use super::{SPIN, TransportError, has_gone, setup};
+use super::{Spin, TransportError, has_gone, setup};
 use crate::decode::{self, CheckedWelcome};
 use crate::description::Description;
 use crate::domain::{DomainRecord, Place};
 use crate::encode;
 use crate::limits::BODIES_MAX;
 use crate::message::{RawFrame, RawHello};
+use crate::picture::Picture;
 use crate::wire::{FrameHeader, Welcome, WireFrame, WireReply, purpose};
 
 /// How often a waiting body looks whether the daemon lives and whether it shall stop.
@@ -30,10 +32,12 @@ type PendingReply = PendingResponse<Ipc, WireFrame, FrameHeader, WireReply, ()>;
 /// A body's connection to a daemon, with its session open.
 pub struct BodyLink {
     client: FrameClient,
+    pictures: PictureOffer,
     base: PeerBase,
     place: Place,
     record: DomainRecord,
     session: u64,
+    spin: Spin,
 }
 
 impl std::fmt::Debug for BodyLink {
@@ -67,7 +71,9 @@ impl BodyLink {
         let client = client.map_err(services::client_error("bodies", BODIES_MAX))?;
         reserve(&record.prefix, Some(client.id().value()))?;
         tracing::trace!("frame port open");
-        let mut link = Self { client, base, place: place.clone(), record, session: 0 };
+        let pictures = PictureOffer::open(&base.node, &record)?;
+        let mut link =
+            Self { client, pictures, base, place: place.clone(), record, session: 0, spin: Spin::usual() };
         let welcome = link.introduce(&hello, stop)?;
         match decode::welcome(&welcome).map_err(TransportError::Wrong)? {
             CheckedWelcome::Accepted { session, .. } => link.session = session,
@@ -106,10 +112,27 @@ impl BodyLink {
         }
     }
 
+    /// Polls for as long as `spin` says, instead of as usual.
+    pub fn set_spin(&mut self, spin: Spin) {
+        self.spin = spin;
+    }
+
     /// The number of the session.
     #[must_use]
     pub fn session(&self) -> u64 {
         self.session
+    }
+
+    /// Whether a tool watches what the body sees, and could do with another picture by now.
+    #[must_use]
+    pub fn is_watched(&self) -> bool {
+        self.pictures.is_wanted()
+    }
+
+    /// Sends a picture to the tools that watch, as that of the body after so many frames. What goes wrong is logged,
+    /// and no more pictures are sent in this session.
+    pub fn show(&mut self, picture: &Picture<'_>, frame: u64) {
+        self.pictures.send(picture, self.session, frame);
     }
 
     /// Sends a frame and waits for the reply, as long as the daemon lives: it may hold a reply until the
@@ -132,13 +155,15 @@ impl BodyLink {
         let start = Instant::now();
         let mut stopped = None;
         let mut silence = Silence::new(self.record.pid);
+        let mut spin = self.spin;
+        spin.happened(start);
         loop {
             if let Some(reply) = pending.receive().map_err(setup("receive a reply"))? {
                 tracing::trace!("reply received");
                 silence.over(start.elapsed());
                 return Ok(*reply.payload());
             }
-            if start.elapsed() < SPIN {
+            if spin.goes_on(Instant::now()) {
                 std::hint::spin_loop();
                 continue;
             }

@@ -1,27 +1,27 @@
 //! How messages travel: iceoryx2, named nowhere else. Request-response services for what is asked and
 //! answered, one event service a direction to wake who waits. Ports are single-threaded.
 
+pub mod bare;
 pub mod body_link;
 mod janitor;
 mod payload;
+pub mod pictures;
 mod replies;
 mod reserve;
 pub mod server;
 mod services;
+mod spin;
 pub mod tool_link;
 mod waker;
 
 use std::time::Duration;
 
 pub use services::VERSION;
+pub use spin::{SPIN_US_MAX, SPIN_VARIABLE, Spin};
 pub use waker::DaemonWaker;
 
 use crate::domain::DomainError;
 use crate::refusal::Refusal;
-
-/// How long a waiting process polls before it sleeps on an event. A reply mostly comes sooner, and waking
-/// from sleep costs some 20 µs; longer would take a core from whoever is to reply.
-pub(crate) const SPIN: Duration = Duration::from_micros(50);
 
 /// Why a message could not be exchanged.
 #[derive(Debug, thiserror::Error)]

@@ -11,7 +11,9 @@ use iceoryx2::request_mut_uninit::RequestMutUninit;
 use super::services::Ipc;
 use crate::limits::{OBSERVATIONS_MAX, PRIMITIVES_MAX};
 use crate::message::RawHello;
-use crate::wire::{FrameHeader, HelloHead, Page, Record, Welcome, WireFrame, WireHello, WireReply};
+use crate::wire::{
+    FrameHeader, HelloHead, Page, PictureHeader, Record, Welcome, WireFrame, WireHello, WireReply,
+};
 
 /// Names a wire type for iceoryx2, which compares name, size and alignment when a service is opened.
 macro_rules! shared {
@@ -34,6 +36,7 @@ shared! {
     WireFrame => "pschema.Frame.v1",
     WireReply => "pschema.Reply.v1",
     Page => "pschema.Page.v1",
+    PictureHeader => "pschema.Picture.v1",
 }
 
 type LoanedHello = RequestMutUninit<Ipc, MaybeUninit<WireHello>, (), Welcome, ()>;

@@ -1,6 +1,8 @@
 //! The daemon's end: what came in is handed out with a handle to reply by, whenever the daemon is ready to.
 
 use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use iceoryx2::identifiers::UniqueNodeId;
@@ -10,9 +12,11 @@ use super::janitor::Janitor;
 pub use super::replies::{AttachReply, FrameReply, RequestReply, Undelivered};
 use super::replies::{Bodies, Outbox, log_undelivered};
 use super::reserve::{close_to_others, reserve};
-use super::services::{self, AttachServer, FrameServer, FrameService, Ipc, Role, ToolServer, WakeListener};
+use super::services::{
+    self, AttachServer, FrameServer, FrameService, Ipc, PictureService, Role, ToolServer, WakeListener,
+};
 use super::waker::{PeerWaker, ROUSED};
-use super::{DaemonWaker, SPIN, TransportError, setup};
+use super::{DaemonWaker, Spin, TransportError, setup};
 use crate::decode;
 use crate::domain::OwnedDomain;
 use crate::encode;
@@ -78,8 +82,14 @@ pub struct ServerTransport {
     outbox: Outbox,
     bodies: Bodies,
     frame_service: FrameService,
+    /// Only kept: bodies and tools meet on it.
+    _pictures: PictureService,
     frame: RawFrame,
     next_check: Instant,
+    spin: Spin,
+    /// Whether something came since it last slept.
+    happened: bool,
+    woken: Arc<AtomicBool>,
     _janitor: Janitor,
     _node: Node<Ipc>,
     domain: OwnedDomain,
@@ -116,6 +126,7 @@ impl ServerTransport {
         let frame_service = services::frames(&node, Role::Daemon)?;
         let frames = frame_service.server_builder().set_backpressure_handler(services::fail_when_full);
         let frames = frames.create().map_err(setup("create the frame server"))?;
+        let pictures = services::pictures(&node, Role::Daemon)?;
         let janitor = Janitor::start(place, record)?;
         reserve(&record.prefix, None)?;
         // Last: whoever connects now finds every port.
@@ -129,11 +140,15 @@ impl ServerTransport {
             outbox: Outbox::default(),
             bodies: Bodies::default(),
             frame_service,
+            _pictures: pictures,
             frame: RawFrame {
                 header: encode::frame_header(0, 0, None, 0, 0),
                 records: Vec::with_capacity(OBSERVATIONS_MAX),
             },
             next_check: Instant::now(),
+            spin: Spin::usual(),
+            happened: false,
+            woken: Arc::default(),
             _janitor: janitor,
             _node: node,
             domain,
@@ -151,24 +166,41 @@ impl ServerTransport {
     /// # Errors
     /// [`TransportError::Setup`] when iceoryx2 refuses.
     pub fn waker(&self) -> Result<DaemonWaker, TransportError> {
-        DaemonWaker::create(self.domain.place(), self.domain.record())
+        DaemonWaker::create(self.domain.place(), self.domain.record(), self.woken.clone())
     }
 
-    /// Waits until something came in, someone woke this end, or `timeout` passed: polling first, then
-    /// asleep. Returns whether [`ServerTransport::poll`] has anything to do.
+    /// Polls for as long as `spin` says, instead of as usual.
+    pub fn set_spin(&mut self, spin: Spin) {
+        self.spin = spin;
+    }
+
+    /// Waits until something came in, someone woke this end, or `timeout` passed: polling first if something came
+    /// lately, then asleep. Returns whether [`ServerTransport::poll`] has anything to do.
     pub fn wait(&mut self, timeout: Duration) -> bool {
         let start = Instant::now();
+        let mut now = start;
+        // From now on, for what came last may have been worked on for long.
+        if std::mem::take(&mut self.happened) {
+            self.spin.happened(now);
+        }
         loop {
             if self.is_pending() {
+                self.happened = true;
                 return true;
             }
-            if start.elapsed() >= SPIN.min(timeout) {
+            // Before what is to be seen is looked at: whoever wakes this end from here on wakes it again.
+            if self.woken.swap(false, Ordering::AcqRel) {
+                self.happened = true;
+                return self.has_more(now);
+            }
+            if now.duration_since(start) >= timeout || !self.spin.goes_on(now) {
                 break;
             }
             std::hint::spin_loop();
+            now = Instant::now();
         }
-        let mut timeout = timeout.saturating_sub(start.elapsed());
-        timeout = timeout.min(self.next_check.saturating_duration_since(Instant::now()));
+        let mut timeout = timeout.saturating_sub(now.duration_since(start));
+        timeout = timeout.min(self.next_check.saturating_duration_since(now));
         if !self.outbox.borrow().is_empty() {
             timeout = timeout.min(RETRY_EVERY);
         }
@@ -178,7 +210,13 @@ impl ServerTransport {
             // A signal; the caller looks at its flags.
             tracing::trace!(?error, "woken");
         }
-        self.is_pending() || !self.outbox.borrow().is_empty() || Instant::now() >= self.next_check
+        let pending = self.is_pending();
+        self.happened = self.woken.swap(false, Ordering::AcqRel) || pending;
+        pending || self.has_more(Instant::now())
+    }
+
+    fn has_more(&self, now: Instant) -> bool {
+        !self.outbox.borrow().is_empty() || now >= self.next_check
     }
 
     fn is_pending(&self) -> bool {
@@ -217,8 +255,8 @@ impl ServerTransport {
             let claimed = usize::try_from(header.observation_count).unwrap_or(usize::MAX);
             self.frame.header = header;
             self.frame.records.clear();
-            let records = active.payload().records.iter().take(claimed.min(OBSERVATIONS_MAX));
-            self.frame.records.extend(records);
+            let records = active.payload().records.get(..claimed.min(OBSERVATIONS_MAX));
+            self.frame.records.extend_from_slice(records.unwrap_or_default());
             let FrameHeader { session, sequence, wake, .. } = header;
             let reply = FrameReply { active, session, sequence, wake, waker: self.waker.clone() };
             let own = self.session_of(&reply.active.header().node_id());

@@ -9,15 +9,17 @@ use iceoryx2::port::BackpressureAction;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::server::Server;
+use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
 use iceoryx2::service::Service as AnyService;
-use iceoryx2::service::port_factory::{event, request_response};
+use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
 
 use super::{TransportError, setup};
 use crate::domain::{DomainRecord, Place, private_file};
-use crate::limits::{BODIES_MAX, TOOLS_MAX};
-use crate::wire::{FrameHeader, Page, Welcome, WireFrame, WireHello, WireReply};
+use crate::limits::{BODIES_MAX, TOOLS_MAX, WATCHERS_MAX};
+use crate::wire::{FrameHeader, Page, PictureHeader, Welcome, WireFrame, WireHello, WireReply};
 
 /// Version of iceoryx2: every process on a domain must have the very same.
 pub const VERSION: &str = "0.10.0";
@@ -26,6 +28,9 @@ pub(super) type Ipc = ipc::Service;
 pub(super) type AttachService = request_response::PortFactory<Ipc, WireHello, (), Welcome, ()>;
 pub(super) type FrameService = request_response::PortFactory<Ipc, WireFrame, FrameHeader, WireReply, ()>;
 pub(super) type ToolService = request_response::PortFactory<Ipc, Page, (), Page, ()>;
+pub(super) type PictureService = publish_subscribe::PortFactory<Ipc, [u8], PictureHeader>;
+pub(super) type PicturePublisher = Publisher<Ipc, [u8], PictureHeader>;
+pub(super) type PictureSubscriber = Subscriber<Ipc, [u8], PictureHeader>;
 pub(super) type EventService = event::PortFactory<Ipc>;
 pub(super) type AttachServer = Server<Ipc, WireHello, (), Welcome, ()>;
 pub(super) type FrameServer = Server<Ipc, WireFrame, FrameHeader, WireReply, ()>;
@@ -41,7 +46,7 @@ pub(super) const PAGES_IN_FLIGHT: usize = 4;
 const ATTACHING_MAX: usize = BODIES_MAX + 2;
 /// Processes on a service at once: all peers, the daemon, its janitor and wakers, and room for the dead
 /// that are not cleaned up yet.
-const NODES_MAX: usize = 2 * (BODIES_MAX + TOOLS_MAX) + 8;
+const NODES_MAX: usize = 2 * (BODIES_MAX + TOOLS_MAX + WATCHERS_MAX) + 8;
 
 /// Whether a service is made or must be there.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -166,6 +171,26 @@ pub(super) fn tools(node: &Node<Ipc>, role: Role) -> Result<ToolService, Transpo
     match role {
         Role::Daemon => builder.create().map_err(setup("create the tool service")),
         Role::Peer => builder.open().map_err(setup("open the tool service")),
+    }
+}
+
+/// The service on which bodies send pictures to tools that watch. The daemon only makes it.
+pub(super) fn pictures(node: &Node<Ipc>, role: Role) -> Result<PictureService, TransportError> {
+    let builder = node
+        .service_builder(&service_name("pschema/pictures")?)
+        .publish_subscribe::<[u8]>()
+        .user_header::<PictureHeader>()
+        .max_publishers(BODIES_MAX)
+        .max_subscribers(WATCHERS_MAX)
+        .max_nodes(NODES_MAX)
+        .subscriber_max_buffer_size(1)
+        .subscriber_max_borrowed_samples(1)
+        .history_size(0)
+        // A watcher that is slow or stopped misses pictures, and holds up nobody.
+        .enable_safe_overflow(true);
+    match role {
+        Role::Daemon => builder.create().map_err(setup("create the picture service")),
+        Role::Peer => builder.open().map_err(setup("open the picture service")),
     }
 }
 

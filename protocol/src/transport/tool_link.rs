@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::reserve::reserve;
 use super::services::{self, Role, ToolClient};
 use super::waker::PeerBase;
-use super::{SPIN, TransportError, has_gone, setup};
+use super::{Spin, TransportError, has_gone, setup};
 use crate::decode;
 use crate::domain::{DomainRecord, Place};
 use crate::limits::{PAGE_BYTES, PAGES_MAX, REQUEST_BYTES_MAX, TOOLS_MAX};
@@ -61,6 +61,8 @@ impl ToolLink {
         tracing::trace!("request sent");
         let mut answer = Assembly { request: self.requests, pages: None, next: 0, bytes: Vec::new() };
         let mut progress = Instant::now();
+        let mut spin = Spin::usual();
+        spin.happened(progress);
         loop {
             let mut received = false;
             while let Some(page) = pending.receive().map_err(setup("receive an answer"))? {
@@ -74,8 +76,9 @@ impl ToolLink {
                 // There is room again.
                 self.base.notify();
                 progress = Instant::now();
+                spin.happened(progress);
             }
-            if progress.elapsed() < SPIN {
+            if spin.goes_on(Instant::now()) {
                 std::hint::spin_loop();
                 continue;
             }

@@ -4,6 +4,8 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::hash::{BuildHasher, RandomState};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use iceoryx2::port::notifier::{ListenerKey, Notifier};
 use iceoryx2::prelude::*;
@@ -19,6 +21,8 @@ pub(super) const ROUSED: EventId = EventId::new(1);
 
 /// Wakes the daemon out of [`super::server::ServerTransport::wait`], from any thread of the daemon.
 pub struct DaemonWaker {
+    /// Looked at by an end that polls.
+    woken: Arc<AtomicBool>,
     notifier: Notifier<ipc_threadsafe::Service>,
     /// The notifier lives on it.
     _node: Node<ipc_threadsafe::Service>,
@@ -31,15 +35,20 @@ impl fmt::Debug for DaemonWaker {
 }
 
 impl DaemonWaker {
-    pub(super) fn create(place: &Place, record: &DomainRecord) -> Result<Self, TransportError> {
+    pub(super) fn create(
+        place: &Place,
+        record: &DomainRecord,
+        woken: Arc<AtomicBool>,
+    ) -> Result<Self, TransportError> {
         let node = services::node::<ipc_threadsafe::Service>(place, record, "waker")?;
         let service = services::wake_daemon(&node, Role::Peer)?;
         let notifier = service.notifier_builder().create().map_err(setup("create a waker"))?;
-        Ok(Self { notifier, _node: node })
+        Ok(Self { woken, notifier, _node: node })
     }
 
     /// Wakes the daemon, or keeps it from sleeping the next time.
     pub fn wake(&self) {
+        self.woken.store(true, Ordering::Release);
         if let Err(error) = self.notifier.notify() {
             tracing::warn!(?error, "the daemon could not be woken");
         }

@@ -1,0 +1,150 @@
+//! Pictures on their way from bodies to tools: the newest only, sent only while somebody watches, and never
+//! waited for by anyone.
+
+use std::time::{Duration, Instant};
+
+use iceoryx2::port::subscriber::SubscriberCreateError;
+use iceoryx2::prelude::*;
+
+use super::reserve::reserve;
+use super::services::{self, Ipc, PicturePublisher, PictureService, PictureSubscriber, Role};
+use super::{TransportError, setup};
+use crate::domain::{DomainRecord, EpochGuard, PEER_SHARED_MEMORY_NEEDED, Place, require_shared_memory};
+use crate::limits::WATCHERS_MAX;
+use crate::picture::{Picture, Seen, read};
+use crate::wire::PictureHeader;
+
+/// No body sends pictures faster than this.
+const EVERY_MIN: Duration = Duration::from_millis(30);
+/// Pictures in shared memory at a time: one waits for each watcher, one is looked at by each, one is being written.
+const PICTURES_KEPT: u64 = 2 * WATCHERS_MAX as u64 + 1;
+
+/// A body's side. Whatever goes wrong costs pictures, and nothing else.
+pub(super) struct PictureOffer {
+    service: PictureService,
+    record: DomainRecord,
+    /// Made when somebody first watches; pictures of other sizes need another.
+    publisher: Option<(PicturePublisher, usize)>,
+    sent: Option<Instant>,
+    broken: bool,
+}
+
+impl PictureOffer {
+    pub(super) fn open(node: &Node<Ipc>, record: &DomainRecord) -> Result<Self, TransportError> {
+        let service = services::pictures(node, Role::Peer)?;
+        Ok(Self { service, record: record.clone(), publisher: None, sent: None, broken: false })
+    }
+
+    /// Whether somebody watches, and the last picture is old enough for another.
+    pub(super) fn is_wanted(&self) -> bool {
+        !self.broken
+            && self.service.dynamic_config().number_of_subscribers() > 0
+            && self.sent.is_none_or(|sent| sent.elapsed() >= EVERY_MIN)
+    }
+
+    /// Sends a picture to all who watch.
+    pub(super) fn send(&mut self, picture: &Picture<'_>, session: u64, frame: u64) {
+        self.sent = Some(Instant::now());
+        let Some(bytes) = picture.bytes() else {
+            return self.give_up(
+                &"the body's picture has no size, too large a size, or another than its bytes have",
+            );
+        };
+        if let Err(error) = self.try_send(picture, bytes, &picture.header(session, frame)) {
+            self.give_up(&error);
+        }
+    }
+
+    fn give_up(&mut self, problem: &dyn std::fmt::Display) {
+        tracing::warn!(%problem, "no pictures are sent");
+        self.broken = true;
+        self.publisher = None;
+    }
+
+    fn try_send(
+        &mut self,
+        picture: &Picture<'_>,
+        bytes: usize,
+        header: &PictureHeader,
+    ) -> Result<(), TransportError> {
+        if self.publisher.as_ref().is_none_or(|(_, room)| *room < bytes) {
+            // The old one first: a body has one.
+            self.publisher = None;
+            self.publisher = Some((self.publisher(bytes)?, bytes));
+        }
+        let Some((publisher, _)) = &self.publisher else { return Ok(()) };
+        let mut loan = publisher.loan_slice(bytes).map_err(setup("send a picture"))?;
+        *loan.user_header_mut() = *header;
+        picture.write(loan.payload_mut());
+        loan.send().map_err(setup("send a picture"))?;
+        Ok(())
+    }
+
+    fn publisher(&self, bytes: usize) -> Result<PicturePublisher, TransportError> {
+        let needed = u64::try_from(bytes).unwrap_or(u64::MAX).saturating_mul(PICTURES_KEPT + 1);
+        require_shared_memory(needed)?;
+        let builder = self.service.publisher_builder().initial_max_slice_len(bytes).max_loaned_samples(1);
+        let publisher = builder.create().map_err(setup("create a picture port"))?;
+        reserve(&self.record.prefix, Some(publisher.id().value()))?;
+        Ok(publisher)
+    }
+}
+
+/// A tool's side: the pictures of every body of a learner.
+pub struct PictureWatch {
+    subscriber: PictureSubscriber,
+    place: Place,
+    record: DomainRecord,
+    _node: Node<Ipc>,
+    /// Last, so that it is dropped last.
+    _epoch: EpochGuard,
+}
+
+impl std::fmt::Debug for PictureWatch {
+    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        to.debug_struct("PictureWatch").field("record", &self.record).finish_non_exhaustive()
+    }
+}
+
+impl PictureWatch {
+    /// Watches the bodies of the daemon that serves `place` now. From here on they send pictures, if they have any,
+    /// some 30 a second at most.
+    ///
+    /// # Errors
+    /// [`TransportError::Domain`] when no daemon serves the place, [`TransportError::Full`] when [`WATCHERS_MAX`] watch
+    /// already, [`TransportError::Setup`] when iceoryx2 refuses.
+    pub fn open(place: &Place) -> Result<Self, TransportError> {
+        let record = place.served()?;
+        require_shared_memory(PEER_SHARED_MEMORY_NEEDED)?;
+        let epoch = EpochGuard::new(place, &record);
+        let node = services::node::<Ipc>(place, &record, "watcher")?;
+        let service = services::pictures(&node, Role::Peer)?;
+        let subscriber = service.subscriber_builder().create().map_err(|error| match error {
+            SubscriberCreateError::ExceedsMaxSupportedSubscribers => {
+                TransportError::Full { sort: "watchers of pictures", limit: WATCHERS_MAX }
+            }
+            error => setup("watch pictures")(error),
+        })?;
+        Ok(Self { subscriber, place: place.clone(), record, _node: node, _epoch: epoch })
+    }
+
+    /// The newest picture that came since the last call, if any did; with several bodies, of any of them. Never waits.
+    ///
+    /// # Errors
+    /// [`TransportError::Wrong`] for what is no picture; what the transport said.
+    pub fn newest(&self) -> Result<Option<Seen>, TransportError> {
+        let mut newest = None;
+        // There is one for each body at most, and bodies may send on meanwhile.
+        for _ in 0..crate::limits::BODIES_MAX {
+            let Some(sample) = self.subscriber.receive().map_err(setup("receive a picture"))? else { break };
+            newest = Some(read(sample.user_header(), sample.payload()).map_err(TransportError::Wrong)?);
+        }
+        Ok(newest)
+    }
+
+    /// Whether the daemon still serves the learner; if not, nothing comes any more.
+    #[must_use]
+    pub fn is_current(&self) -> bool {
+        self.place.served().is_ok_and(|record| record.prefix == self.record.prefix)
+    }
+}
