@@ -3,7 +3,10 @@
 //! Its life is that of hardware in other robot software: unconnected, inactive, active; any error leads back, never
 //! straight on. What says that something or somebody stopped the arm for a reason is latched until a person resets it.
 
+mod ready;
+
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use pschema_protocol::body::Outcome;
@@ -201,7 +204,9 @@ impl Arm {
         }
         if !state.calibrated {
             return Some(
-                "the arm is not calibrated: CALIBRATE at the controller; it moves while it does".to_owned(),
+                "the arm is not calibrated, or not under the controller's control: see that the key is at AUTO, and \
+                 CALIBRATE at the controller; it moves while it does"
+                    .to_owned(),
             );
         }
         if state.moving {
@@ -256,35 +261,6 @@ impl Arm {
             self.disconnect();
         }
         enabled
-    }
-
-    fn enable_now(&mut self) -> Result<(), Fault> {
-        let Some(controller) = &mut self.controller else {
-            return Err(Fault::Other("nobody answers on the line".to_owned()));
-        };
-        if !self.may.moves {
-            self.phase = Phase::Active;
-            return Ok(());
-        }
-        if controller.state()?.latched {
-            controller.reset()?;
-        }
-        if !controller.state()?.power {
-            controller.power(true)?;
-            self.powered_by_us = true;
-        }
-        if self.may.home && !controller.state()?.calibrated {
-            tracing::warn!("calibrating: the arm moves by itself");
-            controller.calibrate()?;
-        }
-        let (state, joints) = (controller.state()?, controller.joints()?);
-        if let Some(why) = self.unfit(&state, &joints) {
-            return Err(Fault::Other(why));
-        }
-        self.phase = Phase::Active;
-        self.enabled = true;
-        tracing::info!(?joints, "enabled");
-        Ok(())
     }
 
     /// Moves no more until a person enables it again; nothing is sent.
@@ -387,6 +363,9 @@ impl Arm {
     }
 
     fn go_now(&mut self, to: JointPositions) -> Result<Outcome, Fault> {
+        if self.watch.signs().stop.load(Ordering::SeqCst) {
+            return Ok(Outcome::Refused);
+        }
         if let Some(silent) = self.watch.signs().daemon.as_ref().map(|daemon| daemon.age())
             && silent > self.watch.signs().silence_max
         {
@@ -422,6 +401,9 @@ impl Arm {
         let Some(controller) = &mut self.controller else { return Ok(Moved::Stopped) };
         self.switch.release();
         let watched = self.watch.motion();
+        if self.watch.signs().stop.load(Ordering::SeqCst) {
+            return Ok(Moved::Stopped);
+        }
         let ended = follow(controller.as_mut(), path, &self.setup, &self.watch, &self.switch);
         drop(watched);
         match ended {
@@ -457,6 +439,10 @@ impl Arm {
 
     /// After a touch: if it is no longer felt, goes on a little, to come to rest against what was met.
     fn press(&mut self, to: JointPositions) -> Result<Outcome, Fault> {
+        if self.switch.is_pressed() {
+            // Stopped just as it touched: nothing follows.
+            return Ok(Outcome::Failed);
+        }
         let untouched = if self.setup.file.touch.inverted { 0b1111 } else { 0 };
         let Some(controller) = &mut self.controller else { return Ok(Outcome::Done) };
         if controller.state()?.signals & 0b1111 != untouched {
@@ -499,11 +485,7 @@ impl Arm {
         if let Err(fault) = &standing {
             tracing::error!(%fault, "not known to stand still");
         }
-        if self.powered_by_us
-            && let Err(fault) = controller.power(false)
-        {
-            tracing::warn!(%fault, "high power stays on");
-        }
+        self.take_power();
         self.powered_by_us = false;
         self.enabled = false;
         self.disconnect();

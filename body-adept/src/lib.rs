@@ -233,15 +233,16 @@ pub fn arm_on(
     let silence_max = Duration::from_secs_f64(setup.file.motion.heartbeat_ms.get() / 1000.0);
     let signs = Signs { driver: Beat::default(), daemon, stop, silence_max };
     let watch = Watch::begin(signs, switch.clone()).map_err(system("start the watch"))?;
-    let connect = connector(setup.clone(), open);
+    let connect = connector(setup.clone(), open, watch.signs().driver.clone());
     Ok(Arm::new(setup.clone(), connect, switch, watch, recorder, may))
 }
 
 /// Connects to the controller in the mode that the arm file says.
-fn connector(setup: Arc<Setup>, mut open: OpenLine) -> Connect {
+fn connector(setup: Arc<Setup>, mut open: OpenLine, driver: Beat) -> Connect {
     Box::new(move |switch: &StopSwitch| {
         let line = open()?;
         let (joints, of) = (setup.gate.taught().joints(), &setup.file);
+        let (driver, inverted) = (driver.clone(), of.touch.inverted);
         let answer_wait = Duration::from_secs_f64(of.line.answer_ms.get() / 1000.0);
         let stop_bytes = match of.line.mode {
             Mode::Server => v_plus::program::STOP,
@@ -249,15 +250,19 @@ fn connector(setup: Arc<Setup>, mut open: OpenLine) -> Connect {
         };
         switch.connect(line.stopper()?, stop_bytes);
         Ok(match of.line.mode {
-            Mode::Server => Box::new(ProgramController::new(line, switch.clone(), joints, answer_wait))
-                as Box<dyn Controller>,
+            Mode::Server => {
+                Box::new(ProgramController::new(line, switch.clone(), driver, joints, inverted, answer_wait))
+                    as Box<dyn Controller>
+            }
             Mode::Monitor => {
                 let signals = of.touch.signals.map(|signal| signal.count() as u16);
                 Box::new(MonitorController::new(
                     line,
                     switch.clone(),
+                    driver,
                     setup.gate.tolerances().to_vec(),
                     signals,
+                    inverted,
                     answer_wait,
                 ))
             }
@@ -271,11 +276,7 @@ fn connector(setup: Arc<Setup>, mut open: OpenLine) -> Connect {
 /// When it cannot be enabled, or nobody does.
 pub fn enable(args: &AdeptArgs, body: &mut AdeptBody, stop: &AtomicBool) -> Result<(), AdeptError> {
     if !args.enable && !args.dry_run {
-        Operator::new(args.operator.clone()).ask(
-            &Wish::Enable("A learner will move the arm."),
-            PERSON_WAIT,
-            stop,
-        )?;
+        body.operator().ask(&Wish::Enable("A learner will move the arm."), PERSON_WAIT, stop)?;
     }
     let since = Instant::now();
     while let Err(fault) = body.arm().ensure_connected() {

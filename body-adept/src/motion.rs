@@ -29,6 +29,23 @@ pub(crate) fn follow(
     watch: &Watch,
     switch: &StopSwitch,
 ) -> Result<Moved, Fault> {
+    match follow_on(controller, path, setup, watch, switch) {
+        // A wait that the stop has ended.
+        Err(Fault::Stopped(_)) => {
+            controller.halt()?;
+            Ok(Moved::Stopped)
+        }
+        followed => followed,
+    }
+}
+
+fn follow_on(
+    controller: &mut dyn Controller,
+    path: &Permitted,
+    setup: &Setup,
+    watch: &Watch,
+    switch: &StopSwitch,
+) -> Result<Moved, Fault> {
     let begun = Instant::now();
     let time_max = Duration::from_secs_f64(setup.file.motion.time_max_s.get());
     controller.begin(path)?;
@@ -39,19 +56,8 @@ pub(crate) fn follow(
             controller.halt()?;
             return Ok(Moved::Stopped);
         }
-        match controller.follow()? {
-            None => {}
-            Some(Ended::Arrived) => return Ok(Moved::Arrived),
-            Some(Ended::Touched) => return Ok(Moved::Touched),
-            Some(Ended::Stopped) => return Ok(Moved::Stopped),
-            Some(Ended::Watchdog) => {
-                let text = "the controller's watchdog stopped the arm: this process was silent".to_owned();
-                return Err(Fault::Refused(Message { code: Some(11), text }));
-            }
-            Some(Ended::Fault(code)) => {
-                let text = "the motion was ended by an error".to_owned();
-                return Err(Fault::Refused(Message { code: Some(code), text }));
-            }
+        if let Some(ended) = controller.follow()? {
+            return moved(ended, switch);
         }
         if begun.elapsed() > time_max {
             switch.press(Pressed::OutOfTime);
@@ -59,8 +65,36 @@ pub(crate) fn follow(
             return Ok(Moved::OutOfTime);
         }
         asked += 1;
-        if asked % MEASURE_EVERY == 0 && setup.gate.check_joints(&controller.joints()?).is_err() {
+        if asked % MEASURE_EVERY == 0 && is_out_of_place(controller, setup)? {
             switch.press(Pressed::OutOfPlace);
         }
     }
+}
+
+fn moved(ended: Ended, switch: &StopSwitch) -> Result<Moved, Fault> {
+    match ended {
+        Ended::Arrived => Ok(Moved::Arrived),
+        Ended::Touched => Ok(Moved::Touched),
+        Ended::Stopped if switch.is_pressed() => Ok(Moved::Stopped),
+        // Somebody had a reason.
+        Ended::Stopped => Err(Fault::StoppedElsewhere),
+        Ended::Watchdog => {
+            let text = "the program on the controller stopped the arm: no line came for too long, or it met an error itself";
+            Err(Fault::Refused(Message { code: Some(11), text: text.to_owned() }))
+        }
+        Ended::Fault(code) => {
+            let text = "the motion was ended by an error".to_owned();
+            Err(Fault::Refused(Message { code: Some(code), text }))
+        }
+    }
+}
+
+/// Whether the arm passes where it may not be: seen twice, for one slip of a line without sums is no place.
+fn is_out_of_place(controller: &mut dyn Controller, setup: &Setup) -> Result<bool, Fault> {
+    for _ in 0..2 {
+        if setup.gate.check_joints(&controller.passing()?).is_ok() {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use thiserror::Error;
@@ -138,14 +139,17 @@ impl Wish<'_> {
 #[derive(Debug)]
 pub struct Operator {
     place: OperatorPlace,
-    typed: Option<Receiver<String>>,
 }
+
+/// Lines typed at the terminal: one reader for the life of the process, whoever asks. A second one would take the answer to
+/// the first one's next question.
+static TYPED: OnceLock<Mutex<Receiver<String>>> = OnceLock::new();
 
 impl Operator {
     /// Somebody there.
     #[must_use]
     pub fn new(place: OperatorPlace) -> Self {
-        Self { place, typed: None }
+        Self { place }
     }
 
     /// Whether there is anybody to ask.
@@ -162,10 +166,10 @@ impl Operator {
     ///
     /// # Errors
     /// Why it was not done.
-    pub fn ask(&mut self, wish: &Wish<'_>, wait: Duration, stop: &AtomicBool) -> Result<(), OperatorError> {
+    pub fn ask(&self, wish: &Wish<'_>, wait: Duration, stop: &AtomicBool) -> Result<(), OperatorError> {
         match &self.place {
             OperatorPlace::None => Err(OperatorError::Nobody),
-            OperatorPlace::Terminal => self.ask_terminal(wish, wait, stop),
+            OperatorPlace::Terminal => ask_terminal(wish, wait, stop),
             OperatorPlace::Socket(path) => {
                 let failed = |source| OperatorError::Socket { path: path.clone(), source };
                 match ask_socket(path, &wish.line(), wait, stop).map_err(failed)? {
@@ -184,39 +188,35 @@ impl Operator {
     ///
     /// # Errors
     /// Why it was not done.
-    pub fn arrange(&mut self, wish: &Wish<'_>, stop: &AtomicBool) -> Result<(), OperatorError> {
+    pub fn arrange(&self, wish: &Wish<'_>, stop: &AtomicBool) -> Result<(), OperatorError> {
         self.ask(wish, ARRANGE_WAIT, stop)
     }
+}
 
-    fn ask_terminal(
-        &mut self,
-        wish: &Wish<'_>,
-        wait: Duration,
-        stop: &AtomicBool,
-    ) -> Result<(), OperatorError> {
-        if !io::stdin().is_terminal() {
-            return Err(OperatorError::Nobody);
-        }
-        let typed = self.typed.get_or_insert_with(read_terminal);
-        // What was typed before the question is no answer to it.
-        while typed.try_recv().is_ok() {}
-        let (said, word) = wish.said();
-        // A terminal that cannot be written to cannot be read from either: the answer stays away.
-        drop(writeln!(io::stderr(), "{said}:"));
-        let end = Instant::now() + wait;
-        while Instant::now() < end {
-            match typed.recv_timeout(SLICE) {
-                Ok(line) if line.trim() == word => return Ok(()),
-                Ok(line) => return Err(OperatorError::Refused(line.trim().to_owned())),
-                Err(RecvTimeoutError::Timeout) if stop.load(Ordering::Relaxed) => {
-                    return Err(OperatorError::Stopped);
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return Err(OperatorError::Nobody),
-            }
-        }
-        Err(OperatorError::Silent(wait))
+fn ask_terminal(wish: &Wish<'_>, wait: Duration, stop: &AtomicBool) -> Result<(), OperatorError> {
+    if !io::stdin().is_terminal() {
+        return Err(OperatorError::Nobody);
     }
+    let typed = TYPED.get_or_init(|| Mutex::new(read_terminal()));
+    let typed = typed.lock().unwrap_or_else(PoisonError::into_inner);
+    // What was typed before the question is no answer to it.
+    while typed.try_recv().is_ok() {}
+    let (said, word) = wish.said();
+    // A terminal that cannot be written to cannot be read from either: the answer stays away.
+    drop(writeln!(io::stderr(), "{said}:"));
+    let end = Instant::now() + wait;
+    while Instant::now() < end {
+        match typed.recv_timeout(SLICE) {
+            Ok(line) if line.trim() == word => return Ok(()),
+            Ok(line) => return Err(OperatorError::Refused(line.trim().to_owned())),
+            Err(RecvTimeoutError::Timeout) if stop.load(Ordering::Relaxed) => {
+                return Err(OperatorError::Stopped);
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Err(OperatorError::Nobody),
+        }
+    }
+    Err(OperatorError::Silent(wait))
 }
 
 /// Lines typed at the terminal. The thread that reads them waits in the system until the process ends.
@@ -287,7 +287,7 @@ mod tests {
                 line
             })
         });
-        let mut operator = Operator::new(OperatorPlace::Socket(path.clone()));
+        let operator = Operator::new(OperatorPlace::Socket(path.clone()));
         let stop = AtomicBool::new(false);
         let place = Wish::Place { object: "blue-block", position: 12, at_mm: (1.0, 2.0) };
         operator.arrange(&place, &stop).unwrap();

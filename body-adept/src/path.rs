@@ -5,13 +5,15 @@
 use pschema_sim::manifold::JointPositions;
 use pschema_sim::route::{self, Heading, Square, Waypoint};
 
-use crate::config::Setup;
+use crate::config::{Mode, Setup};
 use crate::gate::{LEGS_MAX, Leg, Permitted};
 use crate::taught::Joints;
 
 /// Points of an approach are this near to each other, in metres: without a program on the controller, touch is looked at
 /// between them.
 const APPROACH_STEP_M: f64 = 0.003;
+/// The same on the way down to the manifold, where a block's edge may be met. Fewer points, for a path has not many.
+const DESCENT_STEP_M: f64 = 0.005;
 /// Farthest that a path is planned off what was taught, in multiples of the tolerance; the gate lets 1 pass.
 const OFF_MAX: f64 = 0.5;
 /// How often a part of a path is halved for that.
@@ -55,13 +57,18 @@ pub(crate) fn path(
 fn legs(setup: &Setup, start: Waypoint, points: &[Waypoint]) -> Option<Vec<Leg>> {
     let (fast, slow) = setup.speeds();
     let step_m = setup.file.motion.step_mm.metres();
+    // A program on the controller brakes at a touch wherever it is; without one it is looked at between points.
+    let descent_m = if setup.file.line.mode == Mode::Monitor { DESCENT_STEP_M.min(step_m) } else { step_m };
     let mut legs = Vec::new();
     let mut from = (start, setup.gate.taught().at(start)?);
     for to in points {
         // The last part, on the manifold, is the approach.
-        let on_manifold = to.lift_m <= 0.0 && from.0.lift_m <= 0.0;
-        let speed_percent = if to.lift_m <= 0.0 { slow } else { fast };
-        let count = steps(way_m(setup, &(from.0, *to)), if on_manifold { APPROACH_STEP_M } else { step_m });
+        let (speed_percent, apart_m) = match (from.0.lift_m <= 0.0, to.lift_m <= 0.0) {
+            (true, true) => (slow, APPROACH_STEP_M),
+            (false, true) => (slow, descent_m),
+            (_, false) => (fast, step_m),
+        };
+        let count = steps(way_m(setup, &(from.0, *to)), apart_m);
         let begin = from.0;
         for step in 1..=count {
             let point = between(begin, *to, step as f64 / count as f64);

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 
+use crate::line::record::Recorder;
 use crate::line::{LineError, Stopper};
 
 /// How long pressing waits for an order that is just being written.
@@ -112,8 +113,9 @@ impl StopSwitch {
                 Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_micros(200)),
             }
         };
-        self.send();
+        let sent = self.send_unrecorded();
         drop(order);
+        record(sent);
         if first {
             tracing::warn!(%by, "stop");
         }
@@ -121,11 +123,18 @@ impl StopSwitch {
 
     /// Sends what stops the arm, once more.
     pub fn send(&self) {
-        if let Some(Wire { stopper, bytes }) = locked(&self.0.wire).as_mut()
-            && let Err(error) = stopper.stop(bytes)
-        {
+        record(self.send_unrecorded());
+    }
+
+    /// Sends it; what was sent, and where to record it, for when no lock is held any more: a disk that is slow or full may
+    /// delay no stop, this one's repetition included.
+    fn send_unrecorded(&self) -> Option<(Recorder, &'static [u8])> {
+        let mut wire = locked(&self.0.wire);
+        let Wire { stopper, bytes } = wire.as_mut()?;
+        if let Err(error) = stopper.stop(bytes) {
             tracing::error!(%error, "the order to stop could not be sent: press the emergency stop");
         }
+        Some((stopper.recorder(), bytes))
     }
 
     /// Whether it was pressed.
@@ -149,13 +158,26 @@ impl StopSwitch {
     /// Writes an order to move, unless the switch is pressed. `write` is not called then.
     ///
     /// # Errors
-    /// `None` when the switch is pressed, else what `write` said.
+    /// `None` when the switch is, or meanwhile was, pressed, else what `write` said.
     pub fn order(&self, write: impl FnOnce() -> Result<(), LineError>) -> Result<(), Option<LineError>> {
-        let _order = locked(&self.0.orders);
+        let order = locked(&self.0.orders);
         if self.is_pressed() {
             return Err(None);
         }
-        write().map_err(Some)
+        let written = write();
+        drop(order);
+        if self.is_pressed() {
+            // The stop may have overtaken an order that was stuck: then it comes once more, after it.
+            self.send();
+            return Err(None);
+        }
+        written.map_err(Some)
+    }
+}
+
+fn record(sent: Option<(Recorder, &'static [u8])>) {
+    if let Some((recorder, bytes)) = sent {
+        recorder.stopped(bytes);
     }
 }
 
@@ -211,7 +233,8 @@ mod tests {
         switch.press(Pressed::DriverSilent);
         assert_eq!(wire.recv().unwrap(), b"STOP\n", "sent although the order hangs");
         go_on.send(()).unwrap();
-        assert!(writer.join().unwrap().is_ok());
+        assert!(matches!(writer.join().unwrap(), Err(None)));
+        assert_eq!(wire.recv().unwrap(), b"STOP\n", "and once more, behind the order that it overtook");
         assert!(matches!(switch.order(|| Ok(())), Err(None)), "and nothing follows it");
     }
 
@@ -220,5 +243,55 @@ mod tests {
         let switch = StopSwitch::default();
         switch.press(Pressed::OutOfTime);
         assert!(switch.is_pressed());
+    }
+
+    /// A stopper whose recording hangs, as on a disk that is full or gone.
+    struct Recording(mpsc::Sender<Vec<u8>>, Recorder);
+
+    impl Stopper for Recording {
+        fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+            self.0.send(bytes.to_vec()).unwrap();
+            Ok(())
+        }
+
+        fn recorder(&self) -> Recorder {
+            self.1.clone()
+        }
+    }
+
+    #[test]
+    fn a_recording_that_hangs_delays_no_stop() {
+        let directory = tempfile::tempdir().unwrap();
+        let pipe = directory.path().join("recording");
+        rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, rustix::fs::Mode::RWXU, 0)
+            .unwrap();
+        // A pipe that nobody empties takes 64 KiB, and then no more.
+        let reader = std::fs::OpenOptions::new().read(true).write(true).open(&pipe).unwrap();
+        let recorder = Recorder::create(&pipe).unwrap();
+        let (sender, wire) = mpsc::channel();
+        let switch = StopSwitch::default();
+        switch.connect(Box::new(Recording(sender, recorder.clone())), b"STOP\n");
+        let full = std::thread::spawn(move || recorder.event("order", &"x".repeat(1 << 20)));
+        let pressed = switch.clone();
+        let first = std::thread::spawn(move || pressed.press(Pressed::Asked));
+        assert_eq!(wire.recv_timeout(Duration::from_secs(60)).unwrap(), b"STOP\n");
+        let pressed = switch.clone();
+        let second = std::thread::spawn(move || pressed.press(Pressed::Asked));
+        assert_eq!(wire.recv_timeout(Duration::from_secs(60)).unwrap(), b"STOP\n", "also the next one");
+        // Emptied, all of them end.
+        let emptied = std::thread::spawn(move || {
+            let mut reader = reader;
+            let mut bytes = [0; 4096];
+            let mut read = 0;
+            while read < 1 << 20 {
+                read += std::io::Read::read(&mut reader, &mut bytes).unwrap();
+            }
+            reader
+        });
+        let reader = emptied.join().unwrap();
+        for thread in [full, first, second] {
+            thread.join().unwrap();
+        }
+        drop(reader);
     }
 }

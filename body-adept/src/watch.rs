@@ -16,6 +16,12 @@ const LOOK_AGAIN: Duration = Duration::from_micros(200);
 const REST: Duration = Duration::from_secs(1);
 /// How often the order to stop is repeated to an arm that nobody else attends to.
 const REPEAT_EVERY: Duration = Duration::from_millis(100);
+/// What is watched over, as a part of the number that says so: the numbers of guards count up in fours, so that no guard
+/// is taken for the one before.
+const NOTHING: u64 = 0;
+const COMMAND: u64 = 1;
+const MOTION: u64 = 2;
+const KINDS: u64 = 4;
 
 /// A sign of life, renewed by whoever lives.
 #[derive(Clone, Debug)]
@@ -61,7 +67,7 @@ pub struct Signs {
 #[derive(Debug)]
 pub struct Watch {
     signs: Signs,
-    watching: Arc<AtomicBool>,
+    watching: Arc<AtomicU64>,
     closing: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -72,7 +78,7 @@ impl Watch {
     /// # Errors
     /// When no thread can be started.
     pub fn begin(signs: Signs, switch: StopSwitch) -> std::io::Result<Self> {
-        let (watching, closing) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        let (watching, closing) = (Arc::new(AtomicU64::new(NOTHING)), Arc::new(AtomicBool::new(false)));
         let thread = {
             let (signs, watching, closing) = (signs.clone(), watching.clone(), closing.clone());
             std::thread::Builder::new().name("watch".into()).spawn(move || {
@@ -80,10 +86,11 @@ impl Watch {
                     tracing::debug!(%error, "the watch has no higher priority than the rest");
                 }
                 while !closing.load(Ordering::SeqCst) {
-                    if watching.load(Ordering::SeqCst) {
-                        watch(&signs, &watching, &switch);
-                    } else {
+                    let guard = watching.load(Ordering::SeqCst);
+                    if guard % KINDS == NOTHING {
                         std::thread::park_timeout(REST);
+                    } else {
+                        watch(&signs, &watching, guard, &switch);
                     }
                 }
             })?
@@ -97,21 +104,33 @@ impl Watch {
         &self.signs
     }
 
-    /// Watches from now on, until what is returned is dropped.
+    /// Watches over a motion from now on, until what is returned is dropped.
     #[must_use]
-    pub fn motion(&self) -> Motion {
+    pub fn motion(&self) -> Guard {
+        self.guard(MOTION)
+    }
+
+    /// Watches over a long command of an operator, which no daemon ordered and which the driver waits for: only whether
+    /// the process shall end stops it. Until what is returned is dropped.
+    #[must_use]
+    pub fn command(&self) -> Guard {
+        self.guard(COMMAND)
+    }
+
+    fn guard(&self, kind: u64) -> Guard {
         self.signs.driver.renew();
-        self.watching.store(true, Ordering::SeqCst);
+        let before = self.watching.load(Ordering::SeqCst);
+        self.watching.store(before / KINDS * KINDS + KINDS + kind, Ordering::SeqCst);
         if let Some(thread) = &self.thread {
             thread.thread().unpark();
         }
-        Motion(self.watching.clone())
+        Guard(self.watching.clone())
     }
 }
 
 impl Drop for Watch {
     fn drop(&mut self) {
-        self.watching.store(false, Ordering::SeqCst);
+        drop(Guard(self.watching.clone()));
         self.closing.store(true, Ordering::SeqCst);
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();
@@ -122,22 +141,26 @@ impl Drop for Watch {
     }
 }
 
-/// A motion being watched.
+/// Something being watched over; one at a time.
 #[derive(Debug)]
-pub struct Motion(Arc<AtomicBool>);
+pub struct Guard(Arc<AtomicU64>);
 
-impl Drop for Motion {
+impl Drop for Guard {
     fn drop(&mut self) {
-        self.0.store(false, Ordering::SeqCst);
+        let guard = self.0.load(Ordering::SeqCst);
+        self.0.store(guard / KINDS * KINDS + NOTHING, Ordering::SeqCst);
     }
 }
 
-/// Watches one motion to its end.
-fn watch(signs: &Signs, watching: &AtomicBool, switch: &StopSwitch) {
+/// Watches as one guard says, to its end.
+fn watch(signs: &Signs, watching: &AtomicU64, guard: u64, switch: &StopSwitch) {
     let mut sent: Option<Instant> = None;
-    while watching.load(Ordering::SeqCst) {
-        if let Some(by) = silent(signs) {
-            if sent.is_none_or(|sent| sent.elapsed() >= REPEAT_EVERY) {
+    while watching.load(Ordering::SeqCst) == guard {
+        let by = if guard % KINDS == COMMAND { ended(signs) } else { silent(signs) };
+        if let Some(by) = by {
+            // A driver that lives repeats it itself, where it does not cut short its own question whether the arm stands.
+            let due = |sent: Instant| sent.elapsed() >= REPEAT_EVERY && signs.driver.age() >= REPEAT_EVERY;
+            if sent.is_none_or(due) {
                 switch.press(by);
                 sent = Some(Instant::now());
             }
@@ -155,9 +178,14 @@ fn next_look(signs: &Signs) -> Duration {
     left.clamp(LOOK_AGAIN, LOOK_EVERY)
 }
 
+fn ended(signs: &Signs) -> Option<Pressed> {
+    signs.stop.load(Ordering::SeqCst).then_some(Pressed::Asked)
+}
+
 fn silent(signs: &Signs) -> Option<Pressed> {
-    if signs.stop.load(Ordering::SeqCst) {
-        Some(Pressed::Asked)
+    let ended = ended(signs);
+    if ended.is_some() {
+        ended
     } else if signs.daemon.as_ref().is_some_and(|daemon| daemon.age() > signs.silence_max) {
         Some(Pressed::DaemonSilent)
     } else if signs.driver.age() > signs.silence_max {
@@ -231,5 +259,44 @@ mod tests {
         watch.signs().stop.store(true, Ordering::SeqCst);
         assert!(wire.recv_timeout(Duration::from_secs(10)).is_ok());
         assert_eq!(switch.pressed_by(), Some(Pressed::Asked));
+    }
+
+    #[test]
+    fn a_command_is_stopped_by_the_end_of_the_process_alone() {
+        let (watch, switch, wire) = watched(true, Duration::from_millis(20));
+        let command = watch.command();
+        while watch.signs().driver.age() < Duration::from_millis(60) {
+            std::thread::yield_now();
+        }
+        assert!(!switch.is_pressed(), "no daemon ordered it, and it takes its time");
+        watch.signs().stop.store(true, Ordering::SeqCst);
+        assert!(wire.recv_timeout(Duration::from_secs(10)).is_ok());
+        assert_eq!(switch.pressed_by(), Some(Pressed::Asked));
+        drop(command);
+    }
+
+    /// A stop that was sent for one motion is none for the next, however soon that follows.
+    #[test]
+    fn each_motion_is_stopped_anew_and_a_driver_that_lives_is_left_to_its_own_questions() {
+        let (watch, switch, wire) = watched(false, Duration::from_secs(3600));
+        watch.signs().stop.store(true, Ordering::SeqCst);
+        for _ in 0..3 {
+            switch.release();
+            let _motion = watch.motion();
+            let begun = Instant::now();
+            while !switch.is_pressed() {
+                watch.signs().driver.renew();
+                assert!(begun.elapsed() < Duration::from_secs(10), "never stopped");
+            }
+            assert!(wire.recv_timeout(Duration::from_secs(10)).is_ok());
+        }
+        let _motion = watch.motion();
+        assert!(wire.recv_timeout(Duration::from_secs(10)).is_ok());
+        let sent = Instant::now();
+        while sent.elapsed() < 3 * REPEAT_EVERY {
+            watch.signs().driver.renew();
+        }
+        assert!(wire.try_recv().is_err(), "the driver lives, and was not disturbed");
+        assert!(wire.recv_timeout(Duration::from_secs(10)).is_ok(), "it died, and the arm was stopped again");
     }
 }

@@ -4,6 +4,8 @@
 
 #[path = "driver/calibrate.rs"]
 mod calibrate;
+#[path = "driver/enabling.rs"]
+mod enabling;
 #[path = "driver/fake.rs"]
 mod fake;
 #[path = "driver/heartbeat.rs"]
@@ -12,9 +14,13 @@ mod heartbeat;
 mod killed;
 #[path = "driver/limits.rs"]
 mod limits;
+#[path = "driver/meddled.rs"]
+mod meddled;
 #[path = "driver/motion.rs"]
 mod motion;
 #[path = "driver/rig.rs"]
 mod rig;
 #[path = "driver/safety.rs"]
 mod safety;
+#[path = "driver/slow_line.rs"]
+mod slow_line;

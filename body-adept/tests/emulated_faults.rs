@@ -92,7 +92,15 @@ fn lives_with_faults(speaks: Speaks, mode: &[(&str, &str)], seed: u64) {
     let wanted = faults_wanted();
     println!("{speaks:?}, seed {seed}, {wanted} faults");
     let rig = Rig::start(speaks, |args| {
-        let rates = "lose=0.0005 flip=0.0005 noise=0.0005 cut=0.005 mute=0.005 late=0.01 chatter=0.005 twice=0.005 unplug=0.002";
+        // The monitor is told and asked ten times as much for each motion, and any doubt ends it.
+        let rates = match speaks {
+            Speaks::Program => {
+                "lose=0.0005 flip=0.0005 noise=0.0005 cut=0.005 mute=0.005 late=0.01 chatter=0.005 twice=0.005 unplug=0.002"
+            }
+            Speaks::Monitor => {
+                "lose=0.0001 flip=0.0001 noise=0.0001 cut=0.001 mute=0.001 late=0.002 chatter=0.001 twice=0.001 unplug=0.0005"
+            }
+        };
         args.fault = rates.split(' ').map(|rate| rate.parse().unwrap()).collect();
         (args.fault_seed, args.faults_max, args.fast) = (seed, wanted, 2000.0);
     });

@@ -32,6 +32,8 @@ const FILE_BYTES_MAX: u64 = 8 << 20;
 const LISTED_MAX: usize = 4096;
 /// Colours and objects one file may name.
 const NAMED_MAX: usize = 16;
+/// World coordinates of a place, as the monitor prints them beside the joints.
+const WORLD_COORDINATES: usize = 6;
 /// Percent of full speed above which the file must say that it is meant.
 const SPEED_UNCONFIRMED_MAX: f64 = 20.0;
 
@@ -129,6 +131,11 @@ impl Setup {
         if file.speed.approach_percent.get() > speed {
             let problem = "speed.approach_percent must be at most speed.percent".to_owned();
             return Err((Some(file.speed.percent.span()), problem));
+        }
+        if file.line.mode == Mode::Monitor && file.joints.len() == WORLD_COORDINATES {
+            let problem = "an arm of six joints in mode monitor: WHERE prints six world coordinates beside the six joints, and \
+                           which is which is not documented; use mode = \"server\"";
+            return Err((None, problem.to_owned()));
         }
         let limits = joint_limits(&file)?;
         let taught = taught(&file, &limits)?;
@@ -407,5 +414,17 @@ mod tests {
             let error = broken(from, to);
             assert!(error.contains(told), "{error}");
         }
+    }
+
+    /// Six world coordinates could be taken for six joints.
+    #[test]
+    fn the_monitor_is_not_asked_where_an_arm_of_six_joints_is() {
+        let two_more = "[[joints]]\nname = \"more\"\nmin = -1.0\nmax = 1.0\ntolerance = 0.1\n\n".repeat(2);
+        let six = EMULATED.replacen("[speed]", &format!("{two_more}[speed]"), 1);
+        let monitor = six.replacen("mode = \"server\"", "mode = \"monitor\"", 1);
+        let refused = Setup::parse("test", &monitor).unwrap_err().to_string();
+        assert!(refused.contains("use mode = \"server\""), "{refused}");
+        let server = Setup::parse("test", &six).unwrap_err().to_string();
+        assert!(server.contains("one value a joint"), "its points were not taught: {server}");
     }
 }

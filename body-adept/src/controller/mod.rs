@@ -3,6 +3,7 @@
 //! Neither mode resends a motion, believes a position that was not confirmed (by the line's sum, or by a second reading),
 //! or moves the arm by anything but a path that has passed the [gate](crate::gate).
 
+mod attention;
 pub mod monitor;
 pub mod program;
 
@@ -63,6 +64,9 @@ pub enum Fault {
         /// Where it was to be.
         wanted: Joints,
     },
+    /// The arm was stopped, and nobody here did it.
+    #[error("the motion was stopped, and not from here: find out who or what stopped it")]
+    StoppedElsewhere,
     /// The arm goes on although it was told to stop.
     #[error("the arm does not confirm that it stands still: press the emergency stop")]
     NotStopping,
@@ -80,7 +84,7 @@ impl Fault {
     pub fn needs_a_person(&self) -> bool {
         match self {
             Self::Refused(message) => message.cause().needs_a_person(),
-            Self::NotStopping | Self::Short { .. } => true,
+            Self::NotStopping | Self::Short { .. } | Self::StoppedElsewhere => true,
             _ => false,
         }
     }
@@ -91,11 +95,11 @@ impl Fault {
 pub struct State {
     /// High power is on.
     pub power: bool,
-    /// The arm is calibrated.
+    /// The arm is calibrated, and under the controller's control. Known only while high power is on.
     pub calibrated: bool,
     /// An emergency stop is pressed.
     pub emergency_stop: bool,
-    /// A motion is under way.
+    /// A motion is under way, or something else that may move the arm.
     pub moving: bool,
     /// The controller refuses motions until a reset.
     pub latched: bool,
@@ -123,16 +127,23 @@ pub trait Controller: Send {
     /// When it is not told, or not beyond doubt.
     fn joints(&mut self) -> Result<Joints, Fault>;
 
-    /// Turns high power on, which may take seconds, or off.
+    /// Where the arm passes while it moves: one reading, which is not beyond doubt where the line has no sums.
     ///
     /// # Errors
-    /// When the controller refuses.
+    /// When it is not told.
+    fn passing(&mut self) -> Result<Joints, Fault>;
+
+    /// Turns high power on, which may take seconds and ends when the switch is pressed, or off.
+    ///
+    /// # Errors
+    /// When the controller refuses, or the switch was pressed: the caller halts then.
     fn power(&mut self, on: bool) -> Result<(), Fault>;
 
-    /// Calibrates the arm: it moves by itself, as the controller's maker decided, whatever the limits here are.
+    /// Calibrates the arm: it moves by itself, as the controller's maker decided, whatever the limits here are. Ends when
+    /// the switch is pressed.
     ///
     /// # Errors
-    /// When the controller refuses.
+    /// When the controller refuses, or the switch was pressed: the caller halts then.
     fn calibrate(&mut self) -> Result<(), Fault>;
 
     /// Clears a latched fault.

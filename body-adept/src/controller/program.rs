@@ -3,14 +3,16 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
+use super::attention::{Attention, Doing};
 use super::{Controller, Ended, Fault, State};
 use crate::gate::{Leg, Permitted};
 use crate::line::Line;
-use crate::switch::{Pressed, StopSwitch};
+use crate::switch::StopSwitch;
 use crate::taught::Joints;
 use crate::v_plus::message::{Cause, Message};
-use crate::v_plus::program::{self, NUMBER_MAX, Reply, Request};
+use crate::v_plus::program::{self, Guard, NUMBER_MAX, Reply, Request};
 use crate::v_plus::{ANSWER_BYTES_MAX, values};
+use crate::watch::Beat;
 
 /// Version of the program that this driver speaks to.
 const VERSION: u32 = 1;
@@ -24,6 +26,8 @@ const POWER_WAIT: Duration = Duration::from_secs(20);
 const CALIBRATE_WAIT: Duration = Duration::from_secs(120);
 /// Longest that one wait for bytes takes.
 const SLICE: Duration = Duration::from_millis(20);
+/// While power comes up or the arm is calibrated, the program's watchdog is fed so many times within its time.
+const FEEDS: u32 = 4;
 /// How often a motion is asked about.
 const FOLLOW_EVERY: Duration = Duration::from_millis(25);
 /// Longest wait for an arm that was told to stop to stand still.
@@ -36,9 +40,12 @@ const UNREADABLE: u32 = 0;
 /// The program at the other end of a line.
 pub struct ProgramController {
     line: Box<dyn Line>,
-    switch: StopSwitch,
+    attention: Attention,
     joints: usize,
+    touch_inverted: bool,
     answer_wait: Duration,
+    /// After so long without a line the program stops what it does.
+    watchdog: Duration,
     number: u32,
     held: Vec<u8>,
     ends: VecDeque<(u32, Ended)>,
@@ -47,14 +54,23 @@ pub struct ProgramController {
 }
 
 impl ProgramController {
-    /// A controller of an arm of so many joints, not greeted yet.
+    /// A controller of an arm of so many joints, not greeted yet. `driver` is renewed with each answer.
     #[must_use]
-    pub fn new(line: Box<dyn Line>, switch: StopSwitch, joints: usize, answer_wait: Duration) -> Self {
+    pub fn new(
+        line: Box<dyn Line>,
+        switch: StopSwitch,
+        driver: Beat,
+        joints: usize,
+        touch_inverted: bool,
+        answer_wait: Duration,
+    ) -> Self {
         Self {
             line,
-            switch,
+            attention: Attention::new(switch, driver),
             joints,
+            touch_inverted,
             answer_wait,
+            watchdog: FOLLOW_EVERY,
             number: 0,
             held: Vec::new(),
             ends: VecDeque::new(),
@@ -78,6 +94,7 @@ impl ProgramController {
             if left.is_zero() {
                 return Ok(None);
             }
+            self.attention.moment()?;
             let mut buffer = [0; 512];
             let count = self.line.receive(&mut buffer, left.min(SLICE))?;
             self.held.extend_from_slice(buffer.get(..count).unwrap_or_default());
@@ -108,31 +125,37 @@ impl ProgramController {
         self.number
     }
 
+    /// Sends a request; its number.
+    fn send(&mut self, request: &Request<'_>) -> Result<u32, Fault> {
+        let number = self.next_number();
+        let text = request.line(number);
+        if request.may_move() {
+            let line = &mut self.line;
+            self.attention.order(|| line.send(text.as_bytes()))?;
+        } else {
+            self.line.send(text.as_bytes())?;
+        }
+        Ok(number)
+    }
+
     /// Asks once and waits for the answer to that number. None when none came, or the program could not read the line.
     fn ask_once(
         &mut self,
         request: &Request<'_>,
         wait: Duration,
     ) -> Result<Option<(u32, Vec<String>)>, Fault> {
-        let number = self.next_number();
-        let line = request.line(number);
-        let moves = matches!(request, Request::Via { .. } | Request::Move { .. });
-        if moves {
-            let (switch, line_out) = (self.switch.clone(), &mut self.line);
-            switch.order(|| line_out.send(line.as_bytes())).map_err(|error| {
-                error.map_or_else(
-                    || Fault::Stopped(switch.pressed_by().unwrap_or(Pressed::Trouble)),
-                    Fault::Line,
-                )
-            })?;
-        } else {
-            self.line.send(line.as_bytes())?;
-        }
-        let deadline = Instant::now() + wait;
+        let number = self.send(request)?;
+        let words = self.answer_to(number, Instant::now() + wait)?;
+        Ok(words.map(|words| (number, words)))
+    }
+
+    /// The answer to a number before the deadline. None when none came, or the program could not read the line.
+    fn answer_to(&mut self, number: u32, deadline: Instant) -> Result<Option<Vec<String>>, Fault> {
         while let Some(reply) = self.reply(deadline)? {
             match reply {
                 Reply::Ok { number: answered, words } if answered == number => {
-                    return Ok(Some((number, words)));
+                    self.attention.answered();
+                    return Ok(Some(words));
                 }
                 Reply::Refused { number: answered, message } if answered == number => {
                     return Err(Fault::Refused(message));
@@ -144,6 +167,46 @@ impl ProgramController {
             }
         }
         Ok(None)
+    }
+
+    /// Asks for something that takes its time, and again and again how it goes, which feeds the program's watchdog. Ends
+    /// when the switch is pressed. False when it has ended and the answer was lost, or takes too long.
+    fn ask_patiently(&mut self, request: &Request<'_>, wait: Duration) -> Result<bool, Fault> {
+        let begun = Instant::now();
+        let number = self.send(request)?;
+        while begun.elapsed() < wait {
+            if self.answer_to(number, Instant::now() + self.watchdog / FEEDS)?.is_some() {
+                return Ok(true);
+            }
+            let asked = self.send(&Request::State)?;
+            let deadline = Instant::now() + self.answer_wait;
+            while let Some(reply) = self.reply(deadline)? {
+                match reply {
+                    // It was done before the question about it came.
+                    Reply::Ok { number: answered, .. } if answered == number => return Ok(true),
+                    Reply::Ok { number: answered, words } if answered == asked => {
+                        if program::state(&words).is_some_and(|state| !state.moving) {
+                            return Ok(false);
+                        }
+                        break;
+                    }
+                    Reply::Refused { number: answered, message } if answered == number => {
+                        return Err(Fault::Refused(message));
+                    }
+                    Reply::Refused { number: UNREADABLE, .. } => break,
+                    _ => tracing::debug!(?reply, "an answer to another question"),
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// Does something during which a stop ends every wait.
+    fn ordering<T>(&mut self, order: impl FnOnce(&mut Self) -> Result<T, Fault>) -> Result<T, Fault> {
+        let before = self.attention.turn_to(Doing::Ordering);
+        let done = order(self);
+        self.attention.turn_to(before);
+        done
     }
 
     /// Asks, again if need be and harmless, and reads the answer with `read`.
@@ -178,7 +241,12 @@ impl ProgramController {
                 _ => return Ok(false),
             }
         }
-        let order = Request::Move { guarded: path.guarded(), speed: last.speed_percent, joints: &last.to };
+        let guard = match (path.guarded(), self.touch_inverted) {
+            (false, _) => Guard::None,
+            (true, false) => Guard::On,
+            (true, true) => Guard::Off,
+        };
+        let order = Request::Move { guard, speed: last.speed_percent, joints: &last.to };
         match self.ask_once(&order, self.answer_wait)? {
             Some((number, _)) => {
                 self.motion = Some(number);
@@ -201,6 +269,18 @@ impl ProgramController {
         Ok(false)
     }
 
+    fn begin_path(&mut self, path: &Permitted) -> Result<(), Fault> {
+        for _ in 0..PATH_TRIES {
+            match self.send_path(path) {
+                Ok(true) => return Ok(()),
+                Ok(false) => self.forget_points()?,
+                Err(fault) => return Err(fault),
+            }
+        }
+        let what = format!("a path to ({})", values(path.end(), " "));
+        Err(Fault::Silent { what, waited: self.answer_wait * PATH_TRIES as u32 })
+    }
+
     /// Forgets points that were sent.
     fn forget_points(&mut self) -> Result<(), Fault> {
         self.ask(&Request::Stop, self.answer_wait, |_| Some(()))
@@ -217,7 +297,7 @@ impl Controller for ProgramController {
         self.held.clear();
         self.ends.clear();
         self.motion = None;
-        self.switch.send();
+        self.attention.switch.send();
         // Half a line from before is ended, and refused for its sum.
         self.line.send(b"\n")?;
         self.line.discard()?;
@@ -229,6 +309,7 @@ impl Controller for ProgramController {
                 greeting.version, greeting.joints, self.joints
             )));
         }
+        self.watchdog = Duration::from_millis(u64::from(greeting.watchdog_ms)).max(FOLLOW_EVERY);
         self.halt()?;
         // Numbers go on above that of the last motion, whoever ordered it, so that its end is not taken for that of one
         // of ours.
@@ -255,32 +336,32 @@ impl Controller for ProgramController {
         self.ask(&Request::Where, self.answer_wait, |words| program::joints(words, count))
     }
 
+    fn passing(&mut self) -> Result<Joints, Fault> {
+        self.joints()
+    }
+
     fn power(&mut self, on: bool) -> Result<(), Fault> {
+        let request = Request::Power(on);
         let wait = if on { POWER_WAIT } else { self.answer_wait };
-        match self.ask(&Request::Power(on), wait, |_| Some(())) {
-            // Asked what came of it rather than asked for again.
-            Err(Fault::Silent { what, waited }) => {
-                if self.program_state()?.power == on {
-                    Ok(())
-                } else {
-                    Err(Fault::Silent { what, waited })
-                }
-            }
-            done => done,
+        let done = if on {
+            self.ordering(|this| this.ask_patiently(&request, wait))?
+        } else {
+            self.ask_once(&request, wait)?.is_some()
+        };
+        // Asked what came of it rather than asked for again.
+        if done || self.program_state()?.power == on {
+            return Ok(());
         }
+        Err(Fault::Silent { what: format!("{request:?}"), waited: wait })
     }
 
     fn calibrate(&mut self) -> Result<(), Fault> {
-        match self.ask(&Request::Calibrate, CALIBRATE_WAIT, |_| Some(())) {
-            Err(Fault::Silent { what, waited }) => {
-                if self.program_state()?.calibrated {
-                    Ok(())
-                } else {
-                    Err(Fault::Silent { what, waited })
-                }
-            }
-            done => done,
+        let request = Request::Calibrate;
+        let done = self.ordering(|this| this.ask_patiently(&request, CALIBRATE_WAIT))?;
+        if done || self.program_state()?.calibrated {
+            return Ok(());
         }
+        Err(Fault::Silent { what: format!("{request:?}"), waited: CALIBRATE_WAIT })
     }
 
     fn reset(&mut self) -> Result<(), Fault> {
@@ -304,18 +385,42 @@ impl Controller for ProgramController {
             self.number = 0;
             self.ask(&Request::Hello, self.answer_wait, program::greeting)?;
         }
-        for _ in 0..PATH_TRIES {
-            match self.send_path(path) {
-                Ok(true) => return Ok(()),
-                Ok(false) => self.forget_points()?,
-                Err(fault) => return Err(fault),
-            }
-        }
-        let what = format!("a path to ({})", values(path.end(), " "));
-        Err(Fault::Silent { what, waited: self.answer_wait * PATH_TRIES as u32 })
+        self.ordering(|this| this.begin_path(path))
     }
 
     fn follow(&mut self) -> Result<Option<Ended>, Fault> {
+        self.ordering(Self::follow_for_a_moment)
+    }
+
+    fn halt(&mut self) -> Result<(), Fault> {
+        let before = self.attention.turn_to(Doing::Halting);
+        let halted = self.stop_and_look();
+        self.attention.turn_to(before);
+        halted
+    }
+}
+
+/// Numbers that one motion may use, all its tries included.
+const LINES_OF_A_MOTION: u32 = 1000;
+
+impl ProgramController {
+    fn stop_and_look(&mut self) -> Result<(), Fault> {
+        self.motion = None;
+        let deadline = Instant::now() + HALT_WAIT;
+        while Instant::now() < deadline {
+            self.attention.switch.send();
+            match self.program_state() {
+                Ok(state) if !state.moving => return self.forget_points(),
+                // It brakes.
+                Ok(_) => std::thread::sleep(FOLLOW_EVERY),
+                Err(Fault::Silent { .. } | Fault::Garbled { .. } | Fault::Refused(_)) => {}
+                Err(fault) => return Err(fault),
+            }
+        }
+        Err(Fault::NotStopping)
+    }
+
+    fn follow_for_a_moment(&mut self) -> Result<Option<Ended>, Fault> {
         let Some(number) = self.motion else { return Ok(Some(Ended::Stopped)) };
         // The end may be told before the question is due.
         let due = self.asked_at + FOLLOW_EVERY;
@@ -349,27 +454,6 @@ impl Controller for ProgramController {
         Ok(None)
     }
 
-    fn halt(&mut self) -> Result<(), Fault> {
-        self.motion = None;
-        let deadline = Instant::now() + HALT_WAIT;
-        while Instant::now() < deadline {
-            self.switch.send();
-            match self.program_state() {
-                Ok(state) if !state.moving => return self.forget_points(),
-                // It brakes.
-                Ok(_) => std::thread::sleep(FOLLOW_EVERY),
-                Err(Fault::Silent { .. } | Fault::Garbled { .. } | Fault::Refused(_)) => {}
-                Err(fault) => return Err(fault),
-            }
-        }
-        Err(Fault::NotStopping)
-    }
-}
-
-/// Numbers that one motion may use, all its tries included.
-const LINES_OF_A_MOTION: u32 = 1000;
-
-impl ProgramController {
     fn end_is_awaited(&self, number: u32) -> bool {
         !self.ends.iter().any(|(end, _)| *end == number)
     }

@@ -56,10 +56,19 @@ pub(crate) enum End {
     Error(Message),
 }
 
+/// What ends a guarded motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Guard {
+    None,
+    /// A touch signal that comes on.
+    On,
+    /// A touch signal that goes off.
+    Off,
+}
+
 struct Motion {
     path: Path,
-    /// Whether a touch signal that comes on ends it.
-    guarded: bool,
+    guard: Guard,
     signals: u8,
     why: Option<End>,
 }
@@ -73,11 +82,15 @@ pub(crate) enum Happened {
     PowerUp,
     /// Calibration is done.
     Calibrated,
+    /// Power coming up, or a calibration, has ended before its time.
+    Interrupted(Message),
 }
 
 /// The controller with its arm.
 pub(crate) struct Machine {
     body: SimBody,
+    /// The touch pads' inputs are on when nothing is touched.
+    inverted: bool,
     joints: Joints,
     speeds_deg_per_s: Joints,
     power: Power,
@@ -100,6 +113,7 @@ impl Machine {
         let full = body.workspace().file.arm.joint_speed_max_deg_per_s.get();
         Ok(Self {
             body,
+            inverted: false,
             joints,
             speeds_deg_per_s: [full; JOINTS],
             power: Power::Off,
@@ -130,10 +144,6 @@ impl Machine {
         self.power == Power::On
     }
 
-    pub(crate) fn is_calibrated(&self) -> bool {
-        self.calibrated
-    }
-
     pub(crate) fn is_stopped(&self) -> bool {
         self.e_stop
     }
@@ -143,10 +153,32 @@ impl Machine {
         self.motion.is_some() || self.calibrating.is_some() || matches!(self.power, Power::Coming(_))
     }
 
-    /// The touch pads as bits, the first signal lowest.
+    /// Whether power comes up or the arm is being calibrated.
+    pub(crate) fn is_preparing(&self) -> bool {
+        self.calibrating.is_some() || matches!(self.power, Power::Coming(_))
+    }
+
+    /// `STATE(1)` of V+, as far as it is emulated.
+    pub(crate) fn overall_state(&self) -> u8 {
+        match self.power {
+            Power::Off => 2,
+            Power::Coming(_) => 3,
+            Power::On if self.calibrating.is_some() => 5,
+            Power::On if self.calibrated => 7,
+            Power::On => 8,
+        }
+    }
+
+    /// Wires the touch pads so that their inputs are on when nothing is touched.
+    pub(crate) fn invert(&mut self, inverted: bool) {
+        self.inverted = inverted;
+    }
+
+    /// The touch pads' inputs as bits, the first signal lowest.
     pub(crate) fn signals(&self) -> u8 {
         let bit = |side: &Side| Side::ALL.iter().position(|other| other == side).map_or(0, |at| 1 << at);
-        self.body.felt().sides.iter().map(bit).fold(0, |all, bit| all | bit)
+        let touched = self.body.felt().sides.iter().map(bit).fold(0, |all, bit| all | bit);
+        if self.inverted { !touched & 0b1111 } else { touched }
     }
 
     /// A digital input: of the touch pads; any other is off.
@@ -161,6 +193,7 @@ impl Machine {
         }
         if self.power == Power::Off {
             self.power = Power::Coming(POWER_UP_S);
+            self.record().power_ups += 1;
         }
         Ok(())
     }
@@ -168,6 +201,7 @@ impl Machine {
     /// Takes power away: the brakes stop whatever moves.
     pub(crate) fn disable_power(&mut self) {
         self.power = Power::Off;
+        self.record().powered = false;
         self.calibrating = None;
         self.stop_for(End::Stopped);
     }
@@ -177,7 +211,9 @@ impl Machine {
         if self.power != Power::On {
             return Err(messages::POWER_OFF);
         }
+        self.calibrated = false;
         self.calibrating = Some(CALIBRATION_S);
+        self.record().calibrations_begun += 1;
         Ok(())
     }
 
@@ -185,7 +221,11 @@ impl Machine {
     pub(crate) fn press(&mut self, pressed: bool) {
         if pressed && !self.e_stop {
             self.record().e_stops += 1;
+            if self.is_preparing() {
+                self.happened.push(Happened::Interrupted(messages::E_STOP));
+            }
             self.power = Power::Off;
+            self.record().powered = false;
             self.calibrating = None;
             self.stop_for(End::Error(messages::E_STOP));
         }
@@ -201,14 +241,14 @@ impl Machine {
     }
 
     /// Begins a motion.
-    pub(crate) fn start(&mut self, legs: &[Leg], guarded: bool) -> Result<(), Message> {
+    pub(crate) fn start(&mut self, legs: &[Leg], guard: Guard) -> Result<(), Message> {
         if self.e_stop {
             return Err(messages::E_STOP);
         }
         if self.power != Power::On {
             return Err(messages::POWER_OFF);
         }
-        if !self.calibrated {
+        if !self.calibrated || self.calibrating.is_some() {
             return Err(messages::NOT_CALIBRATED);
         }
         if legs.iter().any(|leg| !within_softstops(&leg.to)) {
@@ -216,12 +256,13 @@ impl Machine {
         }
         self.record().motion(legs);
         let path = Path::new(self.joints, legs, self.speeds_deg_per_s);
-        self.motion = Some(Motion { path, guarded, signals: self.signals(), why: None });
+        self.motion = Some(Motion { path, guard, signals: self.signals(), why: None });
         Ok(())
     }
 
-    /// Brakes what moves.
+    /// Brakes what moves; a calibration that is cut short is none.
     pub(crate) fn stop(&mut self) {
+        self.calibrating = None;
         self.stop_for(End::Stopped);
     }
 
@@ -244,6 +285,7 @@ impl Machine {
             self.power = Power::Coming(left_s - time_s);
             if left_s <= time_s {
                 self.power = Power::On;
+                self.record().powered = true;
                 self.happened.push(Happened::PowerUp);
             }
         }
@@ -251,6 +293,7 @@ impl Machine {
             self.calibrating = Some(left_s - time_s).filter(|left_s| *left_s > 0.0);
             if self.calibrating.is_none() {
                 self.calibrated = true;
+                self.record().calibrations += 1;
                 self.happened.push(Happened::Calibrated);
             }
         }
@@ -297,6 +340,7 @@ impl Machine {
                 self.motion.as_ref().is_some_and(|motion| matches!(motion.why, Some(End::Error(_))));
             if !braking {
                 self.power = Power::Off;
+                self.record().powered = false;
                 self.record().envelope_errors += 1;
                 self.stop_for(End::Error(messages::ENVELOPE));
             }
@@ -304,9 +348,13 @@ impl Machine {
         }
         let Some(motion) = &mut self.motion else { return };
         // As REACTI: a signal that comes on, not one that is on.
-        let came_on = signals & !motion.signals != 0;
+        let touched = match motion.guard {
+            Guard::None => false,
+            Guard::On => signals & !motion.signals != 0,
+            Guard::Off => motion.signals & !signals != 0,
+        };
         motion.signals = signals;
-        if came_on && motion.guarded && motion.why.is_none() {
+        if touched && motion.why.is_none() {
             motion.why = Some(End::Touched);
             motion.path.brake();
         }

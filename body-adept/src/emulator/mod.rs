@@ -10,6 +10,8 @@
 //! |---|---|
 //! | `place OBJECT POSITION`, `remove OBJECT` | arranges what is on the table |
 //! | `estop press`, `estop release` | the emergency stop button |
+//! | `halt` | stops the arm, as with a pendant |
+//! | `trip` | has the program that serves the line meet an error of V+ |
 //! | `power cycle` | switches the controller off and on |
 //! | `unplug MS` | pulls the plug of the line, and puts it back after so long |
 //! | `say TEXT` | has the controller say something unasked |
@@ -97,6 +99,9 @@ pub struct EmulatorArgs {
     /// The monitor does not echo what is typed.
     #[arg(long)]
     pub no_echo: bool,
+    /// The touch inputs are on when nothing is touched.
+    #[arg(long)]
+    pub touch_inverted: bool,
     /// Milliseconds without a line after which the program stops a motion.
     #[arg(long, default_value_t = 1000, value_name = "MS", value_parser = clap::value_parser!(u64).range(20..=60_000))]
     pub watchdog_ms: u64,
@@ -132,6 +137,7 @@ impl EmulatorArgs {
             fast: 1.0,
             baud: None,
             no_echo: false,
+            touch_inverted: false,
             watchdog_ms: 1000,
             fault: Vec::new(),
             fault_seed: 1,

@@ -6,13 +6,14 @@
 //! `HERE #P` prints values and asks a question that an empty line answers, `PANIC` stops.
 //!
 //! **From memory, not verified**: that the monitor echoes what is typed (`--echo off` for one that does not); the columns
-//! of `WHERE`, `HERE` and `LISTL`; that `DO MOVE` returns the prompt before the motion ends and `DO BREAK` waits for its
+//! of `WHERE`, `HERE` and `LISTL`; that `SPEED(1)` and `SPEED(2)` tell the speeds that the monitor and a program have set;
+//! that `PANIC` ends a calibration; that `DO MOVE` returns the prompt before the motion ends and `DO BREAK` waits for its
 //! end; that `PANIC` keeps power and `ESTOP` takes it away; that a motion asked for during another waits for it; that
 //! `LISTR` prints each value on a line of its own; what the controller says when it is switched on.
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::machine::{End, Happened, Machine};
+use super::machine::{End, Guard, Happened, Machine};
 use super::messages::{self, Message};
 use super::path::{JOINTS, Joints, Leg};
 
@@ -147,8 +148,11 @@ impl Monitor {
                     _ => Some(Ok(())),
                 }
             }
+            (Happened::Interrupted(message), Some(Waiting::Power | Waiting::Calibration)) => {
+                Some(Err(message))
+            }
             (Happened::Ended(_), Some(Waiting::Motion)) => Some(Ok(())),
-            (Happened::Ended(_), Some(Waiting::Next(leg))) => Some(machine.start(&[leg], false)),
+            (Happened::Ended(_), Some(Waiting::Next(leg))) => Some(machine.start(&[leg], Guard::None)),
             (_, waiting) => {
                 self.waiting = waiting;
                 None
@@ -220,7 +224,7 @@ impl Monitor {
             }
             () if is("HERE") => self.here(rest, machine, out),
             () if is("LISTL") => self.list_point(rest, out),
-            () if is("LISTR") => Self::list_values(rest, machine, out),
+            () if is("LISTR") => self.list_values(rest, machine, out),
             () if is("STATUS") => {
                 let moving = if machine.is_moving() { "moving" } else { "in position" };
                 out.push_str(&format!("Task 0: idle; robot 1 {moving}; speed {}\r\n", self.speed_percent));
@@ -285,7 +289,7 @@ impl Monitor {
                     self.waiting = Some(Waiting::Next(leg));
                     return Ok(());
                 }
-                machine.start(&[leg], false)
+                machine.start(&[leg], Guard::None)
             }
             "BREAK" => {
                 self.waiting = machine.is_moving().then_some(Waiting::Motion);
@@ -347,16 +351,16 @@ impl Monitor {
         )
     }
 
-    fn list_values(text: &str, machine: &Machine, out: &mut String) -> Result<(), Message> {
+    fn list_values(&self, text: &str, machine: &Machine, out: &mut String) -> Result<(), Message> {
         for expression in text.split(',') {
-            let value = Self::value(expression.trim(), machine)?;
+            let value = self.value(expression.trim(), machine)?;
             out.push_str(&format!("{value}\r\n"));
         }
         Ok(())
     }
 
     /// The real-valued functions that a driver asks for.
-    fn value(expression: &str, machine: &Machine) -> Result<f64, Message> {
+    fn value(&self, expression: &str, machine: &Machine) -> Result<f64, Message> {
         let upper = expression.to_ascii_uppercase();
         let truth = |holds: bool| if holds { TRUE } else { 0.0 };
         let argument =
@@ -372,14 +376,23 @@ impl Monitor {
                 _ => Err(messages::ILLEGAL_VALUE),
             };
         }
+        if let Some(number) = argument("SPEED") {
+            return match number {
+                // From memory: 1 is the monitor's, 2 what a program has set for all its motions.
+                "1" => Ok(self.speed_percent),
+                "2" => Ok(100.0),
+                _ => Err(messages::ILLEGAL_VALUE),
+            };
+        }
         if let Some(number) = argument("STATE") {
             return match number {
                 // Bit 3: an emergency stop is pressed; used so by working programs.
                 "4" => Ok(if machine.is_stopped() { 4.0 } else { 0.0 }),
-                // Above 0 while the robot moves; likewise.
-                "9" => Ok(if machine.is_moving() { 1.0 } else { 0.0 }),
-                // Calibrated or not: from memory.
-                "10" => Ok(truth(machine.is_calibrated())),
+                // 1: a trajectory is evaluated, 2: stopped at a planned place (documented). What it says of a motion that was
+                // braked is not emulated.
+                "2" => Ok(if machine.is_moving() { 1.0 } else { 2.0 }),
+                // Documented: 2 waits for power, 3 has just got it, 5 calibrates, 7 under program control, 8 not calibrated.
+                "1" => Ok(f64::from(machine.overall_state())),
                 _ => Err(messages::ILLEGAL_VALUE),
             };
         }
@@ -469,13 +482,36 @@ mod tests {
         let listed = bench.typed("LISTL #P\r\n");
         assert!(listed.contains("20.000   -114.400    117.200    -57.800"), "{listed:?}");
         assert_eq!(bench.typed("SPEED 50\r\nDO MOVE #P\r\n"), "\r\n.\r\n.");
-        assert_eq!(bench.typed("LISTR STATE(9), SIG(1001)\r\n"), "1\r\n0\r\n\r\n.");
+        assert_eq!(bench.typed("LISTR STATE(2), SIG(1001)\r\n"), "1\r\n0\r\n\r\n.");
         assert_eq!(bench.typed("DO BREAK\r\nWHERE\r\n"), "", "typed ahead, it waits");
         let after = bench.wait(5.0);
         assert!(
             after.starts_with("\r\n.") && after.contains("20.000   -114.400    117.200    -57.800"),
             "{after:?}"
         );
+    }
+
+    #[test]
+    fn speeds_and_states_are_listed() {
+        let mut bench = Bench::new(false);
+        assert_eq!(bench.typed("LISTR STATE(1)\r\n"), "2\r\n\r\n.");
+        let mut bench = Bench::ready();
+        bench.typed("SPEED 30\r\n");
+        assert_eq!(bench.typed("LISTR SPEED(1),SPEED(2)\r\n"), "30\r\n100\r\n\r\n.");
+        assert_eq!(bench.typed("LISTR STATE(2),STATE(1)\r\n"), "2\r\n7\r\n\r\n.");
+    }
+
+    #[test]
+    fn panic_ends_a_calibration() {
+        let mut bench = Bench::new(false);
+        bench.typed("EN PO\r\n");
+        bench.wait(3.0);
+        bench.typed("CA\r\nY\r\n");
+        bench.wait(1.0);
+        assert_eq!(bench.machine.overall_state(), 5);
+        bench.typed("\x03PANIC\r\n");
+        bench.wait(10.0);
+        assert_eq!(bench.machine.overall_state(), 8);
     }
 
     #[test]

@@ -35,6 +35,14 @@ pub struct Record {
     pub pictures: u64,
     /// Faults that the line had.
     pub faults: u64,
+    /// Whether the motors have power.
+    pub powered: bool,
+    /// Times that power was asked to come up.
+    pub power_ups: u64,
+    /// Calibrations begun, in which an arm moves by itself.
+    pub calibrations_begun: u64,
+    /// Calibrations that came to their end.
+    pub calibrations: u64,
 }
 
 impl Record {
@@ -53,6 +61,10 @@ impl Record {
             watchdog_stops: 0,
             pictures: 0,
             faults: 0,
+            powered: false,
+            power_ups: 0,
+            calibrations_begun: 0,
+            calibrations: 0,
         }
     }
 

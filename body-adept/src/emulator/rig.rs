@@ -41,7 +41,8 @@ pub(crate) struct Rig {
 impl Rig {
     pub(crate) fn new(args: &EmulatorArgs) -> Result<Self, EmulatorError> {
         let now = Instant::now();
-        let machine = Machine::new(&args.world, args.seed)?;
+        let mut machine = Machine::new(&args.world, args.seed)?;
+        machine.invert(args.touch_inverted);
         let mut rates = FaultRates::default();
         args.fault.iter().for_each(|setting| rates.set(setting));
         let faults = Faults::new(rates, args.fault_seed, args.faults_max);
@@ -153,10 +154,21 @@ impl Rig {
             Console::Program(program) => {
                 let mut answers = Vec::new();
                 program.take(heard, &mut self.machine, now, &mut answers);
-                program.watch(&mut self.machine, now);
+                program.watch(&mut self.machine, now, &mut answers);
                 answers.iter().for_each(|answer| self.line.say(&line_of(answer), now));
             }
         }
+    }
+
+    /// An error of V+ in the program that serves the line.
+    fn trip(&mut self, now: Instant) -> Result<(), String> {
+        let Console::Program(program) = &mut self.console else {
+            return Err("no program runs there".to_owned());
+        };
+        let mut answers = Vec::new();
+        program.trip(&mut self.machine, &mut answers);
+        answers.iter().for_each(|answer| self.line.say(&line_of(answer), now));
+        Ok(())
     }
 
     /// Tells on the line what happened by itself.
@@ -215,6 +227,7 @@ impl Rig {
             ["remove", object] => self.machine.take_away(object)?,
             // As with a pendant: the arm stands, and keeps its power.
             ["halt"] => self.machine.stop(),
+            ["trip"] => self.trip(now)?,
             ["estop", "press"] => self.machine.press(true),
             ["estop", "release"] => self.machine.press(false),
             ["power", "cycle"] => {

@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::machine::{End, Happened, Machine};
+use super::machine::{End, Guard, Happened, Machine};
 use super::messages;
 use super::path::{JOINTS, Joints, Leg};
 use super::sum;
@@ -26,6 +26,7 @@ mod refusal {
     pub(super) const UNKNOWN: (i32, &str) = (15, "unknown");
     pub(super) const CHECKSUM: (i32, &str) = (16, "checksum");
     pub(super) const REPEATED: (i32, &str) = (17, "repeated");
+    pub(super) const STOPPED: (i32, &str) = (18, "stopped");
 }
 
 /// What a request leads to: an answer, none yet, or a refusal.
@@ -52,7 +53,8 @@ pub(crate) struct ServerProgram {
     last_ended: (u32, i32),
     /// Set by whatever stopped the arm that a person should know about; moves are refused until `RESET`.
     latched: bool,
-    watchdog_stopped: bool,
+    /// Whether it was stopped by the program itself, which END tells.
+    fell: bool,
     /// Requests that are answered when power or calibration are done.
     awaiting_power: Option<u32>,
     awaiting_calibration: Option<u32>,
@@ -69,7 +71,7 @@ impl ServerProgram {
             moving: 0,
             last_ended: (0, ended::ARRIVED),
             latched: false,
-            watchdog_stopped: false,
+            fell: false,
             awaiting_power: None,
             awaiting_calibration: None,
         }
@@ -79,7 +81,7 @@ impl ServerProgram {
     pub(crate) fn take(&mut self, bytes: &[u8], machine: &mut Machine, now: Instant, out: &mut Vec<String>) {
         for byte in bytes {
             match *byte {
-                STOP_BYTE => self.stop(machine),
+                STOP_BYTE => self.stop(machine, out),
                 b'\n' => {
                     let line = std::mem::take(&mut self.line);
                     let overlong = std::mem::take(&mut self.overlong);
@@ -88,7 +90,8 @@ impl ServerProgram {
                     if overlong {
                         out.push(refused(0, refusal::CHECKSUM));
                     } else {
-                        out.extend(self.line(&line, machine));
+                        let answer = self.line(&line, machine, out);
+                        out.extend(answer);
                     }
                 }
                 b'\r' => {}
@@ -98,15 +101,31 @@ impl ServerProgram {
         }
     }
 
-    /// Stops a motion for which no line comes any more.
-    pub(crate) fn watch(&mut self, machine: &mut Machine, now: Instant) {
-        if machine.is_moving() && now.saturating_duration_since(self.fed_at) > self.watchdog && !self.latched
+    /// Stops a motion, or power coming up, or a calibration, for which no line comes any more.
+    pub(crate) fn watch(&mut self, machine: &mut Machine, now: Instant, out: &mut Vec<String>) {
+        if self.is_busy(machine)
+            && now.saturating_duration_since(self.fed_at) > self.watchdog
+            && !self.latched
         {
             machine.record().watchdog_stops += 1;
-            self.watchdog_stopped = true;
-            self.stop(machine);
-            self.latched = true;
+            self.fall(machine, out);
         }
+    }
+
+    /// An error of V+ in the task that serves the line: it stops the arm, latches, tells, and goes on.
+    pub(crate) fn trip(&mut self, machine: &mut Machine, out: &mut Vec<String>) {
+        self.fall(machine, out);
+        out.push(error(0, messages::OVERRUN.code, messages::OVERRUN.text));
+    }
+
+    fn fall(&mut self, machine: &mut Machine, out: &mut Vec<String>) {
+        self.fell = machine.is_moving();
+        self.stop(machine, out);
+        self.latched = true;
+    }
+
+    fn is_busy(&self, machine: &Machine) -> bool {
+        machine.is_moving() || machine.is_preparing()
     }
 
     /// Tells what happened by itself.
@@ -114,9 +133,16 @@ impl ServerProgram {
         match happened {
             Happened::PowerUp => out.extend(self.awaiting_power.take().map(ok)),
             Happened::Calibrated => out.extend(self.awaiting_calibration.take().map(ok)),
+            Happened::Interrupted(message) => {
+                self.latched = true;
+                let asked = [self.awaiting_power.take(), self.awaiting_calibration.take()];
+                out.extend(
+                    asked.into_iter().flatten().map(|number| error(number, message.code, message.text)),
+                );
+            }
             Happened::Ended(end) => {
                 let code = match end {
-                    End::Stopped if std::mem::take(&mut self.watchdog_stopped) => ended::WATCHDOG,
+                    End::Stopped if std::mem::take(&mut self.fell) => ended::WATCHDOG,
                     End::Arrived => ended::ARRIVED,
                     End::Touched => ended::TOUCHED,
                     End::Stopped => ended::STOPPED,
@@ -131,17 +157,23 @@ impl ServerProgram {
         }
     }
 
-    fn stop(&mut self, machine: &mut Machine) {
+    fn stop(&mut self, machine: &mut Machine, out: &mut Vec<String>) {
         self.vias.clear();
+        if machine.is_preparing() {
+            // Braking ends one of a calibration's own motions, not the calibration: without power it is over.
+            machine.disable_power();
+        }
         machine.stop();
+        let asked = [self.awaiting_power.take(), self.awaiting_calibration.take()];
+        out.extend(asked.into_iter().flatten().map(|number| refused(number, refusal::STOPPED)));
     }
 
     /// The answer to a line; none when it comes later.
-    fn line(&mut self, line: &[u8], machine: &mut Machine) -> Option<String> {
+    fn line(&mut self, line: &[u8], machine: &mut Machine, out: &mut Vec<String>) -> Option<String> {
         let line = String::from_utf8_lossy(line);
         if line.trim() == "STOP" {
             // Stopping needs no proof.
-            self.stop(machine);
+            self.stop(machine, out);
             return Some(ok(0));
         }
         let Some(text) = sum::checked(&line) else { return Some(refused(0, refusal::CHECKSUM)) };
@@ -151,13 +183,20 @@ impl ServerProgram {
             return Some(refused(0, refusal::VALUES));
         };
         let values: Vec<&str> = words.collect();
-        match self.obey(verb, number, &values, machine) {
+        match self.obey(verb, number, &values, machine, out) {
             Ok(answer) => answer,
             Err((code, text)) => Some(error(number, code, text)),
         }
     }
 
-    fn obey(&mut self, verb: &str, number: u32, values: &[&str], machine: &mut Machine) -> Answer {
+    fn obey(
+        &mut self,
+        verb: &str,
+        number: u32,
+        values: &[&str],
+        machine: &mut Machine,
+        out: &mut Vec<String>,
+    ) -> Answer {
         let none = |answer: String| if values.is_empty() { Ok(Some(answer)) } else { Err(refusal::VALUES) };
         match verb {
             "HELLO" => {
@@ -171,9 +210,10 @@ impl ServerProgram {
                 none(format!("OK {number} {}", joints.join(" ")))
             }
             "STOP" => {
-                self.stop(machine);
+                self.stop(machine, out);
                 Ok(Some(ok(number)))
             }
+            "RESET" if self.is_busy(machine) => Err(refusal::BUSY),
             "RESET" => {
                 self.latched = machine.is_stopped();
                 if self.latched {
@@ -182,7 +222,8 @@ impl ServerProgram {
                     none(ok(number))
                 }
             }
-            "POWER" => self.power(number, values, machine),
+            "POWER" | "CAL" if self.is_busy(machine) && values != ["0"] => Err(refusal::BUSY),
+            "POWER" => self.power(number, values, machine, out),
             "CAL" => {
                 machine.calibrate().map_err(|message| (message.code, message.text))?;
                 self.awaiting_calibration = Some(number);
@@ -206,13 +247,14 @@ impl ServerProgram {
     }
 
     fn begin(&mut self, number: u32, values: &[&str], machine: &mut Machine) -> Answer {
-        let (guarded, values) = match values.split_first() {
-            Some((&"0", rest)) => (false, rest),
-            Some((&"1", rest)) => (true, rest),
+        let (guard, values) = match values.split_first() {
+            Some((&"0", rest)) => (Guard::None, rest),
+            Some((&"1", rest)) => (Guard::On, rest),
+            Some((&"2", rest)) => (Guard::Off, rest),
             _ => return Err(refusal::VALUES),
         };
         let last = leg(values)?;
-        if machine.is_moving() {
+        if self.is_busy(machine) {
             return Err(refusal::BUSY);
         }
         if self.latched {
@@ -222,14 +264,21 @@ impl ServerProgram {
             return Err(refusal::REPEATED);
         }
         self.vias.push(last);
-        machine.start(&self.vias, guarded).map_err(|message| (message.code, message.text))?;
+        machine.start(&self.vias, guard).map_err(|message| (message.code, message.text))?;
         self.moving = number;
         Ok(Some(ok(number)))
     }
 
-    fn power(&mut self, number: u32, values: &[&str], machine: &mut Machine) -> Answer {
+    fn power(
+        &mut self,
+        number: u32,
+        values: &[&str],
+        machine: &mut Machine,
+        out: &mut Vec<String>,
+    ) -> Answer {
         match values {
             ["0"] => {
+                self.stop(machine, out);
                 machine.disable_power();
                 Ok(Some(ok(number)))
             }
@@ -249,9 +298,10 @@ impl ServerProgram {
         format!(
             "OK {number} {} {} {} {} {} {} {last} {code}",
             bit(machine.has_power()),
-            bit(machine.is_calibrated()),
+            // As STATE(1) tells it, which without power cannot.
+            bit(machine.overall_state() == 7),
             bit(machine.is_stopped()),
-            bit(machine.is_moving()),
+            bit(self.is_busy(machine)),
             bit(self.latched),
             machine.signals()
         )
@@ -333,6 +383,12 @@ mod tests {
             self.raw(format!("{}\n", sum::summed(line)).as_bytes())
         }
 
+        fn watch(&mut self) -> Vec<String> {
+            let mut out = Vec::new();
+            self.program.watch(&mut self.machine, self.now, &mut out);
+            out
+        }
+
         /// Lets the arm's time pass, not that on the wall.
         fn wait(&mut self, time_s: f64) -> Vec<String> {
             let mut out = Vec::new();
@@ -386,7 +442,7 @@ mod tests {
             ("MOVE 3 0 5 0 -114.4 117.2 -57.8 0", "12"),
             ("MOVE 3 0 0 0 -114.4 117.2 -57.8", "12"),
             ("MOVE 3 0 101 0 -114.4 117.2 -57.8", "12"),
-            ("MOVE 3 2 5 0 -114.4 117.2 -57.8", "12"),
+            ("MOVE 3 3 5 0 -114.4 117.2 -57.8", "12"),
             ("MOVE 3", "12"),
             ("GO 3", "15"),
         ] {
@@ -430,10 +486,10 @@ mod tests {
         let mut bench = Bench::ready();
         bench.ask("MOVE 3 0 20 60 -114.4 117.2 -57.8");
         bench.now += WATCHDOG;
-        bench.program.watch(&mut bench.machine, bench.now);
+        bench.watch();
         assert_eq!(bench.machine.record().watchdog_stops, 0, "not yet");
         bench.now += Duration::from_millis(1);
-        bench.program.watch(&mut bench.machine, bench.now);
+        bench.watch();
         assert_eq!(bench.wait(0.3), ["END 3 3"]);
         assert_eq!(bench.ask("MOVE 4 0 20 60 -114.4 117.2 -57.8"), ["ERR 4 11 latched"]);
         assert_eq!(bench.ask("RESET 5"), ["OK 5"]);
@@ -441,7 +497,7 @@ mod tests {
         // Standing still, silence harms nobody.
         bench.wait(5.0);
         bench.now += WATCHDOG * 10;
-        bench.program.watch(&mut bench.machine, bench.now);
+        bench.watch();
         assert_eq!(bench.machine.record().watchdog_stops, 1);
     }
 
@@ -452,7 +508,7 @@ mod tests {
         bench.wait(0.5);
         bench.machine.press(true);
         assert_eq!(bench.wait(0.5), ["END 3 -645"]);
-        assert_eq!(bench.ask("STAT 4"), ["OK 4 0 1 1 0 1 0 3 -645"]);
+        assert_eq!(bench.ask("STAT 4"), ["OK 4 0 0 1 0 1 0 3 -645"]);
         assert_eq!(bench.ask("RESET 5"), ["ERR 5 -645 E-STOP from user E-STOP button"]);
         bench.machine.press(false);
         assert_eq!(bench.ask("RESET 6"), ["OK 6"]);
@@ -460,6 +516,47 @@ mod tests {
         let here = bench.machine.joints();
         bench.wait(5.0);
         assert_eq!(bench.machine.joints(), here);
+    }
+
+    /// Power that comes up and a calibration end by the byte that stops and when nobody feeds the watchdog: without power.
+    #[test]
+    fn a_calibration_is_stopped_like_a_motion() {
+        for stopped_by_the_host in [true, false] {
+            let mut bench = Bench::new();
+            bench.ask("POWER 1 1");
+            assert_eq!(bench.raw(b"\x03"), ["ERR 1 18 stopped"]);
+            assert_eq!(bench.wait(3.0), Vec::<String>::new());
+            assert!(!bench.machine.has_power());
+            bench.ask("POWER 2 1");
+            assert_eq!(bench.ask("STAT 3"), ["OK 3 0 0 0 1 0 0 0 0"], "busy");
+            assert_eq!(bench.wait(3.0), ["OK 2"]);
+            bench.ask("CAL 4");
+            assert_eq!(bench.ask("MOVE 5 0 20 60 -114.4 117.2 -57.8"), ["ERR 5 10 busy"]);
+            bench.wait(1.0);
+            let said = if stopped_by_the_host {
+                bench.raw(b"\x03")
+            } else {
+                bench.now += WATCHDOG * 2;
+                bench.watch()
+            };
+            assert_eq!(said, ["ERR 4 18 stopped"]);
+            assert_eq!(bench.wait(10.0), Vec::<String>::new());
+            let latched = u8::from(!stopped_by_the_host);
+            assert_eq!(bench.ask("STAT 6"), [format!("OK 6 0 0 0 0 {latched} 0 0 0")]);
+            assert_eq!(bench.machine.record().calibrations, 0);
+        }
+    }
+
+    #[test]
+    fn an_error_in_the_program_stops_the_arm_and_is_told() {
+        let mut bench = Bench::ready();
+        bench.ask("MOVE 3 0 20 60 -114.4 117.2 -57.8");
+        bench.wait(0.5);
+        let mut said = Vec::new();
+        bench.program.trip(&mut bench.machine, &mut said);
+        assert_eq!(said, ["ERR 0 -524 Communications overrun"]);
+        assert_eq!(bench.wait(0.3), ["END 3 3"]);
+        assert_eq!(bench.ask("MOVE 4 0 20 60 -114.4 117.2 -57.8"), ["ERR 4 11 latched"]);
     }
 
     #[test]

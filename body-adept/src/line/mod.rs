@@ -73,4 +73,9 @@ pub trait Stopper: Send {
     /// # Errors
     /// When the line is gone or stuck.
     fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError>;
+
+    /// Where it is to be recorded that it was sent: by whoever has sent it, once nothing waits for that any more.
+    fn recorder(&self) -> record::Recorder {
+        record::Recorder::default()
+    }
 }

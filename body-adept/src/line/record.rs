@@ -57,6 +57,11 @@ impl Recorder {
         }
     }
 
+    /// Records that the order to stop was sent.
+    pub(crate) fn stopped(&self, bytes: &[u8]) {
+        self.bytes("stop", bytes);
+    }
+
     fn bytes(&self, what: &str, bytes: &[u8]) {
         if self.0.is_some() {
             self.event(what, &format!("\"{}\"", bytes.escape_ascii()));
@@ -84,8 +89,9 @@ impl Recorded {
 
 impl Line for Recorded {
     fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
-        self.recorder.bytes(">", bytes);
+        // Sent first: a disk that is slow must not have an order come after the stop that it was meant to come before.
         let sent = self.line.send(bytes);
+        self.recorder.bytes(">", bytes);
         self.noted(sent)
     }
 
@@ -114,10 +120,11 @@ struct RecordedStopper {
 
 impl Stopper for RecordedStopper {
     fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError> {
-        // Sent first: nothing may delay it, a full disk least of all.
-        let stopped = self.stopper.stop(bytes);
-        self.recorder.bytes("stop", bytes);
-        stopped
+        self.stopper.stop(bytes)
+    }
+
+    fn recorder(&self) -> Recorder {
+        self.recorder.clone()
     }
 }
 
@@ -350,7 +357,9 @@ mod tests {
         let mut line = Recorded::new(Box::new(Pong(false)), recorder.clone());
         recorder.event("order", "where");
         let answer = exchange(&mut line, b"WHERE\r\n").unwrap();
-        line.stopper().unwrap().stop(b"STOP\n").unwrap();
+        let mut stopper = line.stopper().unwrap();
+        stopper.stop(b"STOP\n").unwrap();
+        stopper.recorder().stopped(b"STOP\n");
         recorder.event("outcome", "fine");
         assert_eq!(exchange(&mut line, b"ID\r\n").unwrap(), answer);
 

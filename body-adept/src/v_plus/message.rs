@@ -28,6 +28,8 @@ pub enum Cause {
     Latched,
     /// The server program had this order before.
     Repeated,
+    /// A stop came while it was carried out, or the host fell silent.
+    Stopped,
     /// None of these.
     Other,
 }
@@ -54,6 +56,7 @@ impl Cause {
             Self::Busy => "wait for the motion to end; nothing else may drive the arm",
             Self::Latched => "find out what stopped the arm, then reset and enable again",
             Self::Repeated => "none: the doubled order moved nothing",
+            Self::Stopped => "find out what stopped it, then enable again",
             Self::Other => "look the number up in the V+ reference guide",
         }
     }
@@ -79,7 +82,7 @@ pub struct Message {
 
 /// Numbers that stand for a cause. Those of the line are documented; all other negative ones are as remembered, so
 /// the text is looked at first. Positive numbers are those of `vplus/pschema.v2`.
-const NUMBERS: [(i32, Cause); 16] = [
+const NUMBERS: [(i32, Cause); 17] = [
     (-504, Cause::Line),
     (-522, Cause::Line),
     (-524, Cause::Line),
@@ -96,6 +99,7 @@ const NUMBERS: [(i32, Cause); 16] = [
     (15, Cause::NotUnderstood),
     (16, Cause::Line),
     (17, Cause::Repeated),
+    (18, Cause::Stopped),
 ];
 
 /// Parts of texts, in small letters, that stand for a cause. The first that fits counts.

@@ -27,6 +27,8 @@ pub enum Command<'a> {
     },
     /// Percent of full speed.
     Speed(u8),
+    /// Prints it, and the percentage that programs have set, which multiplies it.
+    ListSpeeds,
     /// Remembers where the next motion goes.
     SetGoal(&'a [f64]),
     /// Prints it.
@@ -44,6 +46,20 @@ pub enum Command<'a> {
 }
 
 impl Command<'_> {
+    /// Whether the arm moves by it, or may: such an order passes no switch that is pressed.
+    #[must_use]
+    pub fn may_move(&self) -> bool {
+        matches!(
+            self,
+            Self::Speed(_)
+                | Self::SetGoal(_)
+                | Self::MoveToGoal
+                | Self::Power(true)
+                | Self::Calibrate
+                | Self::Yes
+        )
+    }
+
     /// The text, without a line end.
     #[must_use]
     pub fn text(&self) -> String {
@@ -51,9 +67,10 @@ impl Command<'_> {
             Self::Identify => "ID".to_owned(),
             Self::Where => "WHERE".to_owned(),
             Self::State { signals: [left, right, near, far] } => format!(
-                "LISTR SWITCH(POWER),STATE(4),STATE(9),STATE(10),SIG({left}),SIG({right}),SIG({near}),SIG({far})"
+                "LISTR SWITCH(POWER),STATE(4),STATE(2),STATE(1),SIG({left}),SIG({right}),SIG({near}),SIG({far})"
             ),
             Self::Speed(percent) => format!("SPEED {percent}"),
+            Self::ListSpeeds => "LISTR SPEED(1),SPEED(2)".to_owned(),
             Self::SetGoal(joints) => format!("DO SET {GOAL}=#PPOINT({})", values(joints, ",")),
             Self::ListGoal => format!("LISTL {GOAL}"),
             Self::MoveToGoal => format!("DO MOVE {GOAL}"),
@@ -140,31 +157,47 @@ pub struct State {
     pub power: bool,
     /// An emergency stop is pressed.
     pub emergency_stop: bool,
-    /// A motion is under way.
+    /// A motion is under way, or the arm is being calibrated.
     pub moving: bool,
-    /// The arm is calibrated.
+    /// The arm is calibrated, and under the controller's control.
     pub calibrated: bool,
+    /// Power is coming up or going, or the arm is being calibrated: wait.
+    pub settling: bool,
     /// The touch inputs: bit 0 the first.
     pub signals: u8,
 }
 
-/// Reads an answer to [`Command::State`]. V+ calls -1 true and 0 false; bit 3 of `STATE(4)` is the emergency stop.
+/// `STATE(1)`: the robot is under program control. The vendor's list: 0 resetting, 1 fatal error, 2 waiting for power, 3
+/// initializing after power-up, 4 manual control, 5 calibrating, 7 under program control, 8 not calibrated.
+const UNDER_CONTROL: u32 = 7;
+const RESETTING: u32 = 0;
+const INITIALIZING: u32 = 3;
+const CALIBRATING: u32 = 5;
+
+/// Reads an answer to [`Command::State`]. V+ calls -1 true and 0 false; bit 3 of `STATE(4)` is the emergency stop;
+/// `STATE(2)` is odd while the arm moves, brakes or settles, and even while it stands.
 #[must_use]
 pub fn state(answer: &Answer) -> Option<State> {
     let numbers = answer.all_numbers(8)?;
-    let [power, stops, moving, calibrated, touch @ ..] = numbers.as_slice() else { return None };
+    let [power, stops, motion, overall, touch @ ..] = numbers.as_slice() else { return None };
     let mut signals = 0;
     for (bit, signal) in touch.iter().enumerate() {
         signals |= u8::from(truth(*signal)?) << bit;
     }
-    let stops = (0.0..65_536.0).contains(stops).then_some(*stops as u32)?;
+    let overall = word(*overall)?;
     Some(State {
         power: truth(*power)?,
-        emergency_stop: stops & 4 != 0,
-        moving: *moving > 0.0,
-        calibrated: truth(*calibrated)?,
+        emergency_stop: word(*stops)? & 4 != 0,
+        moving: word(*motion)? % 2 == 1 || overall == CALIBRATING,
+        calibrated: overall == UNDER_CONTROL,
+        settling: [RESETTING, INITIALIZING, CALIBRATING].contains(&overall),
         signals,
     })
+}
+
+/// A word of the state: a whole number that is not negative.
+fn word(value: f64) -> Option<u32> {
+    ((0.0..65_536.0).contains(&value) && value.fract() == 0.0).then_some(value as u32)
 }
 
 fn truth(value: f64) -> Option<bool> {
@@ -224,13 +257,37 @@ mod tests {
     #[test]
     fn the_state_is_read() {
         let read = |values: &str| state(&answer("LISTR", format!("LISTR\r\n{values}\r\n.").as_bytes()));
-        let found = read("-1\r\n4\r\n1\r\n-1\r\n-1\r\n0\r\n0\r\n-1").unwrap();
+        let found = read("-1\r\n4\r\n1\r\n7\r\n-1\r\n0\r\n0\r\n-1").unwrap();
+        let (moving, calibrated, settling) = (true, true, false);
         assert_eq!(
             found,
-            State { power: true, emergency_stop: true, moving: true, calibrated: true, signals: 0b1001 }
+            State { power: true, emergency_stop: true, moving, calibrated, settling, signals: 0b1001 }
         );
-        assert_eq!(read("-1 0 0 -1 0 0 0 0").map(|state| state.signals), Some(0));
-        for wrong in ["-1 0 0 -1 0 0 0", "2 0 0 -1 0 0 0 0", "-1 0 0 -1 0 0 0 0 0", "-1 0 0 -1 0 0 0 -2"] {
+        assert_eq!(read("-1 0 0 7 0 0 0 0").map(|state| state.signals), Some(0));
+        for (words, moving, calibrated, settling) in [
+            ("2 7", false, true, false),
+            ("5 7", true, true, false),
+            ("6 7", false, true, false),
+            ("0 8", false, false, false),
+            ("0 5", true, false, true),
+            ("0 3", false, false, true),
+            ("0 4", false, false, false),
+        ] {
+            let found = read(&format!("-1 0 {words} 0 0 0 0")).unwrap();
+            assert_eq!(
+                (found.moving, found.calibrated, found.settling),
+                (moving, calibrated, settling),
+                "{words}"
+            );
+        }
+        for wrong in [
+            "-1 0 0 7 0 0 0",
+            "2 0 0 7 0 0 0 0",
+            "-1 0 0 7 0 0 0 0 0",
+            "-1 0 0 7 0 0 0 -2",
+            "-1 0 0 -1 0 0 0 0",
+            "-1 0 0.5 7 0 0 0 0",
+        ] {
             assert_eq!(read(wrong), None, "{wrong}");
         }
     }

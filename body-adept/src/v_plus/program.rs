@@ -13,6 +13,18 @@ pub const LINE_BYTES_MAX: usize = 128;
 /// Needs no number, no sum and no answer.
 pub const STOP: &[u8] = b"\x03\nSTOP\n";
 
+/// What ends a motion besides its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Guard {
+    /// Nothing.
+    None = 0,
+    /// A touch input that comes on.
+    On = 1,
+    /// A touch input that goes off: those that are on when nothing is touched.
+    Off = 2,
+}
+
 /// A request. Joint values here have passed the [gate](crate::gate); nothing else builds a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request<'a> {
@@ -34,7 +46,7 @@ pub enum Request<'a> {
     /// Begins the motion through the points added, to this last one.
     Move {
         /// Whether a touch that begins ends it.
-        guarded: bool,
+        guard: Guard,
         /// Percent of full speed.
         speed: u8,
         /// Where it ends.
@@ -61,8 +73,8 @@ impl Request<'_> {
             Self::State => format!("STAT {number}"),
             Self::Where => format!("WHERE {number}"),
             Self::Via { speed, joints } => format!("VIA {number} {speed} {}", values(joints, " ")),
-            Self::Move { guarded, speed, joints } => {
-                format!("MOVE {number} {} {speed} {}", flag(*guarded), values(joints, " "))
+            Self::Move { guard, speed, joints } => {
+                format!("MOVE {number} {} {speed} {}", *guard as u8, values(joints, " "))
             }
             Self::Stop => format!("STOP {number}"),
             Self::Power(on) => format!("POWER {number} {}", flag(*on)),
@@ -70,6 +82,12 @@ impl Request<'_> {
             Self::Reset => format!("RESET {number}"),
         };
         sum::seal(&text) + "\n"
+    }
+
+    /// Whether the arm moves by it, or may: such an order passes no switch that is pressed.
+    #[must_use]
+    pub fn may_move(&self) -> bool {
+        matches!(self, Self::Via { .. } | Self::Move { .. } | Self::Power(true) | Self::Calibrate)
     }
 
     /// Whether asking again after a lost answer can do no harm.
@@ -264,16 +282,16 @@ mod tests {
         for (request, text) in [
             (Request::Hello, "HELLO 7"),
             (Request::Via { speed: 10, joints: &joints }, "VIA 7 10 12.346 -80.000"),
-            (Request::Move { guarded: true, speed: 5, joints: &joints }, "MOVE 7 1 5 12.346 -80.000"),
+            (Request::Move { guard: Guard::On, speed: 5, joints: &joints }, "MOVE 7 1 5 12.346 -80.000"),
             (Request::Power(true), "POWER 7 1"),
             (Request::Reset, "RESET 7"),
         ] {
             assert_eq!(request.line(7), sum::seal(text) + "\n");
         }
         let longest = [-359.999; crate::v_plus::JOINTS_MAX];
-        let line = Request::Move { guarded: true, speed: 100, joints: &longest }.line(NUMBER_MAX);
+        let line = Request::Move { guard: Guard::On, speed: 100, joints: &longest }.line(NUMBER_MAX);
         assert!(line.len() <= LINE_BYTES_MAX, "{} bytes", line.len());
-        assert!(!Request::Move { guarded: false, speed: 5, joints: &joints }.may_be_repeated());
+        assert!(!Request::Move { guard: Guard::None, speed: 5, joints: &joints }.may_be_repeated());
     }
 
     #[test]

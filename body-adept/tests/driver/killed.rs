@@ -3,7 +3,7 @@
 use std::process::{Child, Command, Stdio};
 
 use pschema_adept::config::EMULATED;
-use pschema_adept::emulator::{EmulatorArgs, Speaks};
+use pschema_adept::emulator::{EmulatorArgs, Record, Speaks};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::rig::{Rig, until};
@@ -25,8 +25,8 @@ impl Drop for Process {
     }
 }
 
-/// A body that moves the arm by itself: it calibrates its camera. Returns once the arm moves.
-fn calibrating(change: impl FnOnce(&mut EmulatorArgs)) -> (Rig, Process) {
+/// A body that moves the arm by itself: it calibrates its camera. Returns once the record says so.
+fn calibrating(when: impl Fn(&Record) -> bool, change: impl FnOnce(&mut EmulatorArgs)) -> (Rig, Process) {
     let rig = Rig::start(Speaks::Program, |args| {
         args.fast = 1.0;
         change(args);
@@ -48,13 +48,42 @@ fn calibrating(change: impl FnOnce(&mut EmulatorArgs)) -> (Rig, Process) {
         .spawn()
         .unwrap();
     let process = Process(child);
-    until("the arm moves", || rig.emulator.record().motions > 0);
+    until("it is time", || when(&rig.emulator.record()));
     (rig, process)
+}
+
+fn moves(record: &Record) -> bool {
+    record.motions > 0
+}
+
+/// Brought into its home position, an arm moves in ways that no limits here hold.
+fn homes(record: &Record) -> bool {
+    record.calibrations_begun > 0
+}
+
+#[test]
+fn a_process_that_is_killed_while_it_homes_the_arm_leaves_it_to_the_watchdog() {
+    let (rig, process) = calibrating(homes, |args| args.watchdog_ms = 300);
+    process.signal(Signal::KILL);
+    until("the watchdog stops the arm", || rig.emulator.record().watchdog_stops > 0);
+    let record = rig.emulator.record();
+    assert_eq!((record.calibrations, record.powered, record.motions), (0, false, 0));
+}
+
+#[test]
+fn a_process_told_to_end_while_it_homes_the_arm_stops_it_and_takes_its_power_away() {
+    for signal in [Signal::TERM, Signal::INT] {
+        let (rig, mut process) = calibrating(homes, |_| {});
+        process.signal(signal);
+        assert!(!process.0.wait().unwrap().success(), "it did not calibrate");
+        let record = rig.emulator.record();
+        assert_eq!((record.calibrations, record.powered, record.motions), (0, false, 0));
+    }
 }
 
 #[test]
 fn a_killed_process_leaves_the_arm_to_the_watchdog() {
-    let (rig, process) = calibrating(|args| args.watchdog_ms = 300);
+    let (rig, process) = calibrating(moves, |args| args.watchdog_ms = 300);
     process.signal(Signal::KILL);
     until("the watchdog stops the arm", || rig.emulator.record().watchdog_stops > 0);
     assert_eq!(rig.emulator.record().motions, 1);
@@ -62,7 +91,7 @@ fn a_killed_process_leaves_the_arm_to_the_watchdog() {
 
 #[test]
 fn a_process_told_to_end_stops_the_arm_and_takes_its_power_away() {
-    let (rig, mut process) = calibrating(|_| {});
+    let (rig, mut process) = calibrating(moves, |_| {});
     process.signal(Signal::TERM);
     let ended = process.0.wait().unwrap();
     assert!(!ended.success(), "it did not calibrate");

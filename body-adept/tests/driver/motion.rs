@@ -7,16 +7,9 @@ use pschema_adept::line::record::Recorder;
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::replay::replay;
 use pschema_protocol::body::Outcome;
-use pschema_sim::manifold::JointPositions;
 use pschema_sim::route::Waypoint;
 
-use crate::rig::{Rig, setup, until};
-
-const MONITOR: &[(&str, &str)] = &[("mode = \"server\"", "mode = \"monitor\"")];
-
-fn at(j1: f64, j2: f64) -> JointPositions {
-    JointPositions { j1, j2 }
-}
+use crate::rig::{MONITOR, Rig, at, setup, until};
 
 fn goes_where_it_is_sent(rig: &Rig, changes: &[(&str, &str)], postures: usize) {
     let setup = setup(changes);
@@ -49,23 +42,45 @@ fn a_monitor_that_does_not_echo_takes_it_where_it_is_sent() {
     goes_where_it_is_sent(&Rig::start(Speaks::Monitor, |args| args.no_echo = true), MONITOR, 1);
 }
 
-#[test]
-fn a_block_in_the_way_is_touched_and_felt() {
-    let rig = Rig::start(Speaks::Program, |_| {});
-    let setup = setup(&[]);
+/// Goes to blocks; none of them may be pushed through.
+fn touches(speaks: Speaks, mode: &[(&str, &str)], inverted: bool, positions: &[usize]) {
+    let rig = Rig::start(speaks, |args| args.touch_inverted = inverted);
+    let on_when_untouched = ("inverted = false", "inverted = true");
+    let changes = if inverted { &[mode, &[on_when_untouched]].concat() } else { mode };
+    let setup = setup(changes);
+    let untouched = if inverted { 0b1111 } else { 0 };
     let mut arm = rig.enabled(&setup);
-    let mut touched = 0;
-    for position in [3, 20, 50, 77] {
+    for position in positions {
         assert_eq!(rig.person(&format!("place blue-block {position}")), "done");
-        let [x, y] = setup.file.places.at_mm[position].map(|mm| mm.get());
+        let [x, y] = setup.file.places.at_mm[*position].map(|mm| mm.get());
         let (across, outwards) = (setup.file.plane.across_mm.get(), setup.file.plane.outwards_mm.get());
         let place = at(x / across + 0.5, (y - setup.file.plane.nearest_mm.get()) / outwards);
-        assert_eq!(arm.signals().unwrap(), 0, "before");
+        assert_eq!(arm.signals().unwrap(), untouched, "before");
         assert_eq!(arm.go(place), Outcome::Done);
-        touched += usize::from(arm.signals().unwrap() != 0);
+        assert_ne!(arm.signals().unwrap(), untouched, "at {position}");
+        // A way that was carried on with to the block's middle would push it along.
+        let stopped = arm.joints().unwrap();
+        let middle = setup.gate.taught().at(Waypoint { joints: place, lift_m: 0.0 }).unwrap();
+        assert!(!setup.gate.is_at(&middle, &stopped), "it went on through what it touched");
         assert_eq!(arm.park(), Outcome::Done);
     }
-    assert_eq!(touched, 4);
+}
+
+#[test]
+fn a_block_in_the_way_is_touched_and_felt() {
+    touches(Speaks::Program, &[], false, &[3, 20, 50, 77]);
+}
+
+#[test]
+fn a_block_in_the_way_is_touched_and_felt_through_the_monitor() {
+    touches(Speaks::Monitor, MONITOR, false, &[3]);
+}
+
+/// Inputs that are on when nothing is touched: the guard looks for one that goes off.
+#[test]
+fn a_touch_that_switches_an_input_off_is_felt_as_well() {
+    touches(Speaks::Program, &[], true, &[3, 50]);
+    touches(Speaks::Monitor, MONITOR, true, &[3]);
 }
 
 #[test]

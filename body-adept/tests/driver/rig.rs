@@ -14,9 +14,17 @@ use pschema_adept::emulator::{Emulator, EmulatorArgs, Speaks};
 use pschema_adept::line::record::{Recorded, Recorder};
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::watch::Beat;
+use pschema_sim::manifold::JointPositions;
 
 /// Longest wait for anything in these tests.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The change that makes it the arm on a monitor.
+pub(crate) const MONITOR: &[(&str, &str)] = &[("mode = \"server\"", "mode = \"monitor\"")];
+
+pub(crate) fn at(j1: f64, j2: f64) -> JointPositions {
+    JointPositions { j1, j2 }
+}
 
 /// The emulated arm as shipped, with one thing replaced by another.
 pub(crate) fn setup(changes: &[(&str, &str)]) -> Arc<Setup> {

@@ -2,17 +2,16 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use pschema_adept::arm::Phase;
+use pschema_adept::arm::{May, Phase};
+use pschema_adept::arm_on;
 use pschema_adept::emulator::Speaks;
 use pschema_adept::line::record::Recorder;
+use pschema_adept::line::serial::SerialLine;
+use pschema_adept::line::{Line, LineError};
 use pschema_protocol::body::Outcome;
-use pschema_sim::manifold::JointPositions;
 
-use crate::rig::{Rig, setup, until};
-
-fn at(j1: f64, j2: f64) -> JointPositions {
-    JointPositions { j1, j2 }
-}
+use crate::meddled::Meddled;
+use crate::rig::{MONITOR, Rig, at, setup, until};
 
 /// Runs a long motion and, once it is under way, `disturb`; returns how the motion came out.
 fn disturbed(rig: &Rig, arm: &mut pschema_adept::arm::Arm, disturb: impl FnOnce() + Send) -> Outcome {
@@ -120,11 +119,12 @@ fn a_line_that_is_unplugged_at_rest_is_opened_again_and_nothing_is_sent_twice() 
 
 #[test]
 fn a_line_that_is_unplugged_during_a_motion_leaves_it_to_the_watchdog() {
-    let rig = Rig::start(Speaks::Program, |args| (args.fast, args.watchdog_ms) = (1.0, 100));
+    let rig = Rig::start(Speaks::Program, |args| (args.fast, args.watchdog_ms) = (1.0, 500));
     let mut arm = rig.enabled(&setup(&[]));
-    let outcome = disturbed(&rig, &mut arm, || drop(rig.person("unplug 600")));
+    let before = rig.emulator.record().watchdog_stops;
+    let outcome = disturbed(&rig, &mut arm, || drop(rig.person("unplug 1500")));
     assert_eq!(outcome, Outcome::Failed);
-    until("the watchdog stops it", || rig.emulator.record().watchdog_stops == 1);
+    until("the watchdog stops it", || rig.emulator.record().watchdog_stops == before + 1);
     until("it is back", || arm.signals().is_ok());
     assert!(matches!(arm.phase(), Phase::Latched(_)), "{:?}", arm.phase());
     assert_eq!(rig.emulator.record().motions, 1);
@@ -144,7 +144,7 @@ fn two_drivers_do_not_share_a_line() {
 #[test]
 fn a_person_who_stops_the_arm_at_the_monitor_is_not_overruled_by_the_next_part_of_the_path() {
     let rig = Rig::start(Speaks::Monitor, |args| args.fast = 4.0);
-    let setup = setup(&[("mode = \"server\"", "mode = \"monitor\"")]);
+    let setup = setup(MONITOR);
     let mut arm = rig.enabled(&setup);
     let outcome = disturbed(&rig, &mut arm, || assert_eq!(rig.person("halt"), "done"));
     assert_eq!(outcome, Outcome::Failed);
@@ -152,6 +152,71 @@ fn a_person_who_stops_the_arm_at_the_monitor_is_not_overruled_by_the_next_part_o
     assert_eq!(rig.emulator.record().motions, 1, "nothing follows");
     assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Refused, "until a person has seen to it");
     assert_eq!(rig.emulator.record().motions, 1);
+}
+
+/// The pendant, another task, an operator at the controller: whoever it was had a reason.
+#[test]
+fn a_person_who_stops_the_arm_beside_the_program_is_not_overruled_by_the_next_order() {
+    let rig = slow();
+    let mut arm = rig.enabled(&setup(&[]));
+    let outcome = disturbed(&rig, &mut arm, || assert_eq!(rig.person("halt"), "done"));
+    assert_eq!(outcome, Outcome::Failed);
+    assert!(matches!(arm.phase(), Phase::Latched(why) if why.contains("not from here")), "{:?}", arm.phase());
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Refused, "until a person has seen to it");
+    assert_eq!(rig.emulator.record().motions, 1);
+}
+
+#[test]
+fn an_error_in_the_program_on_the_controller_needs_a_person() {
+    let rig = slow();
+    let mut arm = rig.enabled(&setup(&[]));
+    let outcome = disturbed(&rig, &mut arm, || assert_eq!(rig.person("trip"), "done"));
+    assert_eq!(outcome, Outcome::Failed);
+    assert!(matches!(arm.phase(), Phase::Latched(_)), "{:?}", arm.phase());
+    assert!(rig.emulator.record().stops > 0);
+    assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Refused);
+    until("enabled", || arm.enable().is_ok());
+    assert_eq!(arm.go(at(0.45, 0.5)), Outcome::Done);
+}
+
+/// A controller begins at a speed of its own when it is switched on.
+#[test]
+fn the_speed_is_set_anew_with_each_motion() {
+    let rig = Rig::start(Speaks::Monitor, |_| {});
+    let one_speed = ("percent = 20\n", "percent = 5\n");
+    let mut arm = rig.enabled(&setup(&[MONITOR, &[one_speed]].concat()));
+    assert_eq!(arm.go(at(0.5, 0.0)), Outcome::Done);
+    rig.person("power cycle");
+    until("it is noticed", || arm.signals().is_ok() && matches!(arm.phase(), Phase::Latched(_)));
+    until("enabled", || arm.enable().is_ok());
+    assert_eq!(arm.go(at(0.5, 0.05)), Outcome::Done);
+    let record = rig.emulator.record();
+    assert!(record.speed_max <= 0.05 + 1e-9, "at {} of full speed", record.speed_max);
+}
+
+/// Without echo nothing but what is read back tells what has arrived.
+#[test]
+fn a_speed_that_arrived_as_another_moves_nothing() {
+    for no_echo in [true, false] {
+        let rig = Rig::start(Speaks::Monitor, |args| args.no_echo = no_echo);
+        let setup = setup(MONITOR);
+        // Enabled over a good line first.
+        drop(rig.enabled(&setup));
+        let link = rig.args.link.clone();
+        let open = Box::new(move || -> Result<Box<dyn Line>, LineError> {
+            let line = SerialLine::open(&link, 9600)?;
+            Ok(Box::new(Meddled::new(
+                Box::new(line),
+                &[("SPEED 20", "SPEED 90"), ("SPEED 5\r", "SPEED 50\r")],
+            )))
+        });
+        let may = May { moves: true, home: true };
+        let mut arm = arm_on(&setup, open, Recorder::default(), may, rig.stop.clone(), None).unwrap();
+        arm.enable().unwrap();
+        assert_ne!(arm.go(at(0.5, 0.5)), Outcome::Done);
+        let record = rig.emulator.record();
+        assert_eq!((record.motions, record.speed_max), (0, 0.0));
+    }
 }
 
 #[test]
