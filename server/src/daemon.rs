@@ -24,13 +24,15 @@ use crate::inspector::{Inspected, Inspector, JOBS_MAX, encoded};
 use crate::keeper::{Keeper, Keeping, now_unix_ms};
 use crate::mind::{HostFacts, Mind, Setup, View};
 use crate::refusals::{LogBudget, Refusals};
-use crate::session::Session;
+use crate::session::{Session, is_through};
 use crate::supervise::Supervisor;
 
 /// How long the loop sleeps when nothing comes in; a stop flag set by a signal is seen within it.
 const SLEEP_MAX: Duration = Duration::from_millis(100);
 /// How long bodies have to come for their farewell when the daemon ends.
 const FAREWELL_MAX: Duration = Duration::from_secs(1);
+/// Frames that one action may take to be decided on: surroundings are arranged first where a trial begins.
+const SINGLE_FRAMES_MAX: u32 = 8;
 /// Sessions that are over and still shown.
 const ENDED_KEPT_MAX: usize = 32;
 
@@ -215,6 +217,9 @@ struct Daemon {
     keeper: Keeper<Held>,
     /// The last batch that an order or a step led to.
     batch: u64,
+    /// Frames in which the learner may still decide on the one action that was asked of it while it is held; 0 when none
+    /// was.
+    single: u32,
     /// Whether bodies that rest are wanted again.
     rouse: bool,
     /// Set when the daemon is ending: when it ends, whether bodies have left or not.
@@ -236,6 +241,7 @@ impl Daemon {
             asked: 0,
             keeper,
             batch: 0,
+            single: 0,
             rouse: false,
             ends_at: None,
         }
@@ -350,6 +356,12 @@ impl Daemon {
             log_undelivered(reply.send(&Reply::Detach));
             return self.gone(number, "left");
         }
+        // One action while held: it goes on for this frame only. No reply leaves before it is held again, on disk too.
+        let single = self.single > 0 && (!student_attached || Some(body.session.body()) == student);
+        if single {
+            self.order(&StageCommand::Resume);
+        }
+        let Some(body) = self.bodies.get_mut(&number) else { return };
         let listening = self.mind.is_listening(&body.session, student_attached);
         let served = self.mind.serve(&mut body.session, frame, listening);
         if let Reply::Refused { code, reason } = &served.reply {
@@ -359,6 +371,11 @@ impl Daemon {
         if let Some(step) = &served.step {
             let cause = Cause::Step(body.session.input());
             self.batch = self.keeper.keep(cause, &step.effects, content);
+        }
+        if single {
+            let decided = served.step.as_ref().is_some_and(|step| step.decision.is_some());
+            self.single = if decided { 0 } else { self.single - 1 };
+            self.order(&StageCommand::Hold);
         }
         let decided = began.elapsed();
         let stepped = served.step.is_some().then_some(began);
@@ -448,6 +465,7 @@ impl Daemon {
             Request::Stage(order) => {
                 let command = match order {
                     StageOrder::Show => return Ok(()),
+                    StageOrder::Step => return self.single_step().map_err(failed),
                     StageOrder::Next => StageCommand::Next,
                     StageOrder::Hold => StageCommand::Hold,
                     StageOrder::Resume => StageCommand::Resume,
@@ -455,6 +473,7 @@ impl Daemon {
                 };
                 let effects = self.mind.stage(&command).map_err(|error| failed(error.to_string()))?;
                 self.keep(Cause::Order(&ordered(&command)), &effects);
+                self.single = 0;
                 Ok(())
             }
             Request::Shutdown => {
@@ -469,7 +488,10 @@ impl Daemon {
             | Request::Trace { .. }
             | Request::Predict { .. }
             | Request::Plan { .. }
-            | Request::Pursuit => Ok(()),
+            | Request::Pursuit
+            | Request::Live(_)
+            | Request::Graph(_)
+            | Request::WhyNot { .. } => Ok(()),
             Request::Achieve { goal, actions_max } => {
                 let body = self.shown().map(|body| body.session.body());
                 let body = body.ok_or_else(|| failed(NO_BODY.to_owned()))?;
@@ -484,6 +506,33 @@ impl Daemon {
                 self.keep(Cause::Order(&format!("cancel {number}")), &effects);
                 Ok(())
             }
+        }
+    }
+
+    /// Takes one action and is then held.
+    fn single_step(&mut self) -> Result<(), String> {
+        let content = self.mind.learner().memory().content();
+        let progress = &content.progress;
+        let pursues = content.pursuit.as_ref().is_some_and(|pursuit| pursuit.under_way());
+        if let Some(why) = progress.stuck.as_deref().filter(|_| !pursues) {
+            return Err(format!("there is no step to take: the learner is stuck: {why}"));
+        }
+        if is_through(self.mind.learner()) {
+            return Err(
+                "there is no step to take: the curriculum is over; `pschema stage set NAME` goes back"
+                    .to_owned(),
+            );
+        }
+        self.order(&StageCommand::Hold);
+        self.single = SINGLE_FRAMES_MAX;
+        Ok(())
+    }
+
+    /// Gives the curriculum an order that it always takes.
+    fn order(&mut self, command: &StageCommand) {
+        match self.mind.stage(command) {
+            Ok(effects) => self.keep(Cause::Order(&ordered(command)), &effects),
+            Err(error) => tracing::error!(%error, ?command, "an order was not taken"),
         }
     }
 
@@ -503,6 +552,7 @@ impl Daemon {
             bodies: attached.chain(self.ended.iter().cloned()).collect(),
             world: shown.map(|body| body.session.world(learner)).unwrap_or_default(),
             perceived: shown.map(|body| (body.session.body(), body.session.perceived().to_vec())),
+            before: shown.map(|body| body.session.perceived_before().to_vec()).unwrap_or_default(),
             storage: self.keeper.facts(),
             refused: self.refusals.counts(),
         })

@@ -190,6 +190,7 @@ impl<B: Body> InProcess<B> {
             bodies,
             world,
             perceived,
+            before: self.session.perceived_before().to_vec(),
             storage: None,
             refused: Vec::new(),
         })

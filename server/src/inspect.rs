@@ -3,10 +3,13 @@
 
 mod explain;
 mod goals;
+mod graph;
+mod live;
 mod schemas;
 mod stage;
 mod text;
 mod trace;
+mod why_not;
 
 use std::collections::BTreeMap;
 
@@ -49,8 +52,17 @@ pub fn answer(view: &View, request: &Request) -> Answer {
             Ok(plan) => Answer::Plan(Box::new(plan)),
             Err(problem) => Answer::Error(problem),
         },
+        Request::Live(query) => Answer::Live(Box::new(live::live(view, query))),
         Request::Achieve { .. } | Request::Pursuit | Request::Cancel { .. } => match goals::pursuit(view) {
             Ok(pursuit) => Answer::Pursuit(Box::new(pursuit)),
+            Err(problem) => Answer::Error(problem),
+        },
+        Request::Graph(query) => match graph::graph(view, query) {
+            Ok(graph) => Answer::Graph(Box::new(graph)),
+            Err(problem) => Answer::Error(problem),
+        },
+        Request::WhyNot { schema, step } => match why_not::why_not(view, *schema, *step) {
+            Ok(why) => Answer::WhyNot(Box::new(why)),
             Err(problem) => Answer::Error(problem),
         },
     }

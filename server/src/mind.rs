@@ -22,7 +22,7 @@ use pschema_protocol::inspect::{BodyStatus, RefusalCount, Storage};
 use pschema_protocol::message::RawFrame;
 
 use crate::latency::Latencies;
-use crate::session::{Served, Session, WORD_BYTES_MAX, WORDS_WAITING_MAX, is_waiting};
+use crate::session::{Served, Session, WORD_BYTES_MAX, WORDS_WAITING_MAX, is_through};
 use crate::trace::Trace;
 
 /// Decisions that can be explained: the last of them.
@@ -59,7 +59,7 @@ pub enum SayError {
         /// How many would wait.
         waiting: usize,
     },
-    /// The learner takes no steps now.
+    /// The learner takes no more steps.
     #[error("nobody would hear it: the learner is {state}; see `pschema stage`")]
     Holding {
         /// Why.
@@ -209,7 +209,8 @@ impl Mind {
         if waiting > WORDS_WAITING_MAX {
             return Err(SayError::Waiting { waiting });
         }
-        if is_waiting(&self.learner) {
+        // While it is held words wait: the next step hears them.
+        if is_through(&self.learner) {
             return Err(SayError::Holding { state: self.state(true) });
         }
         if self.learner.memory().content().vocabulary.symbols().len().saturating_add(waiting) > SYMBOLS_MAX {
@@ -324,6 +325,8 @@ pub struct HostFacts {
     pub world: Vec<String>,
     /// The body that goals and predictions are about, and what it perceived last.
     pub perceived: Option<(BodyId, Vec<Observation>)>,
+    /// What it perceived in the step before.
+    pub before: Vec<Observation>,
     /// How memory is kept; none when in RAM only.
     pub storage: Option<Storage>,
     /// What was refused, by reason.
@@ -361,6 +364,26 @@ impl View {
             host.world = perceived.iter().map(|one| notation::observation(vocabulary, one)).collect();
         }
         Self { state: mind.state(true), ..mind.view(host) }
+    }
+
+    /// A learner as it is now, without a host: what it decided last, if given, and what `host` says.
+    #[must_use]
+    pub fn of(learner: &Learner, seed: u64, decision: Option<Decision>, host: HostFacts) -> Self {
+        Self {
+            content: learner.memory().content().clone(),
+            curriculum: Arc::new(learner.curriculum().clone()),
+            parameters: learner.memory().parameters().clone(),
+            seed,
+            decisions: decision.into_iter().map(Arc::new).collect(),
+            state: "acting".to_owned(),
+            stuck: None,
+            uptime_s: 0.0,
+            steps_per_s: 0.0,
+            latencies: Latencies::default(),
+            commits: Latencies::default(),
+            trace: Trace::default(),
+            host,
+        }
     }
 }
 

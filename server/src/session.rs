@@ -12,7 +12,7 @@ use pschema_learner::vocabulary::{BodyId, DeclarationError, Vocabulary, limits::
 use pschema_protocol::body::Outcome;
 use pschema_protocol::decode;
 use pschema_protocol::description::{Action, Description, ValueKind};
-use pschema_protocol::message::{CheckedFrame, CheckedHello, RawFrame, Reply};
+use pschema_protocol::message::{Checked, CheckedHello, RawFrame, Reply};
 use pschema_protocol::refusal::Refusal;
 
 use crate::translate::{TranslateError, Translation, declaration};
@@ -83,6 +83,8 @@ pub struct Session {
     unsaid: bool,
     /// What the last step was taken on.
     input: Frame,
+    /// What was perceived in the step before it.
+    before: Vec<Observation>,
     counters: Counters,
 }
 
@@ -118,6 +120,7 @@ impl Session {
             to_arrange: VecDeque::new(),
             unsaid: false,
             input: Frame { body, outcome: None, observations: Vec::new() },
+            before: Vec::new(),
             counters: Counters::default(),
         };
         Ok((session, effects))
@@ -159,6 +162,12 @@ impl Session {
         &self.input.observations
     }
 
+    /// What the body perceived in the step before the last.
+    #[must_use]
+    pub fn perceived_before(&self) -> &[Observation] {
+        &self.before
+    }
+
     /// What the body perceived in the last step, as it prints.
     #[must_use]
     pub fn world(&self, learner: &Learner) -> Vec<String> {
@@ -169,7 +178,7 @@ impl Session {
     /// Serves one frame. A frame that is refused changes nothing but the counters. `words` are heard with
     /// it, and taken, when the learner makes a step of it.
     pub fn frame(&mut self, learner: &mut Learner, raw: &RawFrame, words: &mut Vec<String>) -> Served {
-        let served = match self.checks.frame(raw) {
+        let served = match self.checks.check(raw) {
             Ok(frame) => {
                 self.counters.frames += 1;
                 self.taken(learner, &frame, words)
@@ -192,7 +201,7 @@ impl Session {
         Served { reply, step: None, problem: None }
     }
 
-    fn taken(&mut self, learner: &mut Learner, frame: &CheckedFrame, words: &mut Vec<String>) -> Served {
+    fn taken(&mut self, learner: &mut Learner, frame: &Checked<'_>, words: &mut Vec<String>) -> Served {
         let mut outcome = frame.report.map(|report| outcome(report.outcome));
         if let Some(next) = self.to_arrange.pop_front() {
             if outcome == Some(ActionOutcome::Done) {
@@ -218,8 +227,9 @@ impl Session {
                 symbol
             })
             .collect();
-        let observations = self.translation.observations(&frame.observations, &heard);
-        self.input = Frame { body: self.body, outcome, observations };
+        let observations = self.translation.observations(frame.observations, &heard);
+        let input = Frame { body: self.body, outcome, observations };
+        self.before = std::mem::replace(&mut self.input, input).observations;
         let mut step = learner.step(&self.input);
         // A word met for the first time is part of what the frame changed.
         step.effects.splice(0..0, met);
@@ -263,13 +273,26 @@ pub fn is_waiting(learner: &Learner) -> bool {
     rests(learner, goal.map_or(BodyId(u16::MAX), |pursuit| pursuit.body))
 }
 
+/// Whether it will want nothing, held or not, until an operator moves the curriculum on: it is stuck, or through with its
+/// curriculum, and pursues no goal.
+#[must_use]
+pub fn is_through(learner: &Learner) -> bool {
+    let content = learner.memory().content();
+    let goal = content.pursuit.as_ref().filter(|pursuit| pursuit.under_way());
+    idles(learner, goal.map_or(BodyId(u16::MAX), |pursuit| pursuit.body))
+}
+
 /// Whether it wants nothing of `body`: a goal keeps only the body awake that pursues it.
 fn rests(learner: &Learner, body: BodyId) -> bool {
+    learner.memory().content().progress.held || idles(learner, body)
+}
+
+fn idles(learner: &Learner, body: BodyId) -> bool {
     let content = learner.memory().content();
     let progress = &content.progress;
     let through = progress.finished && learner.curriculum().afterwards == Afterwards::Hold;
     let pursues = content.pursuit.as_ref().is_some_and(|goal| goal.under_way() && goal.body == body);
-    progress.held || ((progress.stuck.is_some() || through) && !pursues)
+    (progress.stuck.is_some() || through) && !pursues
 }
 
 fn wait() -> Reply {

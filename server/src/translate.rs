@@ -9,9 +9,9 @@ use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, PrimitiveId,
     ValueKind as LearntKind, Vocabulary, bin, value_of,
 };
-use pschema_protocol::body::SensedObservation;
 use pschema_protocol::check;
 use pschema_protocol::description::{Action, ActionType, Description, Property, Value, ValueKind};
+use pschema_protocol::observed::{Observed, One};
 use pschema_protocol::refusal::Refusal;
 
 /// The sense of hearing, which the daemon adds to every body: `word{text=touch}`.
@@ -190,17 +190,17 @@ impl Translation {
 
     /// Checked observations in the learner's words, with `words` heard alongside.
     #[must_use]
-    pub fn observations(&self, sensed: &[SensedObservation], words: &[SymbolId]) -> Vec<Observation> {
+    pub fn observations(&self, sensed: Observed<'_>, words: &[SymbolId]) -> Vec<Observation> {
         let (hearing, text) = self.hearing;
         let heard = words.iter().map(|word| Observation::new(hearing, [(text, Learnt::Symbol(*word))]));
         sensed.iter().filter_map(|one| self.observation(one)).chain(heard).collect()
     }
 
-    fn observation(&self, sensed: &SensedObservation) -> Option<Observation> {
+    fn observation(&self, sensed: One<'_>) -> Option<Observation> {
         // Checked frames hold only what was declared, so this is always there.
-        let table = self.types.get(usize::from(sensed.observation_type))?;
-        let values = sensed.values.iter().zip(&table.properties);
-        let properties = values.map(|(value, (property, values))| Some((*property, learnt(*value, values)?)));
+        let table = self.types.get(usize::from(sensed.observation_type()))?;
+        let values = sensed.values().zip(&table.properties);
+        let properties = values.map(|(value, (property, values))| Some((*property, learnt(value, values)?)));
         Some(Observation::new(table.kind, properties.collect::<Option<Vec<_>>>()?))
     }
 

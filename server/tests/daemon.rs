@@ -15,7 +15,7 @@ use common::{Row, curriculum, free, setup};
 use pschema_protocol::body::{Ending, RunError, RunOptions, RunSummary};
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::inspect::{Answer, Report, Request, SchemaQuery, StageOrder, Status};
+use pschema_protocol::inspect::{Answer, Live, LiveQuery, Report, Request, SchemaQuery, StageOrder, Status};
 use pschema_server::in_process::run_in_process;
 use pschema_server::{ServerError, Setup, serve};
 
@@ -121,6 +121,14 @@ fn report(client: &mut Client, request: &Request) -> Report {
     }
 }
 
+fn live(client: &mut Client, trace_from: u64) -> Live {
+    let query = LiveQuery { trace_from, candidates_max: 2, terms_max: 3, newest_max: 4 };
+    match client.ask(&Request::Live(query)).unwrap() {
+        Answer::Live(live) => *live,
+        other => panic!("{other:?}"),
+    }
+}
+
 /// Asks for the status until it is as wanted.
 fn until(client: &mut Client, wanted: impl Fn(&Status) -> bool) -> Status {
     let start = Instant::now();
@@ -173,11 +181,13 @@ fn orders_of_tools_are_obeyed_and_mistakes_explained() {
     until(&mut client, |status| status.step > 10);
     assert_eq!(report(&mut client, &Request::Stage(StageOrder::Hold)).stage_state, "held");
     let held = status(&mut client);
-    let error = client.ask::<_, Answer>(&Request::Say { words: vec!["touch".to_owned()] }).unwrap();
-    assert!(matches!(&error, Answer::Error(problem) if problem.contains("held")), "{error:?}");
-    report(&mut client, &Request::Stage(StageOrder::Resume));
+    let from = live(&mut client, u64::MAX).trace.total;
     report(&mut client, &Request::Say { words: vec!["touch".to_owned()] });
+    report(&mut client, &Request::Stage(StageOrder::Resume));
     until(&mut client, |status| status.step > held.step + 10);
+    let heard =
+        live(&mut client, from).trace.records.into_iter().find(|record| !record.heard.is_empty()).unwrap();
+    assert_eq!(heard.heard, ["touch"], "said while held, heard once");
     let mistakes = [
         Request::Stage(StageOrder::Set("dancing".to_owned())),
         Request::Say { words: Vec::new() },
@@ -203,6 +213,82 @@ fn orders_of_tools_are_obeyed_and_mistakes_explained() {
 }
 
 /// This very test binary again, running [`body_process`] as a process of its own.
+
+#[test]
+fn one_step_is_taken_while_held_and_no_more() {
+    let mut daemon = Daemon::start(setup(1, free()));
+    let mut client = daemon.client();
+    let body = Running::start(&daemon.place, Row::new("row"));
+    until(&mut client, |status| status.step > 10);
+    report(&mut client, &Request::Stage(StageOrder::Hold));
+    // What was under way is learnt from, and no action chosen.
+    let resting = |client: &mut Client| {
+        let mut last = live(client, u64::MAX);
+        let start = Instant::now();
+        loop {
+            let now = live(client, u64::MAX);
+            let outcome_in = now.step == last.step && now.trace.total == last.trace.total;
+            if outcome_in && now.bodies[0].frames > last.bodies[0].frames {
+                return now;
+            }
+            assert!(start.elapsed() < PATIENCE, "never rests: {now:?}");
+            last = now;
+        }
+    };
+    let mut before = resting(&mut client);
+    assert_eq!(before.stage_state, "held");
+    for _ in 0..3 {
+        assert_eq!(report(&mut client, &Request::Stage(StageOrder::Step)).stage_state, "held");
+        until(&mut client, |status| status.step > before.step);
+        resting(&mut client);
+        let after = live(&mut client, before.trace.total);
+        assert_eq!(after.stage_state, "held");
+        let decided = |live: &Live| live.explanation.as_ref().unwrap().step;
+        let actions = after.trace.records.iter().filter(|record| record.decision.is_some()).count();
+        assert_eq!(actions, 1, "{:?}", after.trace.records);
+        assert!(decided(&after) > before.step);
+        before = after;
+    }
+    report(&mut client, &Request::Stage(StageOrder::Resume));
+    until(&mut client, |status| status.step > before.step + 10);
+    // What is asked for while it is free is one action more.
+    report(&mut client, &Request::Stage(StageOrder::Step));
+    assert_eq!(resting(&mut client).stage_state, "held");
+    drop(client);
+    daemon.end();
+    body.join();
+}
+
+#[test]
+fn those_who_watch_are_shown_what_adds_up() {
+    let mut daemon = Daemon::start(setup(1, free()));
+    let mut client = daemon.client();
+    let none = live(&mut client, 0);
+    assert!(none.explanation.is_none() && none.world.is_empty() && none.newest.is_empty(), "{none:?}");
+    let body = Running::start(&daemon.place, Row::with_block("row", 3));
+    until(&mut client, |status| status.step > 50);
+    report(&mut client, &Request::Stage(StageOrder::Hold));
+    let status = until(&mut client, |status| status.stage_state == "held");
+    let shown = live(&mut client, 0);
+    assert_eq!(shown.world.iter().map(|one| one.text.clone()).collect::<Vec<_>>(), status.world);
+    assert_eq!((shown.schemas_total, shown.newest.len()), (status.schemas_total, 4));
+    let newest: Vec<_> = shown.newest.iter().map(|schema| schema.id).collect();
+    assert_eq!(newest, (shown.schemas_total - 4..shown.schemas_total).rev().collect::<Vec<_>>());
+    let explanation = shown.explanation.unwrap();
+    assert!(explanation.candidates.len() <= 2, "{explanation:?}");
+    for candidate in &explanation.candidates {
+        assert!(candidate.terms.len() <= 4, "{candidate:?}");
+        let sum: f64 = candidate.terms.iter().map(|term| term.value).sum();
+        let excitation = sum / f64::from(candidate.distance);
+        assert!((excitation - candidate.excitation).abs() < 1e-9, "{candidate:?}");
+    }
+    let finger = shown.world.iter().find(|one| one.text.starts_with("finger{")).unwrap();
+    assert!(finger.attention > 0, "{:?}", shown.world);
+    drop(client);
+    daemon.end();
+    body.join();
+}
+
 fn body_process_at(place: &Place, name: &str) -> Child {
     Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "body_process", "--ignored", "--nocapture"])

@@ -122,6 +122,9 @@ mod tests {
         assert!(keys.len() >= 12, "{error}");
         for key in keys {
             assert!(text.contains(key), "learner.toml does not speak of {key}");
+            let reference = include_str!("../../../docs/PARAMETERS.md");
+            let told = reference.contains(&format!("| `{key}`")) || reference.contains(&format!("| `{key}."));
+            assert!(told, "docs/PARAMETERS.md does not speak of {key}");
         }
     }
 

@@ -13,21 +13,24 @@ use crate::mind::View;
 /// # Errors
 /// When that step decided nothing, or too long ago.
 pub(super) fn explain(view: &View, step: Option<u64>, candidates_max: u32) -> Result<Explanation, String> {
+    Ok(explanation(&view.content, decision(view, step)?, candidates_max))
+}
+
+/// The decision of `step`, or the last one.
+///
+/// # Errors
+/// When that step decided nothing, or too long ago.
+pub(super) fn decision(view: &View, step: Option<u64>) -> Result<&Decision, String> {
     let decisions = &view.decisions;
     let (Some(first), Some(last)) = (decisions.first(), decisions.last()) else {
         return Err("nothing has been decided yet".to_owned());
     };
-    let decision = match step {
-        None => last,
-        Some(step) => decisions.iter().find(|decision| decision.step == step).ok_or_else(|| {
-            let count = decisions.len();
-            format!(
-                "step {step} is not among the last {count} decisions, steps {} to {}",
-                first.step, last.step
-            )
-        })?,
-    };
-    Ok(explanation(&view.content, decision, candidates_max))
+    let Some(step) = step else { return Ok(last) };
+    let known = decisions.iter().find(|decision| decision.step == step);
+    known.map(|decision| &**decision).ok_or_else(|| {
+        let count = decisions.len();
+        format!("step {step} is not among the last {count} decisions, steps {} to {}", first.step, last.step)
+    })
 }
 
 fn explanation(content: &Content, decision: &Decision, candidates_max: u32) -> Explanation {
@@ -57,7 +60,7 @@ fn explanation(content: &Content, decision: &Decision, candidates_max: u32) -> E
     }
 }
 
-fn candidate(content: &Content, from: &Candidate) -> inspect::Candidate {
+pub(super) fn candidate(content: &Content, from: &Candidate) -> inspect::Candidate {
     let (schema, text, binding) = match from.subject {
         Subject::Schema(id) => {
             let text = content.schema(id).map(|schema| notation::schema(content, schema));

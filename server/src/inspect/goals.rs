@@ -167,7 +167,7 @@ fn plan_step(content: &Content, step: &plan::PlanStep) -> PlanStep {
 }
 
 /// A schema under its binding. What it comes to is what its carrier does, unless `action` says.
-fn in_use(content: &Content, link: &ChainLink, action: Option<PrimitiveId>) -> SchemaInUse {
+pub(super) fn in_use(content: &Content, link: &ChainLink, action: Option<PrimitiveId>) -> SchemaInUse {
     let schema = content.schema(link.schema);
     let concrete = || content.schema(link.carrier.unwrap_or(link.schema))?.concrete();
     let action = action.or_else(|| concrete().map(|concrete| concrete.action));

@@ -1,116 +1,186 @@
 //! Lists of schemas, and one schema whole.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BinaryHeap};
 
 use pschema_learner::decision::Subject;
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
-use pschema_learner::observation::Pattern;
-use pschema_learner::schema::{Form, Schema, SchemaId};
+use pschema_learner::observation::{Observation, Pattern, PropertyId, Term};
+use pschema_learner::schema::{Form, ObservationId, Schema, SchemaId};
 use pschema_protocol::inspect::{SchemaDetail, SchemaList, SchemaQuery, SchemaSort, SchemaSummary};
 
 use super::{LIST_MAX, text};
 use crate::mind::View;
 
-/// The schemas that fit a query.
+/// The schemas that fit a query: one pass over memory, in which patterns are not compared any more but looked up, for each
+/// observation is compared with them once.
 ///
 /// # Errors
 /// When a pattern can't be read or the action is unknown: what is wrong and what there is.
 pub(super) fn list(view: &View, query: &SchemaQuery) -> Result<SchemaList, String> {
     let content = &view.content;
     let filter = Filter::new(content, query)?;
-    let numbered = content.schemas.iter().enumerate();
-    let numbered = numbered.filter_map(|(at, schema)| Some((u32::try_from(at).ok()?, schema)));
-    let mut found: Vec<(u32, &Schema)> =
-        numbered.filter(|(_, schema)| filter.takes(content, schema)).collect();
-    sort(view, query.sort, &mut found);
     let limit = if query.limit == 0 { LIST_MAX } else { query.limit.min(LIST_MAX) };
     let limit = usize::try_from(limit).unwrap_or(usize::MAX);
-    Ok(SchemaList {
-        matching: u32::try_from(found.len()).unwrap_or(u32::MAX),
-        schemas: found.into_iter().take(limit).map(|(id, schema)| summary(content, id, schema)).collect(),
-    })
+    let offset = usize::try_from(query.offset).unwrap_or(usize::MAX);
+    let rank = Rank::new(view, query.sort);
+    let end = offset.saturating_add(limit);
+    // Only what is listed has to be kept, and in order; the last of it so far is at the top.
+    let mut kept: BinaryHeap<(u64, u32)> = BinaryHeap::new();
+    let mut matching: u32 = 0;
+    for (schema, id) in content.schemas.iter().zip(0_u32..).filter(|(schema, _)| filter.takes(schema)) {
+        matching = matching.saturating_add(1);
+        let one = (rank.of(id, schema), id);
+        if kept.len() < end {
+            kept.push(one);
+        } else if let Some(mut last) = kept.peek_mut()
+            && one < *last
+        {
+            *last = one;
+        }
+    }
+    let kept = kept.into_sorted_vec();
+    let page = kept.get(offset..).unwrap_or_default();
+    let told = |(_, id): &(u64, u32)| Some(summary(content, *id, content.schema(SchemaId(*id))?));
+    Ok(SchemaList { matching, schemas: page.iter().filter_map(told).collect() })
 }
 
-struct Filter<'a> {
-    action: Option<&'a str>,
-    pre: Option<Pattern>,
-    post: Option<Pattern>,
+/// A pattern, and for each observation in memory whether it matches.
+struct Marked {
+    pattern: Pattern,
+    matching: Vec<bool>,
+}
+
+impl Marked {
+    fn new(content: &Content, pattern: Pattern) -> Self {
+        let matching =
+            content.observations.iter().map(|known| matches_observation(&pattern, known)).collect();
+        Self { pattern, matching }
+    }
+
+    fn has(&self, id: ObservationId) -> bool {
+        self.matching.get(id.index()).copied().unwrap_or(false)
+    }
+}
+
+/// As [`notation::matches`], without a copy of most of those that do not match.
+fn matches_observation(pattern: &Pattern, observation: &Observation) -> bool {
+    let agrees = |(property, term): &(PropertyId, Term)| {
+        let known = observation.properties().iter().find(|(known, _)| known == property);
+        known.is_some_and(|(_, value)| match term {
+            Term::Constant(constant) => constant == value,
+            Term::Variable(_) => true,
+        })
+    };
+    pattern.kind() == observation.kind()
+        && pattern.terms().iter().all(agrees)
+        && notation::matches(pattern, &Pattern::from(observation))
+}
+
+struct Filter {
+    /// By primitive, when an action is asked for.
+    action: Option<Vec<bool>>,
+    pre: Option<Marked>,
+    post: Option<Marked>,
     generalised: bool,
 }
 
-impl<'a> Filter<'a> {
-    fn new(content: &Content, query: &'a SchemaQuery) -> Result<Self, String> {
+impl Filter {
+    fn new(content: &Content, query: &SchemaQuery) -> Result<Self, String> {
         let vocabulary = &content.vocabulary;
-        let pattern = |which: &str, text: &Option<String>| {
+        let marked = |which: &str, text: &Option<String>| {
             let read = text.as_ref().map(|text| notation::parse_pattern(vocabulary, text)).transpose();
-            read.map_err(|error| format!("{which} pattern: {error}"))
+            let read = read.map_err(|error| format!("{which} pattern: {error}"))?;
+            Ok::<_, String>(read.map(|pattern| Marked::new(content, pattern)))
         };
-        let action = query.action.as_deref();
-        if let Some(name) = action
-            && !vocabulary.actions().iter().any(|known| known.name == name)
-        {
-            let known: Vec<_> = vocabulary.actions().iter().map(|known| known.name.as_str()).collect();
-            let known = if known.is_empty() { "none yet".to_owned() } else { known.join(", ") };
-            return Err(format!("no action is named {name:?}; there are: {known}"));
-        }
+        let action = query.action.as_deref().map(|name| primitives_of(content, name)).transpose()?;
         Ok(Self {
             action,
-            pre: pattern("pre-condition", &query.pre)?,
-            post: pattern("post-condition", &query.post)?,
+            pre: marked("pre-condition", &query.pre)?,
+            post: marked("post-condition", &query.post)?,
             generalised: query.generalised,
         })
     }
 
-    fn takes(&self, content: &Content, schema: &Schema) -> bool {
-        let (pre, post) = conditions(content, schema);
-        let matches = |wanted: &Option<Pattern>, given: &[Pattern]| {
-            wanted.as_ref().is_none_or(|wanted| given.iter().any(|one| notation::matches(wanted, one)))
-        };
-        (!self.generalised || schema.generalised().is_some())
-            && self.action.is_none_or(|name| action_name(content, schema) == Some(name))
-            && matches(&self.pre, &pre)
-            && matches(&self.post, &post)
-    }
-}
-
-/// The action's name; a generalised schema has a target instead.
-fn action_name<'a>(content: &'a Content, schema: &Schema) -> Option<&'a str> {
-    let vocabulary = &content.vocabulary;
-    let primitive = vocabulary.primitives().get(usize::try_from(schema.concrete()?.action.0).ok()?)?;
-    Some(vocabulary.actions().get(primitive.action)?.name.as_str())
-}
-
-/// Pre- and post-conditions as patterns, those that are no longer observed included.
-fn conditions(content: &Content, schema: &Schema) -> (Vec<Pattern>, Vec<Pattern>) {
-    match &schema.form {
-        Form::Concrete(concrete) => (
-            concrete.pre.iter().map(|id| Pattern::from(content.observation(*id))).collect(),
-            concrete.post.iter().map(|post| Pattern::from(content.observation(post.what))).collect(),
-        ),
-        Form::Generalised(generalised) => {
-            (generalised.pre.to_vec(), generalised.post.iter().map(|post| post.what.clone()).collect())
+    fn takes(&self, schema: &Schema) -> bool {
+        if !self.generalised && self.action.is_none() && self.pre.is_none() && self.post.is_none() {
+            return true;
         }
-    }
-}
-
-fn sort(view: &View, by: SchemaSort, found: &mut [(u32, &Schema)]) {
-    match by {
-        SchemaSort::Age => (),
-        SchemaSort::Uses => found.sort_by_key(|(_, schema)| std::cmp::Reverse(schema.executions.trials)),
-        SchemaSort::Probability => {
-            found.sort_by(|(_, a), (_, b)| b.executions.interval().0.total_cmp(&a.executions.interval().0));
-        }
-        SchemaSort::Excitation => {
-            let mut excitation: BTreeMap<u32, f64> = BTreeMap::new();
-            for candidate in view.decisions.last().iter().flat_map(|decision| &decision.candidates) {
-                if let Subject::Schema(id) = candidate.subject {
-                    let top = excitation.entry(id.0).or_default();
-                    *top = top.max(candidate.excitation);
-                }
+        match &schema.form {
+            Form::Concrete(concrete) => {
+                let is_done = |primitives: &Vec<bool>| {
+                    usize::try_from(concrete.action.0).ok().and_then(|at| primitives.get(at)) == Some(&true)
+                };
+                !self.generalised
+                    && self.action.as_ref().is_none_or(is_done)
+                    && self.pre.as_ref().is_none_or(|marked| concrete.pre.iter().any(|id| marked.has(*id)))
+                    && self
+                        .post
+                        .as_ref()
+                        .is_none_or(|marked| concrete.post.iter().any(|post| marked.has(post.what)))
             }
-            let of = |id: &u32| excitation.get(id).copied().unwrap_or(0.0);
-            found.sort_by(|(a, _), (b, _)| of(b).total_cmp(&of(a)));
+            // It has a target instead of an action.
+            Form::Generalised(known) => {
+                let matching = |marked: &Marked, given: &Pattern| notation::matches(&marked.pattern, given);
+                self.action.is_none()
+                    && self
+                        .pre
+                        .as_ref()
+                        .is_none_or(|marked| known.pre.iter().any(|given| matching(marked, given)))
+                    && self
+                        .post
+                        .as_ref()
+                        .is_none_or(|m| known.post.iter().any(|post| matching(m, &post.what)))
+            }
+        }
+    }
+}
+
+/// For each primitive whether it is of the action of this name.
+fn primitives_of(content: &Content, name: &str) -> Result<Vec<bool>, String> {
+    let vocabulary = &content.vocabulary;
+    let at = vocabulary.actions().iter().position(|known| known.name == name).ok_or_else(|| {
+        let known: Vec<_> = vocabulary.actions().iter().map(|known| known.name.as_str()).collect();
+        let known = if known.is_empty() { "none yet".to_owned() } else { known.join(", ") };
+        format!("no action is named {name:?}; there are: {known}")
+    })?;
+    Ok(vocabulary.primitives().iter().map(|primitive| primitive.action == at).collect())
+}
+
+/// What a list is ordered by: the smaller the sooner; of equals the oldest.
+enum Rank {
+    Age,
+    Uses,
+    Probability,
+    Excitation(BTreeMap<u32, f64>),
+}
+
+impl Rank {
+    fn new(view: &View, by: SchemaSort) -> Self {
+        match by {
+            SchemaSort::Age => Self::Age,
+            SchemaSort::Uses => Self::Uses,
+            SchemaSort::Probability => Self::Probability,
+            SchemaSort::Excitation => {
+                let mut excitation: BTreeMap<u32, f64> = BTreeMap::new();
+                for candidate in view.decisions.last().iter().flat_map(|decision| &decision.candidates) {
+                    if let Subject::Schema(id) = candidate.subject {
+                        let top = excitation.entry(id.0).or_default();
+                        *top = top.max(candidate.excitation);
+                    }
+                }
+                Self::Excitation(excitation)
+            }
+        }
+    }
+
+    fn of(&self, id: u32, schema: &Schema) -> u64 {
+        // None of these figures is negative, so that their bits are in their order.
+        match self {
+            Self::Age => 0,
+            Self::Uses => !u64::from(schema.executions.trials),
+            Self::Probability => !schema.executions.interval().0.max(0.0).to_bits(),
+            Self::Excitation(known) => !known.get(&id).copied().unwrap_or(0.0).max(0.0).to_bits(),
         }
     }
 }
@@ -124,7 +194,12 @@ pub(super) fn kind(schema: &Schema) -> &'static str {
     }
 }
 
-fn summary(content: &Content, id: u32, schema: &Schema) -> SchemaSummary {
+/// One schema in a line; none of that number, none.
+pub(super) fn line(content: &Content, id: u32) -> Option<SchemaSummary> {
+    content.schema(SchemaId(id)).map(|schema| summary(content, id, schema))
+}
+
+pub(super) fn summary(content: &Content, id: u32, schema: &Schema) -> SchemaSummary {
     let (pre, action, post) = notation::parts(content, schema);
     let (low, high) = schema.executions.interval();
     SchemaSummary {
@@ -197,9 +272,9 @@ pub(super) fn detail(view: &View, id: u32) -> Option<SchemaDetail> {
 
 /// The generalised schemas that a concrete one is an example of.
 fn exemplified(content: &Content, example: SchemaId) -> Vec<u32> {
-    let schemas = content.schemas.iter().enumerate();
-    let counting = schemas.filter(|(_, schema)| {
-        schema.generalised().is_some_and(|generalised| generalised.examples.contains(&example))
-    });
-    counting.filter_map(|(at, _)| u32::try_from(at).ok()).collect()
+    let numbered = content.schemas.iter().zip(0_u32..);
+    let generalised = numbered.filter_map(|(schema, id)| Some((id, schema.generalised()?)));
+    // After the last of them there is nothing to be found.
+    let generalised = generalised.take(usize::try_from(content.generalised_count).unwrap_or(usize::MAX));
+    generalised.filter(|(_, known)| known.examples.contains(&example)).map(|(id, _)| id).collect()
 }

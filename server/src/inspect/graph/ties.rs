@@ -1,0 +1,276 @@
+//! What ties schemas together, worked out from what they need, make and want carried out.
+
+use std::collections::BTreeMap;
+
+use pschema_learner::memory::Content;
+use pschema_learner::observation::{Observation, Pattern, Term};
+use pschema_learner::schema::{Concrete, Form, Generalised, ObservationId, Schema, SchemaId};
+use pschema_protocol::inspect::GraphTie;
+
+use super::{Places, count, numbered};
+
+/// Ties listed, at most.
+const EDGES_MAX: usize = 20_000;
+/// Comparisons of a pattern with an observation in one graph: some tenths of a second.
+pub(super) const COMPARISONS_MAX: usize = 20_000_000;
+
+/// What ties follow from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Basis<'a> {
+    pub(super) content: &'a Content,
+    /// From which share of the executions on an outcome is predicted.
+    pub(super) ratio_min: f64,
+}
+
+impl Basis<'_> {
+    /// What the schema predicts to be observed and does not need itself.
+    pub(super) fn made<'c>(self, concrete: &'c Concrete) -> impl Iterator<Item = ObservationId> + use<'c> {
+        let predicted = concrete.post.iter().filter(move |p| !p.absent && p.count.ratio() >= self.ratio_min);
+        predicted.map(|post| post.what).filter(|what| !concrete.pre.contains(what))
+    }
+}
+
+/// As [`Basis::made`]: a law predicts all of its outcomes.
+pub(super) fn made_by_law(law: &Generalised) -> impl Iterator<Item = &Pattern> {
+    law.post.iter().filter(|post| !post.absent).map(|post| &post.what).filter(|what| !law.pre.contains(what))
+}
+
+/// Whether the pattern matches the observation by itself.
+pub(super) fn may_be(pattern: &Pattern, observation: &Observation) -> bool {
+    let (terms, properties) = (pattern.terms(), observation.properties());
+    let agree = |(property, term): &(_, Term), (seen, value): &(_, _)| {
+        property == seen && !matches!(term, Term::Constant(constant) if constant != value)
+    };
+    pattern.kind() == observation.kind()
+        && terms.len() == properties.len()
+        && terms.iter().zip(properties).all(|(wanted, seen)| agree(wanted, seen))
+}
+
+/// Whether both patterns match some observation, each by itself.
+pub(super) fn may_both_be(a: &Pattern, b: &Pattern) -> bool {
+    let constant = |term: &Term| matches!(term, Term::Constant(_));
+    a.kind() == b.kind()
+        && a.terms().len() == b.terms().len()
+        && a.terms().iter().zip(b.terms()).all(|((property, one), (other_property, other))| {
+            property == other_property && (!constant(one) || !constant(other) || one == other)
+        })
+}
+
+/// Ties by nodes and kind.
+#[derive(Debug, Default)]
+pub(super) struct Edges {
+    counted: BTreeMap<(u32, u32, GraphTie), u64>,
+    /// All of them, listed or not.
+    pub(super) total: u64,
+    cut: bool,
+}
+
+impl Edges {
+    fn add(&mut self, from: u32, to: u32, kind: GraphTie) {
+        if from == to {
+            return;
+        }
+        self.total += 1;
+        if let Some(count) = self.counted.get_mut(&(from, to, kind)) {
+            *count += 1;
+        } else if self.counted.len() < EDGES_MAX {
+            self.counted.insert((from, to, kind), 1);
+        } else {
+            self.cut = true;
+        }
+    }
+
+    pub(super) fn is_cut(&self) -> bool {
+        self.cut
+    }
+
+    pub(super) fn listed(&self) -> impl Iterator<Item = ((u32, u32, GraphTie), u64)> + '_ {
+        self.counted.iter().map(|(tie, count)| (*tie, *count))
+    }
+}
+
+/// Nodes that an observation is something to; of those told one by one.
+#[derive(Clone, Debug, Default)]
+struct Uses {
+    needed: Vec<u32>,
+    targeted: Vec<u32>,
+    made: Vec<u32>,
+    /// Whether generalised schemas were asked.
+    complete: bool,
+}
+
+/// Works ties out.
+pub(super) struct Ties<'a> {
+    basis: Basis<'a>,
+    places: &'a Places<'a>,
+    shown: &'a [(SchemaId, &'a Schema)],
+    laws: Vec<(u32, &'a Generalised)>,
+    uses: BTreeMap<ObservationId, Uses>,
+    comparisons: usize,
+    edges: Edges,
+}
+
+impl<'a> Ties<'a> {
+    pub(super) fn new(basis: Basis<'a>, places: &'a Places<'a>, shown: &'a [(SchemaId, &'a Schema)]) -> Self {
+        let mut uses: BTreeMap<ObservationId, Uses> = BTreeMap::new();
+        let mut laws = Vec::new();
+        for (at, (_, schema)) in shown.iter().enumerate() {
+            let node = count(at);
+            match &schema.form {
+                Form::Generalised(law) => laws.push((node, &**law)),
+                Form::Concrete(concrete) => {
+                    concrete.pre.iter().for_each(|id| uses.entry(*id).or_default().needed.push(node));
+                    basis.made(concrete).for_each(|id| uses.entry(id).or_default().made.push(node));
+                }
+            }
+        }
+        Self { basis, places, shown, laws, uses, comparisons: 0, edges: Edges::default() }
+    }
+
+    pub(super) fn edges(self) -> Edges {
+        let cut = self.edges.cut || self.comparisons >= COMPARISONS_MAX;
+        Edges { cut, ..self.edges }
+    }
+
+    fn node(&self, id: SchemaId) -> Option<u32> {
+        self.places.of(id, self.basis.content.schema(id)?)
+    }
+
+    /// Ties from each schema of a chain to the next.
+    pub(super) fn follow(&mut self, next: &[(SchemaId, SchemaId)]) {
+        for (from, to) in next {
+            if let (Some(from), Some(to)) = (self.node(*from), self.node(*to)) {
+                self.edges.add(from, to, GraphTie::Next);
+            }
+        }
+    }
+
+    /// Examples, counter-examples and descent of the schemas told one by one.
+    pub(super) fn lineage(&mut self) {
+        for (at, (_, schema)) in self.shown.iter().enumerate() {
+            let node = count(at);
+            if let Form::Generalised(law) = &schema.form {
+                for (ids, kind) in [
+                    (&law.examples, GraphTie::ExampleOf),
+                    (&law.counter_examples, GraphTie::CounterExampleTo),
+                ] {
+                    for from in ids.iter().filter_map(|id| self.node(*id)).collect::<Vec<_>>() {
+                        self.edges.add(from, node, kind);
+                    }
+                }
+            }
+            if let Some(parent) = schema.parent.and_then(|parent| self.node(parent)) {
+                self.edges.add(parent, node, GraphTie::ParentOf);
+            }
+        }
+    }
+
+    /// What the schemas told one by one make for each other.
+    pub(super) fn among_shown(&mut self) {
+        for (at, (_, schema)) in self.shown.iter().enumerate() {
+            let found = match &schema.form {
+                Form::Concrete(concrete) => self.served(self.basis.made(concrete)),
+                Form::Generalised(law) => self.served_by_law(law),
+            };
+            found.into_iter().for_each(|(to, kind)| self.edges.add(count(at), to, kind));
+        }
+    }
+
+    /// What ties those that stand together to those told one by one.
+    pub(super) fn with_the_rest(&mut self) {
+        for (id, schema) in numbered(self.basis.content) {
+            // Laws among them are tied by their examples and counter-examples alone.
+            let Some(concrete) = schema.concrete() else { continue };
+            if self.places.shown.binary_search(&id).is_ok() {
+                continue;
+            }
+            let Some(node) = self.places.of(id, schema) else { continue };
+            for (to, kind) in self.served(self.basis.made(concrete)) {
+                self.edges.add(node, to, kind);
+            }
+            for from in self.serving(concrete) {
+                self.edges.add(from, node, GraphTie::Enables);
+            }
+            if let Some(parent) = schema.parent.filter(|id| self.places.shown.binary_search(id).is_ok())
+                && let Some(parent) = self.node(parent)
+            {
+                self.edges.add(parent, node, GraphTie::ParentOf);
+            }
+        }
+    }
+
+    /// What an observation is to the schemas told one by one; laws are asked once for each observation.
+    fn uses(&mut self, id: ObservationId) -> Option<&Uses> {
+        let known = self.uses.get(&id).map(|uses| uses.complete);
+        if known == Some(true) || self.laws.is_empty() || self.comparisons >= COMPARISONS_MAX {
+            return self.uses.get(&id);
+        }
+        let observation = self.basis.content.observation(id);
+        let mut uses = self.uses.remove(&id).unwrap_or_default();
+        for (node, law) in &self.laws {
+            let patterns = law.pre.iter().chain(&law.target).count() + law.post.len();
+            self.comparisons = self.comparisons.saturating_add(patterns);
+            if law.pre.iter().any(|pattern| may_be(pattern, observation)) {
+                uses.needed.push(*node);
+            }
+            if law.target.iter().any(|pattern| may_be(pattern, observation)) {
+                uses.targeted.push(*node);
+            }
+            if made_by_law(law).any(|pattern| may_be(pattern, observation)) {
+                uses.made.push(*node);
+            }
+        }
+        uses.complete = true;
+        Some(self.uses.entry(id).or_insert(uses))
+    }
+
+    /// Whom these observations serve, each once.
+    fn served(&mut self, made: impl Iterator<Item = ObservationId>) -> Vec<(u32, GraphTie)> {
+        let mut found = Vec::new();
+        for id in made {
+            let Some(uses) = self.uses(id) else { continue };
+            found.extend(uses.needed.iter().map(|node| (*node, GraphTie::Enables)));
+            found.extend(uses.targeted.iter().map(|node| (*node, GraphTie::Carries)));
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// Who makes what a schema needs, each once.
+    fn serving(&mut self, concrete: &Concrete) -> Vec<u32> {
+        let mut found = Vec::new();
+        for id in concrete.pre.iter() {
+            found.extend(self.uses(*id).into_iter().flat_map(|uses| &uses.made).copied());
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// Whom what a law makes serves, each once. A law carries nothing out, so none resolves to itself.
+    fn served_by_law(&mut self, law: &Generalised) -> Vec<(u32, GraphTie)> {
+        let mut found = Vec::new();
+        for pattern in made_by_law(law) {
+            for (id, uses) in self.uses.iter().filter(|(_, uses)| !uses.needed.is_empty()) {
+                self.comparisons = self.comparisons.saturating_add(1);
+                if self.comparisons >= COMPARISONS_MAX {
+                    break;
+                }
+                if may_be(pattern, self.basis.content.observation(*id)) {
+                    let concrete =
+                        |node: &&u32| self.laws.binary_search_by_key(*node, |(law, _)| *law).is_err();
+                    found.extend(uses.needed.iter().filter(concrete).map(|node| (*node, GraphTie::Enables)));
+                }
+            }
+            for (node, other) in &self.laws {
+                if other.pre.iter().any(|wanted| may_both_be(pattern, wanted)) {
+                    found.push((*node, GraphTie::Enables));
+                }
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+}
