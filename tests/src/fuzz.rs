@@ -11,7 +11,7 @@ use pschema_protocol::decode::{self, CheckedWelcome};
 use pschema_protocol::description::Description;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_protocol::encode;
-use pschema_protocol::inspect::{Answer, Request, SchemaQuery, SchemaSort, StageOrder};
+use pschema_protocol::inspect::{Answer, GraphQuery, Request, SchemaQuery, SchemaSort, StageOrder};
 use pschema_protocol::message::{RawFrame, RawHello};
 use pschema_protocol::wire::{Record, Text, Welcome, WireProperty, WireReply};
 use pschema_server::in_process::InProcess;
@@ -561,6 +561,7 @@ fn requests() -> Vec<Vec<u8>> {
         generalised: true,
         sort: SchemaSort::Excitation,
         limit: 7,
+        offset: 2,
     };
     let requests = [
         Request::Status,
@@ -577,6 +578,8 @@ fn requests() -> Vec<Vec<u8>> {
         Request::Achieve { goal: vec![text("touch")], actions_max: 20 },
         Request::Pursuit,
         Request::Cancel { number: 1 },
+        Request::Graph(GraphQuery { around: Some(3), depth: 2, goal: vec![text("touch")], limit: 9 }),
+        Request::WhyNot { schema: 3, step: Some(5) },
     ];
     requests.iter().filter_map(|request| codec::encode(request).ok()).collect()
 }

@@ -7,6 +7,7 @@
 mod facts;
 pub mod fuzz;
 mod house;
+mod page;
 mod process;
 mod row;
 mod traces;
@@ -16,6 +17,7 @@ use std::time::{Duration, Instant};
 
 pub use facts::{descriptors, own_memory, prefix_of, shared_files};
 pub use house::House;
+pub use page::{Block, Page};
 pub use process::{Finished, Running, signal_process};
 pub use row::{FIELDS, Row};
 pub use traces::{Traces, demo_directory, processes_with};

@@ -9,6 +9,7 @@ use pschema_protocol::inspect::SchemaSort;
 use pschema_server::config::BodyKind;
 
 use crate::run::Seeds;
+use crate::watch::Page;
 
 /// A learner for embodied agents: it babbles, touches, generalises.
 #[derive(Debug, Parser)]
@@ -53,6 +54,14 @@ pub(crate) enum Command {
     Show(ShowArgs),
     /// Why the last action (or that of a step) was chosen, term by term
     Explain(ExplainArgs),
+    /// The network of schemas as a picture: what enables what, examples and counter-examples, chains
+    Graph(GraphArgs),
+    /// Look inside in a browser: a page for this machine alone
+    View(ViewArgs),
+    /// Watch a learner live: what it perceives, what excites it, why it acts, what it learns
+    Watch(WatchArgs),
+    /// Write down what a learner does while it does it: for programs, or for the Rerun viewer
+    Record(RecordArgs),
     /// What an action would do in the world as it is
     Predict(PredictArgs),
     /// How a goal could be brought about, and with what probability
@@ -228,6 +237,9 @@ pub(crate) struct SchemasArgs {
     /// At most this many
     #[arg(long, default_value_t = 20, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) limit: u32,
+    /// Leave out so many of the first: with --limit, page by page
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub(crate) offset: u32,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -273,16 +285,19 @@ pub(crate) struct ShowArgs {
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema explain\n  pschema explain --step 228 --candidates 3\n  \
-    pschema explain --data ~/arm --step 228")]
+    pschema explain --why-not 42\n  pschema explain --data ~/arm --step 228")]
 pub(crate) struct ExplainArgs {
     #[command(flatten)]
     pub(crate) name: NameArgs,
     #[command(flatten)]
     pub(crate) data: DataArgs,
-    /// The decision of this step (a daemon keeps the latest 64, a data directory all of its journal); the last one
-    /// unless named
+    /// The decision of this step; the last one unless named. A daemon has the latest 64 at hand; older ones are made
+    /// again from its data directory, if it has one
     #[arg(long, value_name = "N")]
     pub(crate) step: Option<u64>,
+    /// Say what stood in the way of this schema instead
+    #[arg(long, value_name = "ID", conflicts_with = "candidates")]
+    pub(crate) why_not: Option<u32>,
     /// How many of the things it could have done to list
     #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) candidates: u32,
@@ -292,7 +307,94 @@ pub(crate) struct ExplainArgs {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  pschema predict 'move(j1=0.43, j2=0.84)'")]
+#[command(after_help = "Example:\n  pschema graph --out schemas.svg\n  \
+    pschema graph --around 226 --depth 2 --out touching.svg\n  \
+    pschema graph --goal 'touch{}' --format dot | dot -Tpdf -o chain.pdf")]
+pub(crate) struct GraphArgs {
+    #[command(flatten)]
+    pub(crate) name: NameArgs,
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
+    /// Only what is tied to this schema
+    #[arg(long, value_name = "ID")]
+    pub(crate) around: Option<u32>,
+    /// How many ties away from it
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "around", value_parser = clap::value_parser!(u32).range(1..=8))]
+    pub(crate) depth: u32,
+    /// Only the chain that would bring this about from the world as it is; several patterns must hold at once
+    #[arg(long, value_name = "PATTERN", conflicts_with = "around", num_args = 1..=8)]
+    pub(crate) goal: Vec<String>,
+    /// Schemas to draw one by one, at most; the others stand together, counted
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=5000))]
+    pub(crate) limit: u32,
+    /// A picture for browsers, a text for Graphviz, or data
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: GraphFormat,
+    /// Write it to this file; to stdout unless named
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum GraphFormat {
+    /// A picture that can be zoomed
+    #[default]
+    Svg,
+    /// The language of Graphviz
+    Dot,
+    /// Nodes and ties
+    Json,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema view\n  pschema view --data ~/arm --no-open\n\n\
+    The address is printed on stdout; who knows it can look, and give orders. Ctrl-C ends it.")]
+pub(crate) struct ViewArgs {
+    #[command(flatten)]
+    pub(crate) name: NameArgs,
+    /// Look at the memory in this data directory, with or without a daemon on it; nothing in it is changed
+    #[arg(long, value_name = "DIR", conflicts_with = "name")]
+    pub(crate) data: Option<PathBuf>,
+    /// Serve the page on this port of this machine [default: one that is free]
+    #[arg(long, value_name = "PORT", default_value_t = 0, hide_default_value = true)]
+    pub(crate) port: u16,
+    /// Only print the address: open no browser
+    #[arg(long)]
+    pub(crate) no_open: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema watch\n  pschema watch --rate 2 --page choice\n  \
+    pschema watch --once --width 120 --height 40\n\n\
+    Keys: space holds the learner and lets it go on, . takes one step, w says words, f follows a schema, ? has the \
+    rest, q quits.")]
+pub(crate) struct WatchArgs {
+    #[command(flatten)]
+    pub(crate) name: NameArgs,
+    #[command(flatten)]
+    pub(crate) data: NoDataArgs,
+    /// How often a second to look, at most
+    #[arg(long, default_value_t = 10, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=30))]
+    pub(crate) rate: u8,
+    /// The page to begin with
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) page: Page,
+    /// Follow the schema of this number
+    #[arg(long, value_name = "ID")]
+    pub(crate) follow: Option<u32>,
+    /// Print one frame as plain text, and end
+    #[arg(long, conflicts_with = "rate")]
+    pub(crate) once: bool,
+    /// Columns of that frame
+    #[arg(long, default_value_t = 80, requires = "once", value_name = "N", value_parser = clap::value_parser!(u16).range(40..=500))]
+    pub(crate) width: u16,
+    /// Rows of it
+    #[arg(long, default_value_t = 24, requires = "once", value_name = "N", value_parser = clap::value_parser!(u16).range(10..=500))]
+    pub(crate) height: u16,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema predict 'move(j1=0.426, j2=0.817)'")]
 pub(crate) struct PredictArgs {
     #[command(flatten)]
     pub(crate) name: NameArgs,
@@ -340,6 +442,32 @@ pub(crate) struct AchieveArgs {
     #[arg(long, default_value_t = 60, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=86_400))]
     pub(crate) wait: u64,
     /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  pschema record --jsonl steps.jsonl --steps 1000\n  pschema record --rerun life.rrd\n\n\
+    The steps that the daemon still has come first. It goes on until so many steps are written, the daemon ends or Ctrl-C."
+)]
+#[command(group = clap::ArgGroup::new("to").required(true).multiple(true).args(["jsonl", "rerun"]))]
+pub(crate) struct RecordArgs {
+    #[command(flatten)]
+    pub(crate) name: NameArgs,
+    /// One JSON object a line: {"step": …} or {"schema": …}
+    #[arg(long, value_name = "FILE")]
+    pub(crate) jsonl: Option<PathBuf>,
+    /// A recording for the Rerun viewer, pictures included; needs a pschema built with `--features rerun`
+    #[arg(long, value_name = "FILE")]
+    pub(crate) rerun: Option<PathBuf>,
+    /// Leave the pictures out of it: they are most of its bytes
+    #[arg(long, requires = "rerun")]
+    pub(crate) no_pictures: bool,
+    /// End after so many steps
+    #[arg(long, value_name = "N")]
+    pub(crate) steps: Option<u64>,
+    /// What was recorded as JSON
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -393,6 +521,9 @@ pub(crate) enum StageCommand {
     /// Go on after `hold`
     #[command(after_help = "Example:\n  pschema stage resume")]
     Resume,
+    /// Take one action, and wait again
+    #[command(after_help = "Example:\n  pschema stage step")]
+    Step,
     /// Enter a stage of the curriculum, or enter it again
     #[command(after_help = "Example:\n  pschema stage set 'first touches'")]
     Set {
@@ -566,6 +697,10 @@ pub(crate) enum BenchCommand {
     #[command(after_help = "Example:\n  pschema bench decision\n  \
         pschema bench decision --mix scenario-3 --schemas 20000,1000000")]
     Decision(BenchDecisionArgs),
+    /// How many bytes a schema takes in RAM, indexes included, beside the same as plain structures
+    #[command(after_help = "Example:\n  pschema bench memory\n  \
+        pschema bench memory --mix scenario-3 --schemas 10000,1000000")]
+    Memory(BenchDecisionArgs),
     /// How long an action waits for the disk, against a bare write and fdatasync of the same bytes
     #[command(after_help = "Example:\n  pschema bench durability --data /mnt/robot\n\n\
         It exits with 0 whatever it finds; `within` in the JSON says whether the figure is reached.")]
@@ -573,6 +708,73 @@ pub(crate) enum BenchCommand {
     /// How long a daemon takes to find a memory again
     #[command(after_help = "Example:\n  pschema bench restart --schemas 20000,1000000")]
     Restart(BenchRestartArgs),
+    /// How long answers to tools take, and what being asked all the time does to a step
+    #[command(after_help = "Example:\n  pschema bench inspect --schemas 1000000")]
+    Inspect(BenchInspectArgs),
+    /// How long it takes from a frame to its action between two processes, against bare iceoryx2
+    #[command(after_help = "Example:\n  pschema bench ipc\n  pschema bench ipc --rounds 10000 --json\n\n\
+        Both cores of a small machine are in use: what else runs shows first in the 99th percentile.")]
+    Ipc(BenchIpcArgs),
+    /// The other side of `bench ipc`
+    #[command(hide = true)]
+    IpcPeer(BenchPeerArgs),
+    /// How long the simulated body takes for an action, against the physics engine alone on the same way
+    #[command(after_help = "Example:\n  pschema bench sim --world narrow")]
+    Sim(BenchSimArgs),
+    /// How long it takes to render a picture and see what is in it, against copying the picture once
+    #[command(after_help = "Example:\n  pschema bench vision --world narrow")]
+    Vision(BenchVisionArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchIpcArgs {
+    /// How many round trips each way, for each payload and way of waiting
+    #[arg(long, default_value_t = 2_000, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
+    pub(crate) rounds: u32,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchPeerArgs {
+    /// How it waits: polling, event or hybrid
+    #[arg(long)]
+    pub(crate) mode: String,
+    #[command(flatten)]
+    pub(crate) parent: ParentArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchSimArgs {
+    /// The world the body lives in: `wide`, `narrow`, `block-and-ball`, or a world file
+    #[arg(long, value_name = "NAME|FILE", default_value = "wide")]
+    pub(crate) world: String,
+    /// Everything drawn by lot follows from it
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// How many actions
+    #[arg(long, default_value_t = 1_000, value_name = "N", value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
+    pub(crate) rounds: u32,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchVisionArgs {
+    /// The world that is looked at: `wide`, `narrow`, `block-and-ball`, or a world file
+    #[arg(long, value_name = "NAME|FILE", default_value = "wide")]
+    pub(crate) world: String,
+    /// Everything drawn by lot follows from it
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// How many pictures
+    #[arg(long, default_value_t = 1_000, value_name = "N", value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
+    pub(crate) rounds: u32,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -621,6 +823,25 @@ pub(crate) struct BenchRestartArgs {
     /// Measure the disk that this directory is on; a directory made in it is removed again [default: here]
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchInspectArgs {
+    /// What memory is filled with: scenario-1, scenario-3 or wide
+    #[arg(long, value_name = "MIX", default_value = "scenario-3", value_parser = ["scenario-1", "scenario-3", "wide"])]
+    pub(crate) mix: String,
+    /// Sizes of memory, in schemas; a million takes some minutes
+    #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [20_000], value_parser = sizes)]
+    pub(crate) schemas: Vec<usize>,
+    /// How many times each question
+    #[arg(long, default_value_t = 9, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=1_000))]
+    pub(crate) rounds: u32,
+    /// Everything drawn by lot follows from it
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

@@ -34,6 +34,11 @@ impl Learner {
         Ok(Self { client: Client::connect(place, ANSWER_WITHIN)? })
     }
 
+    /// Whether the daemon connected to still serves the learner.
+    pub(crate) fn is_current(&self) -> bool {
+        self.client.is_current()
+    }
+
     /// Asks, and turns the daemon's "no" into a failure.
     pub(crate) fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
         match self.client.ask(request)? {
@@ -69,6 +74,9 @@ pub(crate) fn unexpected(answer: &Answer) -> Failure {
         Answer::Prediction(_) => "a prediction",
         Answer::Plan(_) => "a plan",
         Answer::Pursuit(_) => "a goal",
+        Answer::Live(_) => "what is shown to those who watch",
+        Answer::Graph(_) => "a graph",
+        Answer::WhyNot(_) => "what stood in a schema's way",
     };
     Failure::Failed(format!(
         "the daemon answered with {got}, which was not asked for: use one release throughout"

@@ -11,10 +11,13 @@ mod failure;
 mod learner;
 mod output;
 mod past;
+mod record;
 mod render;
 mod report;
 mod run;
 mod talk;
+mod view;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -37,6 +40,20 @@ pub fn main() -> ExitCode {
             talk::complain(&failure);
             failure.exit_code()
         }
+    }
+}
+
+/// Whether a command line would be taken: `arguments` begin with the program's name. For those who check what is written about
+/// the commands.
+///
+/// # Errors
+/// What the command would say about it.
+pub fn check_usage(arguments: &[String]) -> Result<(), String> {
+    use clap::error::ErrorKind::{DisplayHelp, DisplayVersion};
+    match cli::Cli::try_parse_from(arguments) {
+        Ok(_) => Ok(()),
+        Err(error) if matches!(error.kind(), DisplayHelp | DisplayVersion) => Ok(()),
+        Err(error) => Err(error.to_string()),
     }
 }
 

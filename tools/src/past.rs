@@ -26,6 +26,27 @@ pub(crate) fn asked(name: &LearnerName, data: &DataArgs) -> Result<Box<dyn Asks>
     }
 }
 
+/// The answer to what is asked about a decision: of the daemon, while it keeps it; else of the memory that the daemon
+/// keeps on disk, which is only read, and delays nothing.
+pub(crate) fn answered(name: &LearnerName, data: &DataArgs, request: &Request) -> Result<Answer, Failure> {
+    if data.data.is_some() {
+        return asked(name, data)?.ask(request);
+    }
+    let mut learner = Learner::connect(name)?;
+    let problem = match learner.ask(request) {
+        Err(Failure::Failed(problem)) => problem,
+        answered => return answered,
+    };
+    let Answer::Status(status) = learner.ask(&Request::Status)? else { return Err(Failure::Failed(problem)) };
+    let Some(storage) = status.storage else {
+        return Err(Failure::Failed(format!(
+            "{problem}. Nothing older is kept: the daemon has its memory in RAM only; with `pschema server --data DIR` it \
+             keeps all of it"
+        )));
+    };
+    Remembered::open(Path::new(&storage.directory), None)?.ask(request)
+}
+
 /// A memory on disk, as it was at one moment.
 #[derive(Debug)]
 pub(crate) struct Remembered {
@@ -47,7 +68,9 @@ impl Remembered {
     /// What of the past is needed to answer.
     pub(crate) fn moment(&self, request: &Request) -> Result<Moment, Failure> {
         Ok(match request {
-            Request::Explain { step, .. } => self.past.decision(*step, self.until)?,
+            Request::Explain { step, .. } | Request::WhyNot { step, .. } => {
+                self.past.decision(*step, self.until)?
+            }
             Request::Status => self.past.moment_with_decision(self.until)?,
             Request::Schemas(query) if query.sort == SchemaSort::Excitation => {
                 self.past.moment_with_decision(self.until)?
@@ -59,23 +82,32 @@ impl Remembered {
     /// What is answered of a moment.
     pub(crate) fn answer(&self, moment: Moment, request: &Request) -> Result<Answer, Failure> {
         let nothing_perceived = moment.perceived.is_none();
-        if nothing_perceived && matches!(request, Request::Predict { .. } | Request::Plan { .. }) {
+        let of_the_world = match request {
+            Request::Predict { .. } | Request::Plan { .. } => true,
+            Request::Graph(query) => !query.goal.is_empty(),
+            _ => false,
+        };
+        if nothing_perceived && of_the_world {
             let step = moment.step();
             return Err(Failure::Failed(format!(
                 "nothing is known of what was perceived up to step {step}, so nothing can be said of the world as it was: \
                  name a later step with --until, or ask the running learner"
             )));
         }
+        match inspect::answer(&self.view(moment), request) {
+            Answer::Error(problem) => Err(Failure::Failed(problem)),
+            answer => Ok(answer),
+        }
+    }
+
+    /// Everything there is to ask of a moment.
+    pub(crate) fn view(&self, moment: Moment) -> View {
         let host = HostFacts {
             name: self.past.learner().to_owned(),
             perceived: moment.perceived,
             ..HostFacts::default()
         };
-        let view = View::past(moment.learner, self.past.seed(), moment.decision, host);
-        match inspect::answer(&view, request) {
-            Answer::Error(problem) => Err(Failure::Failed(problem)),
-            answer => Ok(answer),
-        }
+        View::past(moment.learner, self.past.seed(), moment.decision, host)
     }
 }
 

@@ -17,7 +17,13 @@ pub(crate) fn begin(cli: &Cli) {
         [LevelFilter::WARN, LevelFilter::INFO, LevelFilter::DEBUG, LevelFilter::TRACE];
     let usual = usize::from(matches!(cli.command, Command::Server(_) | Command::Sim(_)));
     let asked = LEVELS.get(usual + usize::from(cli.verbose)).copied().unwrap_or(LevelFilter::TRACE);
-    let level = if cli.quiet { LevelFilter::ERROR } else { asked };
+    // A log would be written all over what is drawn on the same terminal.
+    let drawn_on = matches!(&cli.command, Command::Watch(watch) if !watch.once) && io::stderr().is_terminal();
+    let level = match (drawn_on, cli.quiet) {
+        (true, _) => LevelFilter::OFF,
+        (false, true) => LevelFilter::ERROR,
+        (false, false) => asked,
+    };
     let json = matches!(&cli.command, Command::Server(server) if server.log_json);
     let filter = EnvFilter::builder().with_default_directive(level.into()).from_env_lossy();
     let coloured = io::stderr().is_terminal() && output::wanted();

@@ -24,7 +24,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-const COMMANDS: [&str; 19] = [
+const COMMANDS: [&str; 20] = [
     "demo",
     "server",
     "sim",
@@ -34,6 +34,7 @@ const COMMANDS: [&str; 19] = [
     "explain",
     "say",
     "stage",
+    "view",
     "journal",
     "verify",
     "repair",

@@ -2,12 +2,13 @@
 //! own (`worlds.rs`), so that no body and no transport is in the figure.
 
 use std::collections::BTreeMap;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use rustix::time::{ClockId, clock_gettime};
+use serde::{Deserialize, Serialize};
 
-use super::Times;
-use super::worlds::{Mix, World};
+use super::worlds::{Mix, World, resident_bytes, schemas};
+use super::{Times, alone};
 use crate::cli::BenchDecisionArgs;
 use crate::failure::Failure;
 use crate::output;
@@ -23,9 +24,9 @@ const GROWTH: (usize, usize) = (10_000, 1_000_000);
 /// What is wanted of the exponent.
 const GROWTH_WANTED: f64 = 0.25;
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 struct Row {
-    mix: &'static str,
+    mix: String,
     /// Schemas when measuring began.
     schemas: usize,
     generalised: u32,
@@ -33,6 +34,9 @@ struct Row {
     steps: usize,
     step_us_p50: f64,
     step_us_p99: f64,
+    /// The same by the processor's time of this thread: whatever else the machine does is not in it.
+    processor_us_p50: f64,
+    processor_us_p99: f64,
     /// Of the median, to that of the smallest memory of the mix.
     ratio_p50: f64,
     /// Of the process, less what it had before: `null` while that is too little to tell.
@@ -41,12 +45,12 @@ struct Row {
 }
 
 /// What `--json` prints.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 struct Figures {
     rows: Vec<Row>,
     /// By mix: the exponent of the power of the number of schemas that the median grows by; `null` where memory was
     /// not measured both at 10,000 schemas and above.
-    growth_exponent: BTreeMap<&'static str, Option<f64>>,
+    growth_exponent: BTreeMap<String, Option<f64>>,
     growth_exponent_wanted: f64,
 }
 
@@ -54,18 +58,30 @@ pub(super) fn run(args: &BenchDecisionArgs, quiet: bool) -> Result<(), Failure> 
     let mut sizes = args.schemas.clone();
     sizes.sort_unstable();
     sizes.dedup();
-    let mut rows = Vec::new();
-    let mut growth_exponent = BTreeMap::new();
-    for mix in Mix::ALL.into_iter().filter(|mix| args.mix.as_ref().is_none_or(|name| name == mix.name())) {
-        if !quiet {
-            talk::say(&format!("{}: a life up to {} schemas", mix.name(), sizes.last().unwrap_or(&0)));
+    let figures = match Mix::ALL.into_iter().find(|mix| args.mix.as_deref() == Some(mix.name())) {
+        Some(mix) => {
+            if !quiet {
+                talk::say(&format!("{}: a life up to {} schemas", mix.name(), sizes.last().unwrap_or(&0)));
+            }
+            let rows = life(mix, &sizes, args.seed)?;
+            let growth_exponent = BTreeMap::from([(mix.name().to_owned(), exponent(&rows))]);
+            Figures { rows, growth_exponent, growth_exponent_wanted: GROWTH_WANTED }
         }
-        let measured = life(mix, &sizes, args.seed)?;
-        growth_exponent.insert(mix.name(), exponent(&measured));
-        rows.extend(measured);
-    }
-    let figures = Figures { rows, growth_exponent, growth_exponent_wanted: GROWTH_WANTED };
+        None => each(&sizes, args.seed, quiet)?,
+    };
     if args.json { output::print_json(&figures) } else { output::print(&text(&figures)) }
+}
+
+/// Every mix, each in a process of its own: what one life leaves behind in an allocator is not the next one's.
+fn each(sizes: &[usize], seed: u64, quiet: bool) -> Result<Figures, Failure> {
+    let mut all =
+        Figures { rows: Vec::new(), growth_exponent: BTreeMap::new(), growth_exponent_wanted: GROWTH_WANTED };
+    for mix in Mix::ALL {
+        let Figures { rows, growth_exponent, .. } = alone("decision", mix, sizes, seed, quiet)?;
+        all.rows.extend(rows);
+        all.growth_exponent.extend(growth_exponent);
+    }
+    Ok(all)
 }
 
 /// One life, measured whenever memory has come to one of `sizes`.
@@ -77,22 +93,26 @@ fn life(mix: Mix, sizes: &[usize], seed: u64) -> Result<Vec<Row>, Failure> {
         while schemas(&world) < *size {
             step(&mut world);
         }
-        let (at, mut times) = (schemas(&world), Times::default());
+        let (at, mut times, mut processor) = (schemas(&world), Times::default(), Times::default());
         // A small memory would be a larger one before that many steps are over.
         for _ in 0..STEPS.min(at.max(200) * 5) {
-            times.push(step(&mut world));
+            let (took, used) = step(&mut world);
+            times.push(took);
+            processor.push(used);
         }
         let content = world.learner().memory().content();
         let grown = resident_bytes().zip(resident_before).map(|(now, before)| now.saturating_sub(before));
         let step_us_p50 = times.at(0.5);
         rows.push(Row {
-            mix: mix.name(),
+            mix: mix.name().to_owned(),
             schemas: at,
             generalised: content.generalised_count,
             observations: content.observations.len(),
             steps: times.0.len(),
             step_us_p50,
             step_us_p99: times.at(0.99),
+            processor_us_p50: processor.at(0.5),
+            processor_us_p99: processor.at(0.99),
             ratio_p50: step_us_p50 / rows.first().map_or(step_us_p50, |first| first.step_us_p50),
             bytes_per_schema: grown
                 .filter(|_| at >= GROWTH.0)
@@ -103,18 +123,20 @@ fn life(mix: Mix, sizes: &[usize], seed: u64) -> Result<Vec<Row>, Failure> {
     Ok(rows)
 }
 
-fn schemas(world: &World) -> usize {
-    world.learner().memory().content().schemas.len()
+/// One step; returns how long the learner took, by the clock and by the processor.
+fn step(world: &mut World) -> (Duration, Duration) {
+    let frame = world.frame();
+    let (began, used_before) = (Instant::now(), used());
+    let step = world.learner_mut().step(&frame);
+    let (processor, clock) = (used().saturating_sub(used_before), began.elapsed());
+    world.follow(&step.output);
+    (clock, processor)
 }
 
-/// One step; returns how long the learner took.
-fn step(world: &mut World) -> std::time::Duration {
-    let frame = world.frame();
-    let began = Instant::now();
-    let step = world.learner_mut().step(&frame);
-    let took = began.elapsed();
-    world.follow(&step.output);
-    took
+/// What this thread has used of the processor.
+fn used() -> Duration {
+    let now = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(now.tv_sec.unsigned_abs(), u32::try_from(now.tv_nsec).unwrap_or(0))
 }
 
 /// The exponent of growth from 10,000 schemas to the largest memory measured, up to a million.
@@ -125,24 +147,19 @@ fn exponent(rows: &[Row]) -> Option<f64> {
     (times > 1.5).then(|| (to.step_us_p50 / from.step_us_p50).ln() / times.ln())
 }
 
-/// Memory of this process that is in RAM.
-fn resident_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let kilobytes = status.lines().find_map(|line| line.strip_prefix("VmRSS:")?.strip_suffix("kB"))?;
-    kilobytes.trim().parse::<u64>().ok()?.checked_mul(1024)
-}
-
 fn text(figures: &Figures) -> String {
-    let headings = ["mix", "schemas", "laws", "step p50", "p99", "p99 wanted", "ratio", "bytes/schema"];
-    let mut table = Columns::new(&headings).figures(&[1, 2, 3, 4, 5, 6, 7]);
+    let headings = ["mix", "schemas", "laws", "p50 us", "p99", "wanted", "cpu p50", "p99", "ratio", "bytes"];
+    let mut table = Columns::new(&headings).figures(&[1, 2, 3, 4, 5, 6, 7, 8, 9]);
     for row in &figures.rows {
         table.row([
-            row.mix.to_owned(),
+            row.mix.clone(),
             row.schemas.to_string(),
             row.generalised.to_string(),
-            format!("{:.1} us", row.step_us_p50),
-            format!("{:.1} us", row.step_us_p99),
-            row.step_us_p99_wanted.map_or(String::new(), |wanted| format!("{wanted:.0} us")),
+            format!("{:.1}", row.step_us_p50),
+            format!("{:.1}", row.step_us_p99),
+            row.step_us_p99_wanted.map_or(String::new(), |wanted| format!("{wanted:.0}")),
+            format!("{:.1}", row.processor_us_p50),
+            format!("{:.1}", row.processor_us_p99),
             format!("{:.2}", row.ratio_p50),
             row.bytes_per_schema.map_or(String::new(), |bytes| format!("{bytes:.0}")),
         ]);

@@ -2,7 +2,7 @@
 //! alone. Each grows memory in another way.
 
 use pschema_learner::curriculum::{Afterwards, Curriculum, Lift, Stage};
-use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
+use pschema_learner::observation::{Observation, PropertyId, TypeId, Value};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::random::Random;
 use pschema_learner::step::{ActionOutcome, Frame, Learner, LearnerError, Output};
@@ -14,17 +14,31 @@ use pschema_learner::vocabulary::{
 const FINGER: TypeId = TypeId(0);
 const OBJECT: TypeId = TypeId(1);
 const TOUCH: TypeId = TypeId(2);
-/// Colours that objects have.
-const COLOURS: u32 = 8;
+const FEEL: TypeId = TypeId(3);
+/// Properties, in the order in which they are declared.
+const KIND: PropertyId = PropertyId(0);
+const FIELD: PropertyId = PropertyId(1);
+const TEXTURE: PropertyId = PropertyId(2);
+/// Postures of the arm, each of which brings the finger to a field of its own.
+const POSTURES: i64 = 228;
+/// The same in the scenario without stages: with as many places of the block they are a million pairs.
+const POSTURES_UNSTAGED: i64 = 1_010;
+/// Objects that are smooth, until there is a law of touching.
+const SMOOTH: i64 = 32;
+/// What objects can feel like besides.
+const TEXTURES: i64 = 16;
+/// Objects at a time in the wide world.
+const CROWD: i64 = 12;
 
-/// What memory is filled with.
+/// What memory is filled with. In each the learner makes every schema itself, from frames alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mix {
-    /// As in scenario 1: postures, touches, and then a block in ever new places beyond reach: each a context of its own.
+    /// As in scenario 1: the arm is learnt first; then comes one new object after another, each put somewhere within reach. The
+    /// first of them make the law of touching; what each later one feels like besides is remembered of that one alone.
     Scenario1,
-    /// As in scenario 3: every posture tried with the block in every field.
+    /// As in scenario 3, without stages: every posture is tried with the block in every field.
     Scenario3,
-    /// Twelve objects at a time, of eight colours; the one that is touched rolls on.
+    /// The same with twelve objects at a time, so that the law has twelve conditions, and every schema that is made too.
     Wide,
 }
 
@@ -44,18 +58,26 @@ impl Mix {
     /// Postures of the arm.
     fn postures(self) -> i64 {
         match self {
-            Self::Scenario1 | Self::Wide => 228,
-            Self::Scenario3 => 1_010,
+            Self::Scenario1 | Self::Wide => POSTURES,
+            Self::Scenario3 => POSTURES_UNSTAGED,
         }
     }
 
-    /// Objects on the table.
-    fn objects(self) -> u32 {
+    /// Actions between two placements.
+    fn actions(self) -> i64 {
         match self {
-            Self::Scenario1 | Self::Scenario3 => 1,
-            Self::Wide => 12,
+            Self::Scenario1 => 2,
+            Self::Scenario3 => POSTURES_UNSTAGED,
+            Self::Wide => 3,
         }
     }
+}
+
+/// An object on the table.
+#[derive(Clone, Copy)]
+struct Object {
+    kind: i64,
+    field: i64,
 }
 
 /// A learner in a world.
@@ -65,49 +87,28 @@ pub(crate) struct World {
     body: BodyId,
     random: Random,
     finger: Option<i64>,
-    /// Colour and field.
-    objects: Vec<(u32, i64)>,
+    objects: Vec<Object>,
+    /// The object that was touched by the last action.
     touched: Option<usize>,
     outcome: Option<ActionOutcome>,
-    /// Actions since the objects were last put elsewhere.
+    /// Actions since the last placement.
     since: i64,
-    /// The next place that nothing was ever put in.
-    next: i64,
-    /// Places to be learnt within reach before that.
-    within_reach: u32,
-    /// Actions before there is anything on the table: the arm is learnt first.
-    alone: i64,
+    /// Placements so far.
+    placements: i64,
+    /// Whether the arm is still learnt, before there is anything on the table.
+    alone: bool,
 }
 
 impl World {
     /// A learner that knows nothing, in a world that `seed` decides.
     pub(crate) fn new(mix: Mix, seed: u64) -> Result<Self, LearnerError> {
-        let stage = Stage {
-            name: "free play".into(),
-            lift: Lift::All,
-            learning: true,
-            trials: 0,
-            arrange: Vec::new(),
-            until: None,
-            trial_actions_max: 0,
-            saturation: None,
-            habituation: None,
-            until_absent: None,
-            say: Vec::new(),
-        };
-        let curriculum = Curriculum {
-            name: mix.name().into(),
-            pools: Vec::new(),
-            stages: vec![stage],
-            afterwards: Afterwards::Continue,
-        };
-        let mut learner = Learner::new(seed, Parameters::default(), curriculum)?;
-        for colour in 0..COLOURS {
-            learner.symbol(&format!("colour {colour}"));
-        }
+        let mut learner = Learner::new(seed, Parameters::default(), curriculum(mix))?;
         // What is declared here is within every limit.
         let body = learner.declare(declaration(mix.postures())).map_or(BodyId(u16::MAX), |(body, _)| body);
-        let objects = (0..).zip(0..mix.objects()).map(|(at, number)| (number % COLOURS, at * 7)).collect();
+        let objects = match mix {
+            Mix::Scenario1 | Mix::Scenario3 => vec![Object { kind: 0, field: 0 }],
+            Mix::Wide => (0..CROWD).map(|kind| Object { kind, field: kind * 7 }).collect(),
+        };
         Ok(Self {
             mix,
             learner,
@@ -118,9 +119,8 @@ impl World {
             touched: None,
             outcome: None,
             since: 0,
-            next: mix.postures(),
-            within_reach: 30,
-            alone: mix.postures() * 5 / 4,
+            placements: 0,
+            alone: mix != Mix::Scenario3,
         })
     }
 
@@ -136,27 +136,27 @@ impl World {
 
     /// What is perceived now.
     pub(crate) fn frame(&mut self) -> Frame {
-        let seen = |kind, colour, field| {
-            let colour = Value::Symbol(SymbolId(colour));
-            Observation::new(kind, [(PropertyId(0), colour), (PropertyId(1), Value::Integer(field))])
+        let seen = |of, kind, field| {
+            Observation::new(of, [(KIND, Value::Integer(kind)), (FIELD, Value::Integer(field))])
         };
-        let mut observations: Vec<_> = self.finger.map(|field| seen(FINGER, 0, field)).into_iter().collect();
-        let objects = self.objects.iter().filter(|_| self.alone == 0);
-        observations.extend(objects.map(|(colour, field)| seen(OBJECT, *colour, *field)));
-        observations.extend(self.touched.map(|_| Observation::new(TOUCH, [])));
+        // The end effector is of a kind that nothing else is of.
+        let mut observations: Vec<_> = self.finger.map(|field| seen(FINGER, -1, field)).into_iter().collect();
+        if !self.alone {
+            observations.extend(self.objects.iter().map(|object| seen(OBJECT, object.kind, object.field)));
+        }
+        if let Some(object) = self.touched.and_then(|at| self.objects.get(at)) {
+            observations.push(Observation::new(TOUCH, []));
+            if self.mix != Mix::Scenario3 && object.kind >= SMOOTH {
+                let texture = Value::Integer(object.kind % TEXTURES);
+                observations.push(Observation::new(FEEL, [(TEXTURE, texture)]));
+            }
+        }
         Frame { body: self.body, outcome: self.outcome.take(), observations }
     }
 
     /// Does what the learner says, and lets the world go on.
     pub(crate) fn follow(&mut self, output: &Output) {
-        if let Some(at) = self.touched.take()
-            && self.mix == Mix::Wide
-        {
-            // What is touched rolls on.
-            if let Some((_, field)) = self.objects.get_mut(at) {
-                *field = (*field + 1) % (self.mix.postures() * 2);
-            }
-        }
+        self.touched = None;
         let Output::Act(primitive) = output else {
             return;
         };
@@ -166,57 +166,92 @@ impl World {
         let Some([Parameter::Integer(field)]) = parameters else {
             return;
         };
-        self.finger = Some(*field);
-        if self.alone > 0 {
-            self.alone -= 1;
+        let field = *field;
+        self.finger = Some(field);
+        if self.alone {
+            let schemas = self.learner.memory().content().schemas.len();
+            self.alone = i64::try_from(schemas).unwrap_or(i64::MAX) < self.mix.postures();
+            if !self.alone {
+                // The table is laid by others: no action's doing either.
+                self.outcome = None;
+            }
             return;
         }
-        self.touched = self.objects.iter().position(|(_, at)| at == field);
+        self.touched = self.objects.iter().position(|object| object.field == field);
         self.since += 1;
-        self.elsewhere();
+        if self.since >= self.mix.actions() {
+            self.place();
+        }
     }
 
-    /// Puts objects elsewhere when it is time. That is no action's doing, and nothing is learnt from it: what the next
-    /// frame says of the last action is that nothing was asked.
-    fn elsewhere(&mut self) {
+    /// Puts an object elsewhere. That is no action's doing, and nothing is learnt from it: what the next frame says of the last
+    /// action is that nothing was asked.
+    fn place(&mut self) {
+        self.since = 0;
+        self.placements += 1;
         let postures = self.mix.postures();
-        let since = match self.mix {
-            Mix::Scenario1 if self.within_reach > 0 && self.touched.is_some() => 1,
-            Mix::Scenario1 if self.within_reach > 0 => 20,
-            Mix::Scenario1 => 2,
-            Mix::Scenario3 => postures,
-            Mix::Wide => 20,
-        };
-        if self.since < since {
-            return;
-        }
         let mut draw =
             |of: i64| i64::try_from(self.random.below(usize::try_from(of).unwrap_or(1))).unwrap_or(0);
         match self.mix {
-            Mix::Scenario1 if self.within_reach > 0 => {
-                self.within_reach -= 1;
-                self.objects = vec![(1, draw(postures))];
-            }
             Mix::Scenario1 => {
-                self.next += 1;
-                self.objects = vec![(1, self.next)];
+                self.objects = vec![Object { kind: self.placements, field: draw(postures) }];
             }
-            Mix::Scenario3 => self.objects = vec![(1, draw(postures))],
+            // All fields, one after another in no order that a learner could make use of; then again with another block.
+            Mix::Scenario3 => {
+                let (kind, at) = (self.placements / postures, self.placements % postures);
+                self.objects = vec![Object { kind, field: at * 389 % postures }];
+            }
             Mix::Wide => {
-                let (field, colour) = (draw(postures * 2), draw(i64::from(COLOURS)));
-                let at = self.random.below(self.objects.len());
-                self.objects[at] = (u32::try_from(colour).unwrap_or(0), field);
+                let (field, at) = (draw(postures), self.random.below(self.objects.len()));
+                if self.objects.iter().all(|object| object.field != field) {
+                    self.objects[at] = Object { kind: CROWD + self.placements, field };
+                }
             }
         }
-        self.since = 0;
         self.touched = None;
         self.outcome = None;
     }
 }
 
+/// Schemas that the learner has.
+pub(crate) fn schemas(world: &World) -> usize {
+    world.learner().memory().content().schemas.len()
+}
+
+/// Memory of this process that is in RAM; none where the system does not say.
+pub(crate) fn resident_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let kilobytes = status.lines().find_map(|line| line.strip_prefix("VmRSS:")?.strip_suffix("kB"))?;
+    kilobytes.trim().parse::<u64>().ok()?.checked_mul(1024)
+}
+
+/// Free play with all senses.
+fn curriculum(mix: Mix) -> Curriculum {
+    let stage = Stage {
+        name: "free play".into(),
+        lift: Lift::All,
+        learning: true,
+        trials: 0,
+        arrange: Vec::new(),
+        until: None,
+        trial_actions_max: 0,
+        saturation: None,
+        habituation: None,
+        until_absent: None,
+        say: Vec::new(),
+    };
+    Curriculum {
+        name: mix.name().into(),
+        pools: Vec::new(),
+        stages: vec![stage],
+        afterwards: Afterwards::Continue,
+    }
+}
+
 fn declaration(postures: i64) -> Declaration {
-    let property = |name: &str, kind| DeclaredProperty { name: name.into(), unit: String::new(), kind };
-    let seen = || vec![property("colour", ValueKind::Symbol), property("field", ValueKind::Integer)];
+    let property =
+        |name: &str| DeclaredProperty { name: name.into(), unit: String::new(), kind: ValueKind::Integer };
+    let seen = || vec![property("kind"), property("field")];
     let kind = |name: &str, own, transient, properties| DeclaredType {
         name: name.into(),
         own,
@@ -230,11 +265,9 @@ fn declaration(postures: i64) -> Declaration {
             kind("finger", true, false, seen()),
             kind("object", false, false, seen()),
             kind("touch", false, true, Vec::new()),
+            kind("feel", false, true, vec![property("texture")]),
         ],
-        actions: vec![DeclaredAction {
-            name: "move".into(),
-            parameters: vec![property("posture", ValueKind::Integer)],
-        }],
+        actions: vec![DeclaredAction { name: "move".into(), parameters: vec![property("posture")] }],
         repertoire: (0..postures).map(|posture| (0, vec![Parameter::Integer(posture)])).collect(),
     }
 }

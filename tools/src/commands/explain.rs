@@ -5,18 +5,21 @@ use pschema_protocol::inspect::{Answer, Request};
 
 use crate::cli::ExplainArgs;
 use crate::failure::Failure;
-use crate::learner::ask_for;
+use crate::learner::unexpected;
 use crate::output;
-use crate::past::asked;
-use crate::render::{explanation, json};
+use crate::past::answered;
+use crate::render::{explanation, json, why_not};
 
 pub(crate) fn run(name: &LearnerName, args: &ExplainArgs) -> Result<(), Failure> {
-    let mut learner = asked(name, &args.data)?;
-    let request = Request::Explain { step: args.step, candidates_max: args.candidates };
-    let answer = ask_for!(learner, &request, Answer::Explanation)?;
-    if args.json {
-        output::print_json(&json::Reasons::from(&*answer))
-    } else {
-        output::print(&explanation::explanation(&answer))
+    let request = match args.why_not {
+        Some(schema) => Request::WhyNot { schema, step: args.step },
+        None => Request::Explain { step: args.step, candidates_max: args.candidates },
+    };
+    match (answered(name, &args.data, &request)?, args.json) {
+        (Answer::Explanation(told), true) => output::print_json(&json::Reasons::from(&*told)),
+        (Answer::Explanation(told), false) => output::print(&explanation::explanation(&told)),
+        (Answer::WhyNot(told), true) => output::print_json(&why_not::Json::from(&*told)),
+        (Answer::WhyNot(told), false) => output::print(&why_not::why_not(&told)),
+        (other, _) => Err(unexpected(&other)),
     }
 }

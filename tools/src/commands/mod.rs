@@ -9,10 +9,12 @@ mod emulator;
 mod experiment;
 mod explain;
 mod export;
+mod graph;
 mod import;
 mod journal;
 mod plan;
 mod predict;
+mod record;
 mod repair;
 mod replay;
 mod say;
@@ -23,6 +25,8 @@ mod sim;
 mod stage;
 mod status;
 mod verify;
+mod view;
+mod watch;
 
 use pschema_protocol::domain::LearnerName;
 
@@ -43,6 +47,10 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Schemas(args) => schemas::run(&learner(&args.name)?, args),
         Command::Show(args) => show::run(&learner(&args.name)?, &args),
         Command::Explain(args) => explain::run(&learner(&args.name)?, &args),
+        Command::Graph(args) => graph::run(&learner(&args.name)?, args),
+        Command::View(args) => view::run(&learner(&args.name)?, &args, quiet),
+        Command::Watch(args) => watch::run(&learner(&args.name)?, &args),
+        Command::Record(args) => record::run(&learner(&args.name)?, &args),
         Command::Predict(args) => predict::run(&learner(&args.name)?, args),
         Command::Plan(args) => plan::run(&learner(&args.name)?, args),
         Command::Achieve(args) => achieve::run(&learner(&args.name)?, args, quiet),

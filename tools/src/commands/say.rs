@@ -19,6 +19,11 @@ pub(crate) fn run(name: &LearnerName, args: SayArgs) -> Result<(), Failure> {
     if args.json {
         output::print_json(&report)
     } else {
-        output::print(&format!("Said {:?} after step {}; {name} hears it next.\n", plain(&said), report.step))
+        let when = if report.stage_state == "held" {
+            "is held, and hears it when it steps or goes on"
+        } else {
+            "hears it next"
+        };
+        output::print(&format!("Said {:?} after step {}; {name} {when}.\n", plain(&said), report.step))
     }
 }

@@ -19,7 +19,8 @@ pub(crate) fn run(name: &LearnerName, args: SchemasArgs) -> Result<(), Failure> 
         generalised: args.generalised,
         sort: args.sort.into(),
         limit: args.limit,
+        offset: args.offset,
     };
     let answer = ask_for!(learner, &Request::Schemas(query), Answer::Schemas)?;
-    if args.json { output::print_json(&answer) } else { output::print(&schema::list(&answer)) }
+    if args.json { output::print_json(&answer) } else { output::print(&schema::list(&answer, args.offset)) }
 }

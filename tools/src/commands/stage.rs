@@ -16,6 +16,7 @@ pub(crate) fn run(name: &LearnerName, args: StageArgs) -> Result<(), Failure> {
         StageCommand::Next => StageOrder::Next,
         StageCommand::Hold => StageOrder::Hold,
         StageCommand::Resume => StageOrder::Resume,
+        StageCommand::Step => StageOrder::Step,
         StageCommand::Set { stage } => StageOrder::Set(stage),
     };
     if order != StageOrder::Show {

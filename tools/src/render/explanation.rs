@@ -1,11 +1,11 @@
 //! `explain` for people: a sentence first, then the sum that made it so.
 
-use pschema_protocol::inspect::{Candidate, ExcitationTerm, Explanation, ObservationText};
+use pschema_protocol::inspect::{Candidate, ExcitationTerm, Explanation, ObservationText, ValueText};
 
 use super::goals;
 use super::schema::wrapped;
 use super::table::Columns;
-use super::words::{binding, notation, plain};
+use super::words::{binding, count, notation, plain, value};
 
 /// Why an action was chosen.
 pub(crate) fn explanation(e: &Explanation) -> String {
@@ -22,57 +22,129 @@ pub(crate) fn explanation(e: &Explanation) -> String {
     text
 }
 
+/// Why an action was chosen, in one sentence.
+pub(crate) fn in_a_sentence(e: &Explanation) -> String {
+    let chosen = usize::try_from(e.chosen).ok().and_then(|at| e.candidates.get(at));
+    chosen.map_or_else(String::new, |chosen| sentence(e, chosen))
+}
+
 fn sentence(e: &Explanation, chosen: &Candidate) -> String {
     let because = match e.reason.as_str() {
         "goal" => e.goal.as_ref().map_or_else(|| "for a goal".to_owned(), goals::followed),
         "chain" => "because it is the next of a chain begun before".to_owned(),
         "tie" => format!(
-            "because {} candidates were equally exciting (E = {:.3}) and the lot fell on it",
-            e.ties, chosen.excitation
+            "because {} candidates were equally exciting (E = {}) and the lot fell on it",
+            e.ties,
+            shown(chosen.excitation)
         ),
-        "excitation" => {
-            format!("because nothing else was as exciting: E = {:.3}{}", chosen.excitation, rival(e, chosen))
-        }
-        other => format!("because of {} (E = {:.3})", plain(other), chosen.excitation),
+        "excitation" => format!(
+            "because nothing else was as exciting: E = {}{}",
+            shown(chosen.excitation),
+            rival(e, chosen)
+        ),
+        other => format!("because of {} (E = {})", plain(other), shown(chosen.excitation)),
     };
     // What is done for a goal is done whatever it excites.
     let exciting = strongest(chosen).filter(|_| e.goal.is_none());
-    let why = exciting.map_or_else(String::new, |term| format!("; above all, {}", told(term)));
+    let why = exciting.map_or_else(String::new, |term| told(term, chosen));
     let (step, body, action) = (e.step, plain(&e.body), plain(&e.action));
-    format!("In step {step}, {body} was sent to {action}, {because}{why}.")
+    format!("In step {step}, {body} was sent to {action}{}, {because}.{why}", expecting(chosen))
+}
+
+/// What the chosen schema expects of it, under its binding.
+fn expecting(chosen: &Candidate) -> String {
+    let Some(id) = chosen.schema else { return String::new() };
+    let text = bound_text(&chosen.text, &chosen.binding);
+    let parts: Vec<_> = text.split(" / ").collect();
+    let [pre, _, post] = parts.as_slice() else { return format!(", as schema {id} says") };
+    let given = if *pre == "∅" { String::new() } else { format!(" given {pre}") };
+    match chosen.distance {
+        0 | 1 => format!(", of which schema {id} expects {post}{given}"),
+        // What was sent is the first of a chain to it.
+        _ => format!(", on the way to schema {id}, which expects {post}{given}"),
+    }
 }
 
 fn rival(e: &Explanation, chosen: &Candidate) -> String {
-    let next =
-        e.candidates.iter().filter(|c| !std::ptr::eq(*c, chosen)).map(|c| c.excitation).reduce(f64::max);
-    next.map_or_else(String::new, |next| format!(", the next {next:.3}"))
+    let others = e.candidates.iter().filter(|c| !std::ptr::eq(*c, chosen));
+    // Of equals the first listed.
+    let next = others.rev().max_by(|a, b| a.excitation.total_cmp(&b.excitation));
+    next.map_or_else(String::new, |next| format!(", the next ({}) {}", named(next), shown(next.excitation)))
 }
 
 fn strongest(candidate: &Candidate) -> Option<&ExcitationTerm> {
-    // The rest is many terms in one: none of them is the strongest for that.
+    // The rest is many terms in one: none of them is the strongest for that. Of equals the first.
     let terms = candidate.terms.iter().filter(|term| term.role != "rest");
-    terms.max_by(|a, b| a.value.total_cmp(&b.value))
+    terms.rev().max_by(|a, b| a.value.total_cmp(&b.value))
 }
 
-/// A term as a clause.
-fn told(term: &ExcitationTerm) -> String {
-    match (&term.observation, &term.seen, term.role.as_str()) {
+/// The strongest term as sentences: where its value comes from, and what becomes of the sum.
+fn told(term: &ExcitationTerm, chosen: &Candidate) -> String {
+    let (value, sum) = (shown(term.value), shown(sum(chosen)));
+    let part = if chosen.terms.len() == 1 {
+        format!("Its {value} comes")
+    } else {
+        format!("Of its sum {sum}, {value} comes")
+    };
+    let from = match (&term.observation, &term.seen, term.role.as_str()) {
         (Some(remembered), Some(seen), role) => {
-            let (remembered, seen) = (notation(remembered), notation(seen));
             let attended = match term.attention {
-                0 => "which never had attention before".to_owned(),
-                1 => "which had attention once".to_owned(),
-                n => format!("which had attention {n} times"),
+                0 => "never had attention before".to_owned(),
+                1 => "had attention once before".to_owned(),
+                n => format!("had attention {n} times before"),
             };
             format!(
-                "{seen} was perceived and resembles the schema's {} {remembered}, {attended}",
-                plain(role)
+                "{part} from {}, which was perceived: it has {} in common with the schema's {} {}, which {attended}",
+                notation(seen),
+                count(term.shared, "value"),
+                plain(role),
+                notation(remembered)
             )
         }
-        (_, _, "babbling") => "it had never been tried here".to_owned(),
-        (_, _, "habituation") => "it had not been repeated often enough to be sure of".to_owned(),
-        (_, _, role) => format!("of its {}", plain(role)),
+        (_, _, "babbling") => format!("{part} from the drive to try what was never tried here"),
+        (_, _, "habituation") => {
+            format!("{part} from the drive to repeat what is not yet known well enough")
+        }
+        (_, _, role) => format!("{part} of its {}", plain(role)),
+    };
+    match chosen.distance {
+        0 | 1 => format!(" {from}."),
+        d => format!(
+            " {from}. The sum is divided by its distance: {d} schemas, itself included, are to be executed."
+        ),
     }
+}
+
+/// A candidate by its number, or as it prints.
+pub(super) fn named(candidate: &Candidate) -> String {
+    candidate.schema.map_or_else(|| plain(&candidate.text), |id| format!("schema {id}"))
+}
+
+/// A figure of equation (1) as it is shown.
+pub(super) fn shown(figure: f64) -> String {
+    format!("{figure:.3}")
+}
+
+/// The sum of a candidate's terms.
+pub(super) fn sum(candidate: &Candidate) -> f64 {
+    // From 0: an empty sum of floats would be -0.
+    candidate.terms.iter().fold(0.0, |sum, term| sum + term.value)
+}
+
+/// A schema's text with the values of its variables put in.
+pub(super) fn bound_text(text: &str, binding: &[(String, ValueText)]) -> String {
+    let mut parts = text.split('$');
+    let mut bound = plain(parts.next().unwrap_or_default());
+    for part in parts {
+        let end = part.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(part.len());
+        let (name, rest) = part.split_at(end);
+        match binding.iter().find(|(known, _)| known == name) {
+            Some((_, known)) => bound.push_str(&value(known)),
+            None => bound.push_str(&format!("${}", plain(name))),
+        }
+        bound.push_str(&plain(rest));
+    }
+    bound
 }
 
 fn heading(chosen: &Candidate) -> String {
@@ -86,7 +158,7 @@ fn heading(chosen: &Candidate) -> String {
 }
 
 /// What was perceived, numbered for the terms to refer to.
-fn perceived(world: &[ObservationText]) -> String {
+pub(super) fn perceived(world: &[ObservationText]) -> String {
     if world.is_empty() {
         return "Nothing was perceived.\n".to_owned();
     }
@@ -98,7 +170,7 @@ fn perceived(world: &[ObservationText]) -> String {
 }
 
 /// The terms, and their sum as it makes the excitation.
-fn terms(chosen: &Candidate, world: &[ObservationText]) -> String {
+pub(super) fn terms(chosen: &Candidate, world: &[ObservationText]) -> String {
     let headings = ["term", "remembered", "seen", "same", "prob", "weight", "1+n", "value"];
     let mut table = Columns::new(&headings).figures(&[3, 4, 5, 6, 7]);
     for t in &chosen.terms {
@@ -107,21 +179,36 @@ fn terms(chosen: &Candidate, world: &[ObservationText]) -> String {
             |o: &ObservationText| world.iter().position(|seen| seen == o).map(|at| format!("#{}", at + 1));
         let seen =
             t.seen.as_ref().map_or_else(|| "-".to_owned(), |o| number(o).unwrap_or_else(|| notation(o)));
+        // A drive, and what is added up already, is no product.
+        let of_pair = |figure: String| if t.seen.is_some() { figure } else { "-".to_owned() };
         table.row([
             plain(&t.role),
             remembered,
             seen,
-            t.shared.to_string(),
-            format!("{:.2}", t.probability),
-            format!("{:.2}", t.weight),
-            (u64::from(t.attention) + 1).to_string(),
-            format!("{:.3}", t.value),
+            of_pair(t.shared.to_string()),
+            of_pair(shown(t.probability)),
+            of_pair(shown(t.weight)),
+            of_pair((u64::from(t.attention) + 1).to_string()),
+            shown(t.value),
         ]);
     }
-    let sum: f64 = chosen.terms.iter().map(|term| term.value).sum();
-    let (d, e) = (chosen.distance, chosen.excitation);
     let table = if chosen.terms.is_empty() { String::new() } else { table.text(&[3, 4, 5, 6, 7]) };
-    format!("{table}\nvalue = same x prob x weight / (1+n)    sum {sum:.3} / distance {d} = E {e:.3}\n")
+    let (total, d, e) = (shown(sum(chosen)), chosen.distance, shown(chosen.excitation));
+    let rounded = rounded(chosen);
+    format!("{table}\nvalue = same x prob x weight / (1+n)    sum {total} / distance {d} = E {e}\n{rounded}")
+}
+
+/// What is shown is rounded; where it does not add up for that, that is said.
+fn rounded(chosen: &Candidate) -> String {
+    // Of the figures as they are shown, however they were rounded.
+    let thousandths = |figure: f64| shown(figure).replace('.', "").parse::<i64>().unwrap_or(0);
+    let added: i64 = chosen.terms.iter().map(|term| thousandths(term.value)).fold(0, i64::saturating_add);
+    if added == thousandths(sum(chosen)) {
+        return "Figures are rounded to 3 decimals; --json has them whole.\n".to_owned();
+    }
+    #[expect(clippy::cast_precision_loss, reason = "shown with three decimals")]
+    let added = shown(added as f64 / 1e3);
+    format!("Figures are rounded to 3 decimals, each by itself: as shown, the values add up to {added}.\n")
 }
 
 fn others(e: &Explanation) -> String {
@@ -137,7 +224,7 @@ fn others(e: &Explanation) -> String {
             c.schema.map_or_else(|| "-".to_owned(), |id| id.to_string()),
             text,
             c.distance.to_string(),
-            format!("{:.3}", c.excitation),
+            shown(c.excitation),
         ]);
     }
     let total = e.candidates_total;

@@ -6,11 +6,11 @@ use std::path::Path;
 use pschema_protocol::inspect::*;
 use serde::Serialize;
 
-use super::{explanation, figures, goals, json, json_goals, schema, status};
+use super::{explanation, figures, goals, json, json_goals, schema, status, why_not};
 use crate::run::Figures;
 use crate::run::tests::{report, stage};
 
-fn check(name: &str, text: &str) {
+pub(super) fn check(name: &str, text: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
     if std::env::var_os("UPDATE_GOLDEN").is_some() {
         std::fs::write(&path, text).unwrap();
@@ -210,6 +210,76 @@ fn an_explanation() -> Explanation {
     }
 }
 
+/// Of the explained step, why schema 42 was not executed.
+fn a_why_not(verdict: Verdict) -> WhyNot {
+    let explained = an_explanation();
+    let chosen = explained.candidates[0].clone();
+    let excited = matches!(verdict, Verdict::LessExciting { .. });
+    let candidate =
+        Candidate { schema: Some(42), distance: 2, excitation: 0.25, ..explained.candidates[1].clone() };
+    WhyNot {
+        step: explained.step,
+        body: explained.body,
+        world: explained.world,
+        schema: 42,
+        kind: "concrete".to_owned(),
+        text: "object{colour=blue, field=4} / move(j1=0.10, j2=0.20) / touch{}".to_owned(),
+        verdict,
+        binding: Vec::new(),
+        bindings: 0,
+        candidate: excited.then_some(candidate),
+        chain: if excited { vec![in_use(17, "concrete", 4)] } else { Vec::new() },
+        attempts: 9,
+        carried_out: 8,
+        habituated: excited.then_some(true),
+        search_truncated: false,
+        chosen,
+        action: explained.action,
+        reason: explained.reason,
+        ties: 1,
+    }
+}
+
+#[test]
+fn why_not_as_text_and_json() {
+    let wanted = blue_in(ValueText::Integer(4));
+    let differs = vec![Difference {
+        property: "field".to_owned(),
+        wanted: ValueText::Integer(4),
+        seen: Some(ValueText::Integer(17)),
+    }];
+    let nearest = Some(blue_in(ValueText::Integer(17)));
+    let unseen = Lacking {
+        wanted: finger_in(ValueText::Integer(4)),
+        nearest: None,
+        differs: Vec::new(),
+        constrained: true,
+    };
+    let lacking = vec![Lacking { wanted, nearest, differs, constrained: false }, unseen];
+    let missing = a_why_not(Verdict::PreConditions { lacking });
+    check("why-not-lacking.txt", &why_not::why_not(&missing));
+    check_json("why-not-lacking.json", &why_not::Json::from(&missing));
+    let duller = a_why_not(Verdict::LessExciting { by: 1.0 });
+    check("why-not-duller.txt", &why_not::why_not(&duller));
+    check_json("why-not-duller.json", &why_not::Json::from(&duller));
+    let says = |verdict: Verdict, text: &str| {
+        let told = why_not::why_not(&a_why_not(verdict)).replace('\n', " ");
+        assert!(told.contains(text), "{told}");
+    };
+    says(Verdict::Chosen, "Schema 42 is what was chosen in step 231");
+    says(Verdict::ExecutedFor { schema: 226 }, "for the sake of schema 226");
+    says(Verdict::Retired, "It failed too often");
+    says(Verdict::NotInRepertoire, "sim can't do its action");
+    says(Verdict::NotExciting, "its excitation is 0");
+    says(Verdict::LotFellOnAnother, "the lot fell on schema 226");
+    says(Verdict::StoodInFor { by: 9, kind: "counter-example".to_owned() }, "schema 9, a counter-example");
+    says(
+        Verdict::TargetNotAchievable { target: vec![finger_in(variable("b"))] },
+        "achieves its target finger{field=$b}",
+    );
+    says(Verdict::NotWeighed, "a chain begun before was being followed");
+}
+
 fn a_report() -> Report {
     let mut babbling = stage("motor babbling", true, &[], &[]);
     (babbling.actions, babbling.schemas_new, babbling.saturated) = (229, 224, true);
@@ -267,9 +337,9 @@ fn saturation_and_habituation_as_table_and_json() {
 
 #[test]
 fn schemas_as_table_and_json() {
-    check("schemas.txt", &schema::list(&a_list()));
+    check("schemas.txt", &schema::list(&a_list(), 0));
     check_json("schemas.json", &a_list());
-    assert_eq!(schema::list(&SchemaList { matching: 0, schemas: Vec::new() }), "No schema fits.\n");
+    assert_eq!(schema::list(&SchemaList { matching: 0, schemas: Vec::new() }, 0), "No schema fits.\n");
 }
 
 #[test]

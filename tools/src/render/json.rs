@@ -150,7 +150,7 @@ pub(crate) struct Reasons<'a> {
 
 /// One thing that could have been done.
 #[derive(Debug, Serialize)]
-struct CandidateJson<'a> {
+pub(super) struct CandidateJson<'a> {
     schema: Option<u32>,
     text: &'a str,
     binding: Values<'a>,

@@ -6,6 +6,7 @@ pub(crate) mod figures;
 pub(crate) mod goals;
 #[cfg(test)]
 mod golden;
+pub(crate) mod graph;
 pub(crate) mod journal;
 pub(crate) mod json;
 pub(crate) mod json_goals;
@@ -16,4 +17,5 @@ pub(crate) mod statistics;
 pub(crate) mod status;
 pub(crate) mod story;
 pub(crate) mod table;
+pub(crate) mod why_not;
 pub(crate) mod words;

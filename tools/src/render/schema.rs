@@ -5,21 +5,26 @@ use pschema_protocol::inspect::{Condition, SchemaDetail, SchemaList, SchemaSumma
 use super::table::{Columns, WIDTH};
 use super::words::{condition, count, notation, plain, probability, schema_sentence, side};
 
-/// A list of schemas.
-pub(crate) fn list(list: &SchemaList) -> String {
+/// A list of schemas, from which the first `offset` were left out.
+pub(crate) fn list(list: &SchemaList, offset: u32) -> String {
     if list.schemas.is_empty() {
-        return "No schema fits.\n".to_owned();
+        return match list.matching {
+            0 => "No schema fits.\n".to_owned(),
+            n => format!("{} in all: none is left beyond the first {offset}.\n", count(n, "schema")),
+        };
     }
     let mut table = Columns::new(&["id", "kind", "schema", "succeeds"]).figures(&[0]);
     for s in &list.schemas {
         let succeeds = probability(s.probability, s.successes, s.executions, s.low, s.high);
         table.row([s.id.to_string(), plain(&s.kind), one_line(s), succeeds]);
     }
-    let shown = list.schemas.len();
-    let more = if u64::from(list.matching) > shown as u64 {
-        format!("\n{shown} of {}; --limit {} shows all.\n", count(list.matching, "schema"), list.matching)
-    } else {
-        format!("\n{}.\n", count(list.matching, "schema"))
+    let (from, shown) = (u64::from(offset), list.schemas.len() as u64);
+    let (end, all) = (from + shown, count(list.matching, "schema"));
+    let more = match (offset, end < u64::from(list.matching)) {
+        (0, false) => format!("\n{all}.\n"),
+        (0, true) => format!("\n{shown} of {all}; --offset {end} goes on.\n"),
+        (_, true) => format!("\n{} to {end} of {all}; --offset {end} goes on.\n", from + 1),
+        (_, false) => format!("\n{} to {end} of {all}.\n", from + 1),
     };
     table.text(&[0, 1, 3]) + &more
 }

@@ -61,7 +61,7 @@ pub(crate) fn doing(s: &Status, facts: &mut Columns) {
 }
 
 /// `2 of 3, after 4 actions of at most 20`.
-fn trial(t: &TrialStatus) -> String {
+pub(crate) fn trial(t: &TrialStatus) -> String {
     let most = t.actions_max.map_or(String::new(), |max| format!(" of at most {max}"));
     let actions = format!("{}{most}", count(t.actions, "action"));
     match (t.trial, t.open) {
@@ -72,7 +72,7 @@ fn trial(t: &TrialStatus) -> String {
 }
 
 /// How near saturation is, and what the last decision says of it.
-fn saturation(s: &SaturationStatus, top: f64) -> String {
+pub(crate) fn saturation(s: &SaturationStatus, top: f64) -> String {
     let (quiet, wanted, below) = (s.quiet_actions, s.quiet_actions_wanted, s.saturation_below);
     if quiet >= wanted {
         return format!("reached: {} in a row brought nothing new or exciting", count(quiet, "action"));
@@ -84,7 +84,7 @@ fn saturation(s: &SaturationStatus, top: f64) -> String {
 }
 
 /// What is still to be tried before the next constraint is lifted.
-fn habituation(h: &HabituationStatus) -> String {
+pub(crate) fn habituation(h: &HabituationStatus) -> String {
     let times = match h.executions_min {
         1 => "once".to_owned(),
         times => format!("{times} times"),

@@ -1,0 +1,274 @@
+//! The documentation, followed literally: its commands are run, page by page, each in a directory of its own, and must do
+//! what the page says they do; the others are at least commands that exist.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
+
+use std::fmt::Write as _;
+use std::fs;
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::Path;
+use std::process::Command;
+
+use pschema_tests::{Block, House, Page, Running};
+use rustix::process::{Pid, Signal, kill_process};
+
+const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
+const GRID_WORLD: &str = env!("CARGO_BIN_EXE_pschema-grid-world");
+const LAMP: &str = env!("CARGO_BIN_EXE_pschema-lamp");
+
+/// Commands that need what a test has not: a build of their own, a person, an arm, or half an hour.
+const NOT_RUN: [&str; 8] = [
+    "cargo ",
+    "export PATH=",
+    "pschema watch ",
+    "pschema view ",
+    "pschema adept ",
+    "pschema server --data ~/arm &",
+    "pschema experiment all",
+    "pschema experiment exp1-s1 --seeds 1..10",
+];
+
+/// What a page's commands run in: they stop at the first that fails, and leave no process.
+const PROLOGUE: &str = r#"
+set -euo pipefail
+set -m
+trap 'jobs -p | while read -r pid; do kill -9 "$pid" 2>/dev/null || true; done' EXIT
+name_of() { sed -n 's/.*--name[ =]\([a-z0-9_-]*\).*/\1/p' <<<"$1" | grep . || echo default; }
+# A person who types is slower than a daemon that starts.
+answers() { until pschema --name "$1" status >/dev/null 2>&1; do kill -0 "$2"; sleep 0.02; done; }
+# And plays with the next thing only after some seconds.
+plays() {
+  until pschema --name "$1" status --json | tr -d '\n ' |
+    grep -Eq '"stage_state":"finished"|"step":([2-9][0-9][0-9]|[0-9]{4})'; do kill -0 "$2"; sleep 0.05; done
+}
+"#;
+
+/// In place of cargo: what it would build has been built, and is started.
+const CARGO: &str = r#"#!/usr/bin/env bash
+set -eu
+arguments="$*"
+case "$arguments" in
+  "new "*) mkdir -p "$2/src" ;;
+  "add --manifest-path "*) test -d "$(dirname "$3")/src" ;;
+  "test --workspace") ;; # this is it
+  "run --release -- "*) shift 3; exec pschema "$@" ;;
+  "run --release --manifest-path ../lamp/"*) while [ "$1" != -- ]; do shift; done; shift; exec LAMP "$@" ;;
+  "run --release -p pschema-protocol --example grid_world -- "*) while [ "$1" != -- ]; do shift; done; shift; exec GRID "$@" ;;
+  *) echo "the test knows no cargo $arguments" >&2; exit 96 ;;
+esac
+"#;
+
+#[test]
+fn the_readme_does_what_it_says() {
+    follow("README.md");
+}
+
+#[test]
+fn the_tutorial_ends_with_a_body_of_ones_own() {
+    follow("docs/TUTORIAL.md");
+}
+
+#[test]
+fn a_body_can_be_written_as_its_page_says() {
+    follow("docs/howto/own-body.md");
+}
+
+#[test]
+fn a_curriculum_can_be_written_as_its_page_says() {
+    follow("docs/howto/own-curriculum.md");
+}
+
+#[test]
+fn a_word_is_taught_as_its_page_says() {
+    let said = follow("docs/howto/teach-a-word.md");
+    assert!(said.contains("word{text=touch}"), "the word is in no explanation:\n{said}");
+}
+
+#[test]
+fn a_damaged_journal_is_recovered_as_its_page_says() {
+    follow("docs/howto/recover-a-journal.md");
+}
+
+#[test]
+fn the_page_about_the_arm_works_without_one() {
+    follow("docs/howto/on-the-arm.md");
+}
+
+#[test]
+fn every_page_that_has_commands_to_follow_is_followed_here() {
+    let followed = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/docs.rs")).unwrap();
+    for page in Page::all().iter().filter(|page| page.path.starts_with("docs/howto")) {
+        let path = page.path.display().to_string();
+        assert!(followed.contains(&format!("follow(\"{path}\")")), "{path} is not followed");
+    }
+}
+
+#[test]
+fn commands_that_are_only_shown_exist() {
+    let mut seen = 0;
+    for page in Page::all() {
+        for block in page.commands(true) {
+            for (line, command) in
+                commands(block).into_iter().filter(|(_, command)| command.starts_with("pschema"))
+            {
+                let arguments = words(&command);
+                let place = format!("{}:{line}: {command}", page.path.display());
+                pschema_tools::check_usage(&arguments).unwrap_or_else(|problem| panic!("{place}\n{problem}"));
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 50, "only {seen} commands were found");
+}
+
+#[test]
+fn what_is_not_run_could_not_be() {
+    for page in Page::all() {
+        let is_followed = page.path.ends_with("README.md")
+            || page.path.ends_with("TUTORIAL.md")
+            || page.path.starts_with("docs/howto");
+        for block in page.blocks.iter().filter(|block| is_followed && block.info.starts_with("sh ")) {
+            for (line, command) in commands(block) {
+                let place = format!("{}:{line}", page.path.display());
+                let excused = NOT_RUN.iter().any(|start| format!("{command} ").starts_with(start));
+                assert!(excused, "{place}: this can be run: {command}");
+            }
+        }
+    }
+}
+
+/// The commands of a block with their lines; comments left out, those that go on over several lines joined.
+fn commands(block: &Block) -> Vec<(usize, String)> {
+    let mut commands = Vec::new();
+    let mut begun: Option<(usize, String)> = None;
+    for (at, line) in block.text.lines().enumerate() {
+        let (number, mut command) = begun.take().unwrap_or((block.line + at, String::new()));
+        let line = line.split(" #").next().unwrap_or_default().trim();
+        match line.strip_suffix('\\') {
+            Some(part) => begun = Some((number, command + part)),
+            None => {
+                command.push_str(line);
+                if !command.is_empty() && !command.starts_with('#') {
+                    commands.push((number, command));
+                }
+            }
+        }
+    }
+    commands
+}
+
+/// The words of the first command of a line, as a shell would split them.
+fn words(command: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    let (mut word, mut quote, mut begun) = (String::new(), None, false);
+    // What a shell would put in place of `$(…)` is one word.
+    let mut substituted = false;
+    for letter in command.chars() {
+        match (quote, letter) {
+            (Some(open), _) if open == letter => quote = None,
+            (None, '$') => substituted = true,
+            (None, ')') if substituted => substituted = false,
+            (None, _) if substituted => (),
+            (Some(_), _) => word.push(letter),
+            (None, '\'' | '"') => (quote, begun) = (Some(letter), true),
+            (None, ' ') => {
+                if begun {
+                    words.push(std::mem::take(&mut word));
+                }
+                begun = false;
+            }
+            (None, '|' | '&' | '>' | ';' | '<') => break,
+            (None, _) => {
+                word.push(letter);
+                begun = true;
+            }
+        }
+    }
+    if begun {
+        words.push(word);
+    }
+    words
+}
+
+/// Runs a page's commands in order; what they printed.
+fn follow(path: &str) -> String {
+    let page = Page::read(Path::new(path));
+    let house = House::new(BINARY);
+    let home = tempfile::Builder::new().prefix("psd-").tempdir_in("/tmp").unwrap();
+    let (bin, work) = (home.path().join("bin"), home.path().join("pschema"));
+    fs::create_dir(&bin).unwrap();
+    fs::create_dir(&work).unwrap();
+    symlink(BINARY, bin.join("pschema")).unwrap();
+    let cargo = bin.join("cargo");
+    fs::write(&cargo, CARGO.replace("LAMP", LAMP).replace("GRID", GRID_WORLD)).unwrap();
+    fs::set_permissions(&cargo, fs::Permissions::from_mode(0o755)).unwrap();
+    let script = script(&page);
+    let mut command = Command::new("bash");
+    let path_variable = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
+    command.arg("-c").arg(&script).current_dir(&work).env("PATH", path_variable).env("HOME", home.path());
+    command.env("PSCHEMA_RUNTIME_DIR", house.runtime()).env_remove("RUST_LOG").env("NO_COLOR", "1");
+    let _sweep = Sweep(work.display().to_string());
+    let finished = Running::start(&mut command).finished();
+    assert!(
+        finished.status.success(),
+        "{path}: {}\n--- what it printed\n{}\n--- what it said\n{}",
+        finished.status,
+        finished.stdout,
+        finished.stderr
+    );
+    assert!(!script.contains(" &\n") || house.left().is_empty(), "{path} leaves {:?}", house.left());
+    finished.stdout
+}
+
+/// Ends what a page that failed left running in its directory: a shell that is killed does not.
+struct Sweep(String);
+
+impl Drop for Sweep {
+    fn drop(&mut self) {
+        for entry in fs::read_dir("/proc").into_iter().flatten().filter_map(Result::ok) {
+            let pid = entry.file_name().to_string_lossy().parse::<i32>().ok().and_then(Pid::from_raw);
+            let there = fs::read_link(entry.path().join("cwd")).is_ok_and(|cwd| cwd.starts_with(&self.0));
+            if let (Some(pid), true) = (pid, there) {
+                // One that has just ended by itself is no matter.
+                kill_process(pid, Signal::KILL).ok();
+            }
+        }
+    }
+}
+
+/// A page as a script: files are saved and commands run in the order in which they stand.
+fn script(page: &Page) -> String {
+    let mut script = PROLOGUE.to_owned();
+    for block in &page.blocks {
+        if let Some(file) = &block.file {
+            let rust = file.ends_with(".rs").then(|| block.text.as_str());
+            if let Some(text) = rust {
+                let built = include_str!("../src/bin/pschema_lamp.rs");
+                assert_eq!(text, built, "{}: not what the test has built", page.path.display());
+            }
+            writeln!(script, "cat > '{file}' <<'END_OF_FILE'\n{}END_OF_FILE", block.text).unwrap();
+        }
+        if block.info == "sh" {
+            for (line, command) in commands(block) {
+                script.push_str(&step(page, line, &command));
+            }
+        }
+    }
+    script
+}
+
+fn step(page: &Page, line: usize, command: &str) -> String {
+    let quoted = command.replace('\'', "'\\''");
+    let place = format!("{}:{line}", page.path.display());
+    let mut step = format!("printf '\\n>>> %s: %s\\n' '{place}' '{quoted}' | tee /dev/stderr\n");
+    if let Some(failing) = command.strip_prefix("! ") {
+        writeln!(step, "if {failing}; then echo 'this was to fail' >&2; exit 97; fi").unwrap();
+    } else {
+        writeln!(step, "{command}").unwrap();
+    }
+    if command.ends_with('&') {
+        let waits = if command.contains(" server") { "answers" } else { "plays" };
+        writeln!(step, "{waits} \"$(name_of '{quoted}')\" $!").unwrap();
+    }
+    step
+}

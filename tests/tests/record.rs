@@ -1,0 +1,65 @@
+//! A learner written down while it lives.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
+
+use std::fs;
+
+use pschema_tests::{House, until};
+use serde_json::Value;
+
+const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
+
+fn lines(path: &str) -> Vec<Value> {
+    let text = fs::read_to_string(path).unwrap();
+    // The last line may be on its way.
+    let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
+    whole.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn every_step_is_written_down_in_order_until_the_daemon_ends() {
+    let house = House::new(BINARY);
+    let nobody = house.run(&["record", "--jsonl", "/tmp/never-made.jsonl"]);
+    assert_eq!(nobody.code(), Some(3), "{nobody:?}");
+    let daemon = house.daemon("default", &["--curriculum", "exp1-s1", "--seed", "1"]);
+    let body = house.body("default", &["--seed", "1"]);
+    let path = |name: &str| house.runtime().join(name).display().to_string();
+    let (all, some) = (path("all.jsonl"), path("some.jsonl"));
+    let all_the_while = house.start(&["record", "--jsonl", &all, "--json"]);
+    let of_some = house.run(&["record", "--jsonl", &some, "--steps", "20", "--json"]).json();
+    assert_eq!((&of_some["steps"], &of_some["first_step"]), (&Value::from(20), &Value::from(1)), "{of_some}");
+    assert_eq!(lines(&some).iter().filter(|line| line.get("step").is_some()).count(), 20);
+    house.curriculum_over("default");
+    let status = house.status("default");
+    // What was recorded can be read while the recording goes on.
+    let last = || Some(lines(&all).iter().rev().find_map(|line| line.get("step"))?["step"] == status["step"]);
+    until("the last step is recorded", || last().filter(|last| *last));
+    daemon.signal(rustix::process::Signal::TERM);
+    drop(daemon.finished());
+    let recorded = all_the_while.finished().json();
+    assert_eq!(recorded["steps_missed"], 0, "{recorded}");
+    let lines = lines(&all);
+    let steps: Vec<u64> = lines.iter().filter_map(|line| line.get("step")?.get("step")?.as_u64()).collect();
+    assert!(steps.is_sorted() && steps.first() == Some(&1), "{steps:?}");
+    assert_eq!(steps.last(), status["step"].as_u64().as_ref());
+    let schemas: Vec<u64> = lines.iter().filter_map(|line| line.get("schema")?.get("id")?.as_u64()).collect();
+    assert!(!schemas.is_empty() && schemas.is_sorted(), "{schemas:?}");
+    assert!(
+        lines.iter().any(|line| line["step"]["stage_name"] == "first touches"),
+        "stages have their names"
+    );
+    let again = house.run(&["record", "--jsonl", &all]);
+    assert_ne!(again.code(), Some(0), "a file that is there is not written over: {again:?}");
+    drop(body);
+}
+
+#[test]
+fn what_was_left_out_of_this_build_is_said() {
+    let house = House::new(BINARY);
+    let _daemon = house.daemon("default", &[]);
+    let refused = house.run(&["record", "--rerun", "/tmp/never-made.rrd"]);
+    assert_eq!(refused.code(), Some(1), "{refused:?}");
+    assert!(refused.stderr.contains("--features rerun"), "{refused:?}");
+    let nothing = house.run(&["record"]);
+    assert_eq!(nothing.code(), Some(2), "{nothing:?}");
+}

@@ -1,0 +1,317 @@
+//! How long answers to tools take, by kind of question, and what being asked all the time does to the time of a step: as
+//! a daemon does it, with a view taken between two steps and the answer worked out on another thread.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::time::{Duration, Instant};
+
+use pschema_learner::decision::{Decision, Subject};
+use pschema_protocol::codec;
+use pschema_protocol::inspect::{Answer, GraphQuery, Request, SchemaQuery, SchemaSort};
+use pschema_server::inspect;
+use pschema_server::mind::{HostFacts, View};
+use serde::Serialize;
+
+use super::Times;
+use super::worlds::{Mix, World};
+use crate::cli::BenchInspectArgs;
+use crate::failure::Failure;
+use crate::output;
+use crate::render::table::Columns;
+use crate::talk;
+
+/// Steps at a time, with and without questions in turn.
+const STEPS: usize = 500;
+/// How often each.
+const TURNS: usize = 8;
+/// What is wanted of a list: so many milliseconds.
+const LIST_MS_WANTED: f64 = 100.0;
+
+#[derive(Debug, Serialize)]
+struct Asked {
+    question: &'static str,
+    answer_ms_p50: f64,
+    answer_ms_max: f64,
+    answer_bytes: usize,
+    /// `null` where nothing is wanted of it.
+    answer_ms_wanted: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Row {
+    mix: &'static str,
+    schemas: usize,
+    observations: usize,
+    /// To take a view of memory, between two steps.
+    view_us_p50: f64,
+    view_us_max: f64,
+    questions: Vec<Asked>,
+    step_us_p50: f64,
+    step_us_p99: f64,
+    /// With a question always under way.
+    asked_step_us_p50: f64,
+    asked_step_us_p99: f64,
+    ratio_p50: f64,
+    ratio_p99: f64,
+    /// Questions that were answered meanwhile.
+    answered: u64,
+}
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct Figures {
+    rows: Vec<Row>,
+}
+
+pub(super) fn run(args: &BenchInspectArgs, quiet: bool) -> Result<(), Failure> {
+    let mix = Mix::ALL.into_iter().find(|mix| mix.name() == args.mix).unwrap_or(Mix::Scenario3);
+    let mut sizes = args.schemas.clone();
+    sizes.sort_unstable();
+    sizes.dedup();
+    let mut life =
+        Life { world: World::new(mix, args.seed).map_err(Failure::of)?, seed: args.seed, decided: None };
+    let mut rows = Vec::new();
+    for size in sizes {
+        if !quiet {
+            talk::say(&format!("{}: a life up to {size} schemas", mix.name()));
+        }
+        while life.schemas() < size {
+            life.step();
+        }
+        rows.push(measured(&mut life, mix, args.rounds)?);
+    }
+    let figures = Figures { rows };
+    if args.json { output::print_json(&figures) } else { output::print(&text(&figures)) }
+}
+
+struct Life {
+    world: World,
+    seed: u64,
+    decided: Option<(Decision, HostFacts)>,
+}
+
+impl Life {
+    fn schemas(&self) -> usize {
+        self.world.learner().memory().content().schemas.len()
+    }
+
+    /// One step; returns how long the learner took.
+    fn step(&mut self) -> Duration {
+        let frame = self.world.frame();
+        let began = Instant::now();
+        let step = self.world.learner_mut().step(&frame);
+        let took = began.elapsed();
+        self.world.follow(&step.output);
+        if let Some(decision) = step.decision {
+            let perceived = Some((frame.body, frame.observations));
+            self.decided = Some((decision, HostFacts { perceived, ..HostFacts::default() }));
+        }
+        took
+    }
+
+    fn view(&self) -> View {
+        let (decision, host) = self.decided.clone().unzip();
+        View::of(self.world.learner(), self.seed, decision, host.unwrap_or_default())
+    }
+
+    /// A schema to ask about: one that was a candidate last, but not the chosen one if there is another.
+    fn schema(&self) -> u32 {
+        let mut candidates = self.decided.iter().flat_map(|(decision, _)| &decision.candidates).rev();
+        let schema = candidates.find_map(|candidate| match candidate.subject {
+            Subject::Schema(id) => Some(id.0),
+            Subject::Primitive(_) => None,
+        });
+        schema.unwrap_or(0)
+    }
+}
+
+/// One question of each kind, and what is wanted of it.
+fn questions(schema: u32) -> Vec<(&'static str, Request, Option<f64>)> {
+    let list = |query: SchemaQuery| Request::Schemas(SchemaQuery { limit: 100, ..query });
+    let pattern = |text: &str| Some(text.to_owned());
+    let wanted = Some(LIST_MS_WANTED);
+    vec![
+        ("status", Request::Status, None),
+        ("schemas, the oldest", list(SchemaQuery::default()), wanted),
+        (
+            "schemas by action",
+            list(SchemaQuery { action: pattern("move"), ..SchemaQuery::default() }),
+            wanted,
+        ),
+        (
+            "schemas by pre-condition",
+            list(SchemaQuery { pre: pattern("object{field=17}"), ..SchemaQuery::default() }),
+            wanted,
+        ),
+        (
+            "schemas by outcome",
+            list(SchemaQuery { post: pattern("touch{}"), ..SchemaQuery::default() }),
+            wanted,
+        ),
+        (
+            "schemas by outcome, the most used",
+            list(SchemaQuery {
+                post: pattern("finger{field=$x}"),
+                sort: SchemaSort::Uses,
+                ..SchemaQuery::default()
+            }),
+            wanted,
+        ),
+        (
+            "schemas, the surest",
+            list(SchemaQuery { sort: SchemaSort::Probability, ..SchemaQuery::default() }),
+            wanted,
+        ),
+        ("show", Request::Show { id: schema }, None),
+        ("explain", Request::Explain { step: None, candidates_max: 5 }, None),
+        ("why not", Request::WhyNot { schema, step: None }, None),
+        ("graph, the whole", Request::Graph(GraphQuery { limit: 2_000, ..GraphQuery::default() }), None),
+        (
+            "graph around a schema",
+            Request::Graph(GraphQuery { around: Some(schema), limit: 200, ..GraphQuery::default() }),
+            None,
+        ),
+    ]
+}
+
+fn measured(life: &mut Life, mix: Mix, rounds: u32) -> Result<Row, Failure> {
+    // Of a step that decided something.
+    life.step();
+    let schemas = life.schemas();
+    let observations = life.world.learner().memory().content().observations.len();
+    let mut asked = Vec::new();
+    for (question, request, wanted) in questions(life.schema()) {
+        let mut times = Times::default();
+        let mut bytes = 0;
+        for _ in 0..rounds {
+            let view = life.view();
+            let began = Instant::now();
+            bytes = answered(&view, &request)?;
+            times.push(began.elapsed());
+        }
+        asked.push(Asked {
+            question,
+            answer_ms_p50: times.at(0.5) / 1e3,
+            answer_ms_max: times.at(1.0) / 1e3,
+            answer_bytes: bytes,
+            answer_ms_wanted: wanted,
+        });
+    }
+    let Beside { alone, beside, views, answered } = beside(life)?;
+    Ok(Row {
+        mix: mix.name(),
+        schemas,
+        observations,
+        view_us_p50: views.at(0.5),
+        view_us_max: views.at(1.0),
+        questions: asked,
+        step_us_p50: alone.at(0.5),
+        step_us_p99: alone.at(0.99),
+        asked_step_us_p50: beside.at(0.5),
+        asked_step_us_p99: beside.at(0.99),
+        ratio_p50: beside.at(0.5) / alone.at(0.5),
+        ratio_p99: beside.at(0.99) / alone.at(0.99),
+        answered,
+    })
+}
+
+/// How long the answer is, as a tool gets it.
+fn answered(view: &View, request: &Request) -> Result<usize, Failure> {
+    match inspect::answer(view, request) {
+        Answer::Error(problem) => Err(Failure::Failed(format!("{request:?}: {problem}"))),
+        answer => Ok(codec::encode(&answer).map_err(Failure::of)?.len()),
+    }
+}
+
+struct Beside {
+    alone: Times,
+    beside: Times,
+    views: Times,
+    answered: u64,
+}
+
+/// Steps without and with questions in turn, so that both see the same memory and the same machine.
+fn beside(life: &mut Life) -> Result<Beside, Failure> {
+    let (jobs, questions) = sync_channel::<(View, Request)>(1);
+    let idle = AtomicBool::new(true);
+    std::thread::scope(|scope| {
+        let idle = &idle;
+        let inspector = scope.spawn(move || serve(&questions, idle));
+        let (mut alone, mut beside, mut views) = (Times::default(), Times::default(), Times::default());
+        for _ in 0..TURNS {
+            (0..STEPS).for_each(|_| alone.push(life.step()));
+            for _ in 0..STEPS {
+                ask(life, &jobs, idle, &mut views);
+                beside.push(life.step());
+            }
+        }
+        drop(jobs);
+        let answered = inspector.join().map_err(|_| Failure::Failed("answering panicked".to_owned()))??;
+        Ok(Beside { alone, beside, views, answered })
+    })
+}
+
+/// Asks the next question if nobody waits for an answer.
+fn ask(life: &Life, jobs: &SyncSender<(View, Request)>, idle: &AtomicBool, views: &mut Times) {
+    if !idle.swap(false, Ordering::AcqRel) {
+        return;
+    }
+    let kinds = questions(life.schema());
+    let next = views.0.len() % kinds.len();
+    let Some((_, request, _)) = kinds.into_iter().nth(next) else { return };
+    let began = Instant::now();
+    let view = life.view();
+    views.push(began.elapsed());
+    // If the other thread is gone, it says why when it is joined.
+    jobs.send((view, request)).ok();
+}
+
+fn serve(questions: &Receiver<(View, Request)>, idle: &AtomicBool) -> Result<u64, Failure> {
+    let mut count = 0;
+    while let Ok((view, request)) = questions.recv() {
+        answered(&view, &request)?;
+        drop(view);
+        count += 1;
+        idle.store(true, Ordering::Release);
+    }
+    Ok(count)
+}
+
+fn text(figures: &Figures) -> String {
+    let mut text = String::new();
+    for row in &figures.rows {
+        text.push_str(&format!(
+            "{}, {} schemas, {} observations\n\n",
+            row.mix, row.schemas, row.observations
+        ));
+        let mut table =
+            Columns::new(&["question", "answer p50", "max", "wanted", "bytes"]).figures(&[1, 2, 3, 4]);
+        for asked in &row.questions {
+            table.row([
+                asked.question.to_owned(),
+                format!("{:.2} ms", asked.answer_ms_p50),
+                format!("{:.2} ms", asked.answer_ms_max),
+                asked.answer_ms_wanted.map_or(String::new(), |wanted| format!("< {wanted:.0} ms")),
+                asked.answer_bytes.to_string(),
+            ]);
+        }
+        text.push_str(&table.text(&[0, 1, 2, 3, 4]));
+        text.push_str(&format!(
+            "\nA step takes {:.1} us, p99 {:.1}; with a question always under way {:.1} and {:.1}:\n\
+             {:.2} and {:.2} times as long ({} answered). A view takes {:.1} us, at most {:.1}.\n\n",
+            row.step_us_p50,
+            row.step_us_p99,
+            row.asked_step_us_p50,
+            row.asked_step_us_p99,
+            row.ratio_p50,
+            row.ratio_p99,
+            row.answered,
+            row.view_us_p50,
+            row.view_us_max
+        ));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,77 @@
+//! Steps as JSON Lines: for programs, and for what is published.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use pschema_protocol::inspect::{SchemaSummary, TraceRecord};
+use pschema_protocol::picture::Seen;
+use serde::Serialize;
+
+use super::Recorder;
+use crate::failure::Failure;
+
+/// A file with one object a line: `{"step": …}` or `{"schema": …}`.
+pub(crate) struct Lines {
+    path: PathBuf,
+    to: BufWriter<File>,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Line<'a> {
+    Step {
+        stage_name: &'a str,
+        #[serde(flatten)]
+        record: &'a TraceRecord,
+    },
+    Schema {
+        step: u64,
+        #[serde(flatten)]
+        schema: &'a SchemaSummary,
+    },
+}
+
+impl Lines {
+    pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
+        let file = File::options().write(true).create_new(true).open(path);
+        let file =
+            file.map_err(|error| Failure::Failed(format!("cannot write {}: {error}", path.display())))?;
+        Ok(Self { path: path.to_owned(), to: BufWriter::new(file) })
+    }
+
+    fn write(&mut self, line: &Line<'_>) -> Result<(), Failure> {
+        let written = serde_json::to_writer(&mut self.to, line).map_err(std::io::Error::from);
+        let written = written.and_then(|()| self.to.write_all(b"\n"));
+        written.map_err(|error| self.failed(&error))
+    }
+
+    fn failed(&self, error: &std::io::Error) -> Failure {
+        Failure::Failed(format!("cannot write {}: {error}", self.path.display()))
+    }
+}
+
+impl Recorder for Lines {
+    fn step(&mut self, record: &TraceRecord, stage: &str) -> Result<(), Failure> {
+        self.write(&Line::Step { stage_name: stage, record })
+    }
+
+    fn schema(&mut self, step: u64, schema: &SchemaSummary) -> Result<(), Failure> {
+        self.write(&Line::Schema { step, schema })
+    }
+
+    /// Lines have no place for pictures.
+    fn picture(&mut self, _: u64, _: &Seen) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), Failure> {
+        let written = self.to.flush();
+        written.map_err(|error| self.failed(&error))
+    }
+
+    fn finish(&mut self) -> Result<(), Failure> {
+        self.flush()?;
+        self.to.get_ref().sync_all().map_err(|error| self.failed(&error))
+    }
+}

@@ -1,0 +1,146 @@
+//! What a learner does, written down while it does it: every step in order, with the pictures of its body where the
+//! recording has a place for them.
+
+mod lines;
+#[cfg(feature = "rerun")]
+mod rerun;
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use pschema_protocol::domain::Place;
+use pschema_protocol::inspect::{Answer, Live, LiveQuery, Request, SchemaSummary, TraceRecord};
+use pschema_protocol::picture::Seen;
+use pschema_protocol::transport::pictures::PictureWatch;
+
+use crate::failure::Failure;
+use crate::learner::{Learner, unexpected};
+
+pub(crate) use lines::Lines;
+
+/// How long to wait for more when nothing has come.
+const PAUSE: Duration = Duration::from_millis(30);
+/// Newest schemas looked at with each page of steps; more than a page of steps makes.
+const NEWEST_MAX: u32 = 100;
+
+/// Somewhere that steps are written down.
+pub(crate) trait Recorder {
+    /// A step, in the stage of this name.
+    fn step(&mut self, record: &TraceRecord, stage: &str) -> Result<(), Failure>;
+    /// A schema that was new by then.
+    fn schema(&mut self, step: u64, schema: &SchemaSummary) -> Result<(), Failure>;
+    /// What the body saw about then.
+    fn picture(&mut self, step: u64, seen: &Seen) -> Result<(), Failure>;
+    /// Nothing more comes for a moment: what was written can be read now.
+    fn flush(&mut self) -> Result<(), Failure>;
+    /// Nothing more comes.
+    fn finish(&mut self) -> Result<(), Failure>;
+}
+
+/// A recording that the viewer of that name opens.
+///
+/// # Errors
+/// When this program was built without it, or the file can't be made.
+pub(crate) fn rerun(path: &Path, learner: &str) -> Result<Box<dyn Recorder>, Failure> {
+    #[cfg(feature = "rerun")]
+    return Ok(Box::new(rerun::Recording::create(path, learner)?));
+    #[cfg(not(feature = "rerun"))]
+    Err(Failure::Failed(format!(
+        "{}: this pschema was built without Rerun, because of its weight; build one with it: cargo build --release -p \
+         pschema-tools --features rerun (Rust 1.95); recording {learner} with --jsonl needs nothing",
+        path.display()
+    )))
+}
+
+/// What has been written down.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub(crate) struct Recorded {
+    /// Steps.
+    pub(crate) steps: u64,
+    /// Steps that the daemon no longer had when they were asked for.
+    pub(crate) steps_missed: u64,
+    /// The first step, if any.
+    pub(crate) first_step: Option<u64>,
+    /// The last step, if any.
+    pub(crate) last_step: Option<u64>,
+    /// Schemas that were new.
+    pub(crate) schemas: u64,
+    /// Pictures.
+    pub(crate) pictures: u64,
+}
+
+/// Writes down the steps of the learner at `place`, those that its daemon still has included, until `steps_max` have been
+/// written, `stop` is set or the daemon ends.
+pub(crate) fn record(
+    place: &Place,
+    recorders: &mut [Box<dyn Recorder>],
+    pictures: bool,
+    steps_max: u64,
+    stop: &AtomicBool,
+) -> Result<Recorded, Failure> {
+    let mut learner = Learner::connect_at(place)?;
+    let eye = if pictures { Some(PictureWatch::open(place).map_err(Failure::of)?) } else { None };
+    let mut recorded = Recorded::default();
+    let (mut from, mut known) = (0, None);
+    while !stop.load(Ordering::Relaxed) && recorded.steps < steps_max {
+        let query = LiveQuery { trace_from: from, candidates_max: 1, terms_max: 0, newest_max: NEWEST_MAX };
+        let live = match learner.ask(&Request::Live(query)) {
+            Ok(Answer::Live(live)) => live,
+            Ok(other) => return Err(unexpected(&other)),
+            // It has ended, and what it did is written down.
+            Err(Failure::NoDaemon(_)) => break,
+            Err(failure) => return Err(failure),
+        };
+        recorded.steps_missed += live.trace.from.saturating_sub(from);
+        let left = usize::try_from(steps_max - recorded.steps).unwrap_or(usize::MAX);
+        let records = &live.trace.records[..live.trace.records.len().min(left)];
+        from = live.trace.from + records.len() as u64;
+        steps(&live, records, recorders, &mut recorded)?;
+        if known.is_some() || from >= live.trace.total {
+            schemas(&live, &mut known, recorders, &mut recorded)?;
+        }
+        if let Some(seen) = eye.as_ref().map(PictureWatch::newest).transpose().map_err(Failure::of)?.flatten()
+        {
+            recorders.iter_mut().try_for_each(|recorder| recorder.picture(live.step, &seen))?;
+            recorded.pictures += 1;
+        }
+        if from >= live.trace.total {
+            recorders.iter_mut().try_for_each(|recorder| recorder.flush())?;
+            std::thread::sleep(PAUSE);
+        }
+    }
+    recorders.iter_mut().try_for_each(|recorder| recorder.finish())?;
+    Ok(recorded)
+}
+
+fn steps(
+    live: &Live,
+    records: &[TraceRecord],
+    recorders: &mut [Box<dyn Recorder>],
+    recorded: &mut Recorded,
+) -> Result<(), Failure> {
+    for record in records {
+        let stage = live.trace.stages.get(record.stage as usize).map_or("", String::as_str);
+        recorders.iter_mut().try_for_each(|recorder| recorder.step(record, stage))?;
+        recorded.steps += 1;
+        recorded.first_step.get_or_insert(record.step);
+        recorded.last_step = Some(record.step);
+    }
+    Ok(())
+}
+
+/// Tells the recorders of schemas that were not there before.
+fn schemas(
+    live: &Live,
+    known: &mut Option<u32>,
+    recorders: &mut [Box<dyn Recorder>],
+    recorded: &mut Recorded,
+) -> Result<(), Failure> {
+    let from = known.replace(live.schemas_total).unwrap_or(live.schemas_total);
+    for schema in live.newest.iter().rev().filter(|schema| schema.id >= from) {
+        recorders.iter_mut().try_for_each(|recorder| recorder.schema(live.step, schema))?;
+        recorded.schemas += 1;
+    }
+    Ok(())
+}

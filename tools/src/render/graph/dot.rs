@@ -1,0 +1,93 @@
+//! A graph in the language of Graphviz.
+
+use std::fmt::Write;
+
+use pschema_protocol::inspect::{Graph, GraphTie};
+
+use super::{Look, heading, looks, parts, tie, told};
+
+/// The text.
+pub(crate) fn dot(graph: &Graph) -> String {
+    let mut to = format!(
+        "digraph schemas {{\n  label={};\n  labelloc=t;\n  node [fontname=\"monospace\", fontsize=10, style=filled];\n",
+        quoted(&heading(graph))
+    );
+    let looks = looks(graph);
+    for (at, cluster) in graph.clusters.iter().enumerate() {
+        put(&mut to, format_args!("  subgraph cluster_{at} {{\n    label={};\n", quoted(&cluster.name)));
+        let inside = graph.nodes.iter().zip(&looks).enumerate();
+        for (number, (node, look)) in inside.filter(|(_, (node, _))| usize::try_from(node.cluster) == Ok(at))
+        {
+            let label = match (&node.schema, parts(node)) {
+                (Some(schema), Some([pre, action, post])) => {
+                    format!("{} {}\n{pre}\n/ {action}\n/ {post}", node.kind, schema.id)
+                }
+                _ => format!("{} {}", node.members, node.kind),
+            };
+            put(
+                &mut to,
+                format_args!(
+                    "    n{number} [label={}, tooltip={}, {}];\n",
+                    quoted(&label),
+                    quoted(&told(graph, node)),
+                    appearance(*look, node.schema.is_none())
+                ),
+            );
+        }
+        to.push_str("  }\n");
+    }
+    for edge in &graph.edges {
+        let times = if edge.count > 1 { format!(" ({})", edge.count) } else { String::new() };
+        put(
+            &mut to,
+            format_args!(
+                "  n{} -> n{} [tooltip={}, {}];\n",
+                edge.from,
+                edge.to,
+                quoted(&format!("{}{times}", tie(edge.kind))),
+                line(edge.kind)
+            ),
+        );
+    }
+    to + "}\n"
+}
+
+/// Writing to a string never fails.
+fn put(to: &mut String, text: std::fmt::Arguments<'_>) {
+    to.write_fmt(text).ok();
+}
+
+fn quoted(text: &str) -> String {
+    let mut safe = "\"".to_owned();
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => safe.extend(['\\', c]),
+            '\n' => safe.push_str("\\n"),
+            c if c.is_control() => safe.push('\u{fffd}'),
+            c => safe.push(c),
+        }
+    }
+    safe + "\""
+}
+
+fn appearance(look: Look, several: bool) -> &'static str {
+    match (look, several) {
+        (_, true) => "shape=box3d, fillcolor=\"#e8f0fa\"",
+        (Look::Concrete, _) => "shape=box, fillcolor=\"#e8f0fa\"",
+        (Look::Example, _) => "shape=note, fillcolor=\"#dff0df\"",
+        (Look::CounterExample, _) => "shape=octagon, style=\"filled,dashed\", fillcolor=\"#fde3de\"",
+        (Look::Generalised, _) => "shape=hexagon, penwidth=2, fillcolor=\"#fff0c2\"",
+        (Look::Retired, _) => "shape=hexagon, style=\"filled,dotted\", fillcolor=\"#eceae4\"",
+    }
+}
+
+fn line(kind: GraphTie) -> &'static str {
+    match kind {
+        GraphTie::Next => "penwidth=3",
+        GraphTie::Enables => "color=\"#1c5fb8\"",
+        GraphTie::Carries => "color=\"#00796b\", style=dashed",
+        GraphTie::ExampleOf => "color=\"#2e7d32\", style=dashed, arrowhead=empty",
+        GraphTie::CounterExampleTo => "color=\"#b3261e\", style=dashed, arrowhead=tee",
+        GraphTie::ParentOf => "color=\"#8d8a80\", style=dotted, constraint=false",
+    }
+}

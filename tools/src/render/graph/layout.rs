@@ -1,0 +1,70 @@
+//! Where things are drawn. Lengths are in units of the picture, about a pixel each.
+
+use pschema_protocol::inspect::Graph;
+
+use super::layered;
+use super::lines::{Line, each, gathered};
+use super::panels;
+
+/// Nodes that are drawn as cards with what they say; of more, cells with their numbers.
+const CARDS_MAX: usize = 60;
+
+/// A rectangle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Rect {
+    /// Left end.
+    pub(crate) x: f64,
+    /// Upper end.
+    pub(crate) y: f64,
+    /// Width.
+    pub(crate) w: f64,
+    /// Height.
+    pub(crate) h: f64,
+}
+
+impl Rect {
+    pub(crate) fn middle(&self) -> (f64, f64) {
+        (self.x + self.w / 2.0, self.y + self.h / 2.0)
+    }
+
+    /// Where the line from its middle towards a point leaves it.
+    pub(crate) fn border(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        let (mx, my) = self.middle();
+        let (dx, dy) = (x - mx, y - my);
+        let ratio = |half: f64, d: f64| if d.abs() < 1e-9 { f64::INFINITY } else { half / d.abs() };
+        let scale = ratio(self.w / 2.0, dx).min(ratio(self.h / 2.0, dy)).min(1.0);
+        (mx + dx * scale, my + dy * scale)
+    }
+}
+
+/// The panel of a cluster.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Panel {
+    pub(crate) rect: Rect,
+    pub(crate) title: String,
+}
+
+/// A whole picture.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+    /// Whether nodes are cards, that say what they are, or cells.
+    pub(crate) cards: bool,
+    /// By node.
+    pub(crate) nodes: Vec<Rect>,
+    /// By cluster; empty when nodes are cards.
+    pub(crate) panels: Vec<Panel>,
+    pub(crate) lines: Vec<Line>,
+}
+
+/// Finds a place for everything.
+pub(crate) fn layout(graph: &Graph) -> Layout {
+    if graph.nodes.len() <= CARDS_MAX {
+        let (nodes, width, height) = layered::place(graph);
+        let lines = each(graph);
+        return Layout { width, height, cards: true, nodes, panels: Vec::new(), lines };
+    }
+    let panels::Placed { nodes, panels, width, height } = panels::place(graph);
+    Layout { width, height, cards: false, nodes, panels, lines: gathered(graph) }
+}

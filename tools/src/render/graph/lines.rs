@@ -1,0 +1,74 @@
+//! Lines between nodes. Where there are too many to follow, those that go the same way become one, with their number.
+
+use std::collections::BTreeMap;
+
+use pschema_protocol::inspect::{Graph, GraphTie};
+
+/// Lines of one kind between a cluster and one node that are drawn one by one.
+const TO_ONE_MAX: usize = 8;
+/// Lines of one kind between two clusters that are drawn one by one.
+const BETWEEN_MAX: usize = 40;
+
+/// Where a line ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum End {
+    /// At a node.
+    Node(usize),
+    /// At a cluster.
+    Cluster(usize),
+}
+
+/// A line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Line {
+    pub(crate) from: End,
+    pub(crate) to: End,
+    pub(crate) kind: GraphTie,
+    /// How many ties between schemas it stands for.
+    pub(crate) count: u64,
+}
+
+/// A line for each tie.
+pub(crate) fn each(graph: &Graph) -> Vec<Line> {
+    let index = |at: u32| usize::try_from(at).ok().filter(|at| *at < graph.nodes.len()).map(End::Node);
+    let line = |edge: &pschema_protocol::inspect::GraphEdge| {
+        Some(Line { from: index(edge.from)?, to: index(edge.to)?, kind: edge.kind, count: edge.count })
+    };
+    graph.edges.iter().filter_map(line).collect()
+}
+
+/// Lines that can be followed.
+pub(super) fn gathered(graph: &Graph) -> Vec<Line> {
+    let cluster = |end: End| match end {
+        End::Node(at) => {
+            let cluster = graph.nodes.get(at).and_then(|node| usize::try_from(node.cluster).ok());
+            End::Cluster(cluster.unwrap_or(usize::MAX))
+        }
+        whole => whole,
+    };
+    let lines = each(graph);
+    let lines = together(lines, TO_ONE_MAX, |line| (cluster(line.from), line.to));
+    let lines = together(lines, TO_ONE_MAX, |line| (line.from, cluster(line.to)));
+    let lines = together(lines, BETWEEN_MAX, |line| (cluster(line.from), cluster(line.to)));
+    // What is tied within one panel is told by its title.
+    lines.into_iter().filter(|line| line.from != line.to).collect()
+}
+
+/// Makes one line of each group with more than `max` of one kind. `ends` says from where to where that line goes.
+fn together(lines: Vec<Line>, max: usize, ends: impl Fn(&Line) -> (End, End)) -> Vec<Line> {
+    let mut groups: BTreeMap<(End, End, GraphTie), Vec<Line>> = BTreeMap::new();
+    for line in lines {
+        let (from, to) = ends(&line);
+        groups.entry((from, to, line.kind)).or_default().push(line);
+    }
+    let mut found = Vec::new();
+    for ((from, to, kind), group) in groups {
+        if group.len() > max {
+            let count = group.iter().map(|line| line.count).sum();
+            found.push(Line { from, to, kind, count });
+        } else {
+            found.extend(group);
+        }
+    }
+    found
+}

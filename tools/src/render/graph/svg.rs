@@ -1,0 +1,422 @@
+//! A graph as a picture that a browser shows: it can be moved and zoomed, each node says what it is when it is pointed at,
+//! and small print appears when there is room for it. What a thing is shows in its shape as well as in its colour.
+
+use std::fmt::Write;
+
+use pschema_protocol::inspect::{Graph, GraphNode, GraphTie};
+
+use super::layout::{Layout, Rect, layout};
+use super::lines::{End, Line};
+use super::{Look, TIES, heading, looks, parts, tie, told};
+
+/// Above the picture: what it is of, and the legend.
+const HEAD: f64 = 92.0;
+/// The narrowest picture, for the legend.
+const WIDTH_MIN: f64 = 1_240.0;
+
+/// The picture.
+pub(crate) fn svg(graph: &Graph) -> String {
+    drawn(graph, &format!("<style>{STYLE}</style>\n"), &format!("<script>{SCRIPT}</script>\n"))
+}
+
+/// The picture without its style and its script, for a page that brings both.
+pub(crate) fn bare(graph: &Graph) -> String {
+    drawn(graph, "", "")
+}
+
+fn drawn(graph: &Graph, style: &str, script: &str) -> String {
+    let layout = layout(graph);
+    let looks = looks(graph);
+    let (width, height) = (layout.width.max(WIDTH_MIN), layout.height + HEAD);
+    let mut to = String::new();
+    push(
+        &mut to,
+        format_args!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" role=\"img\">\n\
+             <title>{}</title>\n{style}{}\
+             <rect class=\"paper\" width=\"{width:.0}\" height=\"{height:.0}\"/>\n",
+            escaped(&heading(graph)),
+            arrows()
+        ),
+    );
+    head(&mut to, graph, &looks);
+    let aside = (width - layout.width) / 2.0;
+    push(&mut to, format_args!("<g transform=\"translate({aside:.1} {HEAD:.0})\">\n"));
+    panels(&mut to, &layout);
+    for (at, line) in layout.lines.iter().enumerate() {
+        draw_line(&mut to, &layout, line, at);
+    }
+    for (at, ((node, rect), look)) in graph.nodes.iter().zip(&layout.nodes).zip(&looks).enumerate() {
+        draw_node(&mut to, graph, at, node, *rect, *look, layout.cards);
+    }
+    push(&mut to, format_args!("</g>\n{script}</svg>\n"));
+    to
+}
+
+/// Writing to a string never fails.
+fn push(to: &mut String, text: std::fmt::Arguments<'_>) {
+    to.write_fmt(text).ok();
+}
+
+/// Text of others, without what would be markup.
+pub(crate) fn escaped(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            '\'' => safe.push_str("&#39;"),
+            '\n' => safe.push('\n'),
+            c if c.is_control() => safe.push('\u{fffd}'),
+            c => safe.push(c),
+        }
+    }
+    safe
+}
+
+/// The text, cut to so many letters.
+fn cut(text: &str, most: usize) -> String {
+    match text.chars().count() > most {
+        true => text.chars().take(most.saturating_sub(1)).chain(['…']).collect(),
+        false => text.to_owned(),
+    }
+}
+
+fn class(kind: GraphTie) -> &'static str {
+    match kind {
+        GraphTie::Next => "next",
+        GraphTie::Enables => "enables",
+        GraphTie::Carries => "carries",
+        GraphTie::ExampleOf => "is-example",
+        GraphTie::CounterExampleTo => "is-counter",
+        GraphTie::ParentOf => "parent",
+    }
+}
+
+fn arrows() -> String {
+    let mut text = "<defs>".to_owned();
+    for kind in TIES {
+        push(
+            &mut text,
+            format_args!(
+                "<marker id=\"to-{0}\" viewBox=\"0 0 8 8\" refX=\"7.5\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" \
+                 orient=\"auto-start-reverse\" markerUnits=\"userSpaceOnUse\"><path class=\"tip {0}\" d=\"M0 0L8 4L0 8z\"/></marker>",
+                class(kind)
+            ),
+        );
+    }
+    text + "</defs>\n"
+}
+
+/// The heading and the legend: only what is in the picture.
+fn head(to: &mut String, graph: &Graph, looks: &[Look]) {
+    push(
+        to,
+        format_args!(
+            "<text class=\"heading\" x=\"24\" y=\"30\">{}</text>\n",
+            escaped(&capital(&heading(graph)))
+        ),
+    );
+    let mut x = 24.0;
+    for look in Look::ALL.into_iter().filter(|look| looks.contains(look)) {
+        let rect = Rect { x, y: 42.0, w: 26.0, h: 16.0 };
+        shape(to, rect, look, false);
+        push(
+            to,
+            format_args!("<text class=\"legend\" x=\"{:.1}\" y=\"55\">{}</text>\n", x + 33.0, look.name()),
+        );
+        x += 52.0 + width_of(look.name());
+    }
+    if graph.nodes.iter().any(|node| node.schema.is_none()) {
+        shape(to, Rect { x, y: 42.0, w: 26.0, h: 14.0 }, Look::Concrete, true);
+        push(
+            to,
+            format_args!(
+                "<text class=\"legend\" x=\"{:.1}\" y=\"55\">several that stand together</text>\n",
+                x + 35.0
+            ),
+        );
+    }
+    let mut x = 24.0;
+    for kind in TIES.into_iter().filter(|kind| graph.edges.iter().any(|edge| edge.kind == *kind)) {
+        let (class, name) = (class(kind), tie(kind));
+        push(
+            to,
+            format_args!(
+                "<path class=\"line {class}\" marker-end=\"url(#to-{class})\" d=\"M{x:.1} 74H{:.1}\"/>\
+                 <text class=\"legend\" x=\"{:.1}\" y=\"78\">{name}</text>\n",
+                x + 34.0,
+                x + 41.0
+            ),
+        );
+        x += 60.0 + width_of(name);
+    }
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// About how wide a text of the legend is.
+fn width_of(text: &str) -> f64 {
+    f64::from(u32::try_from(text.chars().count()).unwrap_or(0)) * 7.0
+}
+
+fn panels(to: &mut String, layout: &Layout) {
+    for panel in &layout.panels {
+        let Rect { x, y, w, h } = panel.rect;
+        push(
+            to,
+            format_args!(
+                "<rect class=\"panel\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" rx=\"8\"/>\
+                 <text class=\"panel-title\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
+                x + 10.0,
+                y + 20.0,
+                escaped(&cut(&panel.title, 90))
+            ),
+        );
+    }
+}
+
+fn rect_of(layout: &Layout, end: End) -> Option<Rect> {
+    match end {
+        End::Node(at) => layout.nodes.get(at).copied(),
+        End::Cluster(at) => layout.panels.get(at).map(|panel| panel.rect),
+    }
+}
+
+fn draw_line(to: &mut String, layout: &Layout, line: &Line, at: usize) {
+    let (Some(from), Some(end)) = (rect_of(layout, line.from), rect_of(layout, line.to)) else { return };
+    let class = class(line.kind);
+    let mut near = String::new();
+    for (end, name) in [(line.from, "f"), (line.to, "t")] {
+        if let End::Node(node) = end {
+            push(&mut near, format_args!(" {name}{node}"));
+        }
+    }
+    let path = if layout.cards { downwards(from, end, at) } else { straight(from, end) };
+    let wide = match line.count {
+        0..=1 => 1.3,
+        2..=8 => 2.0,
+        9..=99 => 3.0,
+        _ => 4.5,
+    };
+    push(
+        to,
+        format_args!(
+            "<path class=\"line {class}{near}\" stroke-width=\"{wide}\" marker-end=\"url(#to-{class})\" d=\"{path}\"/>\n"
+        ),
+    );
+    if line.count > 1 {
+        let ((x1, y1), (x2, y2)) = (from.border(end.middle()), end.border(from.middle()));
+        push(
+            to,
+            format_args!(
+                "<text class=\"count {class}\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
+                x1 + (x2 - x1) * 0.55,
+                y1 + (y2 - y1) * 0.55,
+                line.count
+            ),
+        );
+    }
+}
+
+fn straight(from: Rect, to: Rect) -> String {
+    let (start, end) = (from.border(to.middle()), to.border(from.middle()));
+    // A little bent, so that lines there and back lie side by side.
+    let (dx, dy) = (end.0 - start.0, end.1 - start.1);
+    let (cx, cy) = (start.0 + dx / 2.0 - dy * 0.06, start.1 + dy / 2.0 + dx * 0.06);
+    format!("M{:.1} {:.1}Q{cx:.1} {cy:.1} {:.1} {:.1}", start.0, start.1, end.0, end.1)
+}
+
+/// From the lower edge of a card to the upper edge of one below it; sideways and upwards round the outside.
+fn downwards(from: Rect, to: Rect, at: usize) -> String {
+    // Ties of the same two cards leave at places of their own.
+    let shift = f64::from(u32::try_from(at % 5).unwrap_or(0)) * 9.0 - 18.0;
+    if from.y + from.h < to.y {
+        let (x1, y1) = (from.x + from.w / 2.0 + shift, from.y + from.h);
+        let (x2, y2) = (to.x + to.w / 2.0 + shift, to.y);
+        let bend = ((y2 - y1) / 2.0).clamp(20.0, 90.0);
+        return format!("M{x1:.1} {y1:.1}C{x1:.1} {:.1} {x2:.1} {:.1} {x2:.1} {y2:.1}", y1 + bend, y2 - bend);
+    }
+    let right = from.x + from.w / 2.0 <= to.x + to.w / 2.0;
+    let side = |rect: Rect| if right { rect.x + rect.w } else { rect.x };
+    let out = if right { 34.0 + shift / 2.0 } else { -34.0 - shift / 2.0 };
+    let (x1, y1) = (side(from), from.y + from.h / 2.0 + shift / 2.0);
+    let (x2, y2) = (side(to), to.y + to.h / 2.0 + shift / 2.0);
+    format!("M{x1:.1} {y1:.1}C{:.1} {y1:.1} {:.1} {y2:.1} {x2:.1} {y2:.1}", x1 + out, x2 + out)
+}
+
+fn draw_node(
+    to: &mut String,
+    graph: &Graph,
+    at: usize,
+    node: &GraphNode,
+    rect: Rect,
+    look: Look,
+    card: bool,
+) {
+    push(to, format_args!("<g class=\"node\" id=\"n{at}\"><title>{}</title>", escaped(&told(graph, node))));
+    shape(to, rect, look, node.schema.is_none());
+    let Rect { x, y, w, h } = rect;
+    let (mx, my) = rect.middle();
+    match (&node.schema, parts(node)) {
+        (Some(schema), Some(parts)) if card => {
+            let share = match schema.executions {
+                0 => "not tried yet".to_owned(),
+                _ => format!("{} of {}", schema.successes, schema.executions),
+            };
+            push(
+                to,
+                format_args!(
+                    "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\">{} {}</text>\
+                     <text class=\"share\" x=\"{:.1}\" y=\"{:.1}\">{share}</text>",
+                    x + 14.0,
+                    y + 19.0,
+                    escaped(&super::plain(&node.kind)),
+                    schema.id,
+                    x + w - 14.0,
+                    y + 19.0
+                ),
+            );
+            for (row, (mark, part)) in [" ", "/ ", "/ "].iter().zip(parts).enumerate() {
+                let line = y + 38.0 + f64::from(u32::try_from(row).unwrap_or(0)) * 17.0;
+                let text = escaped(&cut(&format!("{}{part}", mark.trim_start()), 38));
+                push(
+                    to,
+                    format_args!("<text class=\"part\" x=\"{:.1}\" y=\"{line:.1}\">{text}</text>", x + 14.0),
+                );
+            }
+        }
+        (Some(schema), Some([pre, action, post])) => {
+            push(
+                to,
+                format_args!("<text class=\"id\" x=\"{mx:.1}\" y=\"{:.1}\">{}</text>", my + 1.0, schema.id),
+            );
+            for (row, part) in [pre, format!("/ {action}"), format!("/ {post}")].iter().enumerate() {
+                let line = y + h - 8.2 + f64::from(u32::try_from(row).unwrap_or(0)) * 2.6;
+                let text = escaped(&cut(part, 44));
+                push(to, format_args!("<text class=\"fine\" x=\"{mx:.1}\" y=\"{line:.1}\">{text}</text>"));
+            }
+        }
+        _ => push(
+            to,
+            format_args!(
+                "<text class=\"id\" x=\"{mx:.1}\" y=\"{:.1}\">{} {}</text>",
+                my + 4.0,
+                node.members,
+                if node.kind == "counter-example" { "exceptions" } else { "more" }
+            ),
+        ),
+    }
+    push(to, format_args!("</g>\n"));
+}
+
+/// The outline of a node: a shape of its own for each look.
+fn shape(to: &mut String, rect: Rect, look: Look, several: bool) {
+    let Rect { x, y, w, h } = rect;
+    let class = look.class();
+    let corner = (h / 3.0).min(14.0);
+    if several {
+        for behind in [6.0, 3.0] {
+            push(
+                to,
+                format_args!(
+                    "<rect class=\"shape {class}\" x=\"{:.1}\" y=\"{:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" rx=\"4\"/>",
+                    x + behind,
+                    y + behind
+                ),
+            );
+        }
+    }
+    match look {
+        Look::Concrete | Look::Example => push(
+            to,
+            format_args!(
+                "<rect class=\"shape {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" rx=\"4\"/>"
+            ),
+        ),
+        // Six corners.
+        Look::Generalised | Look::Retired => push(
+            to,
+            format_args!(
+                "<path class=\"shape {class}\" d=\"M{:.1} {y:.1}H{:.1}L{:.1} {:.1}L{:.1} {:.1}H{:.1}L{x:.1} {:.1}z\"/>",
+                x + corner,
+                x + w - corner,
+                x + w,
+                y + h / 2.0,
+                x + w - corner,
+                y + h,
+                x + corner,
+                y + h / 2.0
+            ),
+        ),
+        // Eight.
+        Look::CounterExample => push(
+            to,
+            format_args!(
+                "<path class=\"shape {class}\" d=\"M{:.1} {y:.1}H{:.1}L{:.1} {:.1}V{:.1}L{:.1} {:.1}H{:.1}L{x:.1} {:.1}V{:.1}z\"/>",
+                x + corner,
+                x + w - corner,
+                x + w,
+                y + corner,
+                y + h - corner,
+                x + w - corner,
+                y + h,
+                x + corner,
+                y + h - corner,
+                y + corner
+            ),
+        ),
+    }
+    if look == Look::Example {
+        // A corner that is turned down.
+        push(
+            to,
+            format_args!(
+                "<path class=\"fold\" d=\"M{:.1} {y:.1}H{:.1}V{:.1}z\"/>",
+                x + w - corner,
+                x + w,
+                y + corner
+            ),
+        );
+    }
+}
+
+/// How a picture looks.
+pub(crate) const STYLE: &str = "\
+.paper{fill:#fbfaf7}.heading{font:600 17px system-ui,sans-serif;fill:#1d1d1b}\
+.legend{font:13px system-ui,sans-serif;fill:#3a3a37}\
+.panel{fill:#f1efe8;stroke:#cfcbbf}.panel-title{font:600 13px system-ui,sans-serif;fill:#4a483f}\
+.shape{stroke-width:1.3}.concrete{fill:#e8f0fa;stroke:#4474a8}.example{fill:#dff0df;stroke:#2e7d32}\
+.counter{fill:#fde3de;stroke:#b3261e;stroke-dasharray:5 2}\
+.general{fill:#fff0c2;stroke:#8a6100;stroke-width:2.6}.retired{fill:#eceae4;stroke:#6f6c63;stroke-dasharray:2 3}\
+.fold{fill:#2e7d32}\
+.name{font:600 13px system-ui,sans-serif;fill:#1d1d1b}.share{font:12px system-ui,sans-serif;fill:#55534b;text-anchor:end}\
+.part{font:11px ui-monospace,monospace;fill:#2b2b28}\
+.id{font:600 11px system-ui,sans-serif;fill:#1d1d1b;text-anchor:middle}\
+.fine{font:2.1px ui-monospace,monospace;fill:#2b2b28;text-anchor:middle;display:none}.near .fine{display:inline}\
+.line{fill:none;opacity:.75}.line.next{stroke:#111;stroke-width:3}.line.enables{stroke:#1c5fb8}\
+.line.carries{stroke:#00796b;stroke-dasharray:9 3}.line.is-example{stroke:#2e7d32;stroke-dasharray:4 3}\
+.line.is-counter{stroke:#b3261e;stroke-dasharray:8 3 2 3}.line.parent{stroke:#8d8a80;stroke-dasharray:1.5 3}\
+.tip.next{fill:#111}.tip.enables{fill:#1c5fb8}.tip.carries{fill:#00796b}.tip.is-example{fill:#2e7d32}\
+.tip.is-counter{fill:#b3261e}.tip.parent{fill:#8d8a80}\
+.count{font:600 12px system-ui,sans-serif;text-anchor:middle;fill:#1d1d1b;stroke:#fbfaf7;stroke-width:3.5;paint-order:stroke}\
+.node:hover .shape{stroke-width:3.4}.dim .line{opacity:.12}.dim .line.lit{opacity:1}";
+
+/// Wheel: zoom; drag: move; double click: whole. Pointing at a node leaves its own lines alone in full colour.
+const SCRIPT: &str = "\
+(()=>{const s=document.currentScript.closest('svg'),v=s.viewBox.baseVal,w=v.width,h=v.height;let p=null;\
+const near=()=>s.classList.toggle('near',s.getBoundingClientRect().width/v.width>2.6);\
+const at=e=>{const m=s.getScreenCTM().inverse();return new DOMPoint(e.clientX,e.clientY).matrixTransform(m)};\
+s.addEventListener('wheel',e=>{e.preventDefault();const c=at(e),k=Math.min(Math.max(Math.exp(e.deltaY*.0015),w/80/v.width),w*1.2/v.width);\
+v.x=c.x-(c.x-v.x)*k;v.y=c.y-(c.y-v.y)*k;v.width*=k;v.height*=k;near()},{passive:false});\
+s.addEventListener('pointerdown',e=>{p=at(e)});addEventListener('pointerup',()=>{p=null});\
+s.addEventListener('pointermove',e=>{if(p){const c=at(e);v.x+=p.x-c.x;v.y+=p.y-c.y}});\
+s.addEventListener('dblclick',()=>{v.x=0;v.y=0;v.width=w;v.height=h;near()});\
+s.querySelectorAll('.node').forEach(n=>{const k=n.id.slice(1),l=[...s.querySelectorAll('.f'+k+',.t'+k)];if(!l.length)return;\
+n.addEventListener('pointerenter',()=>{s.classList.add('dim');l.forEach(x=>x.classList.add('lit'))});\
+n.addEventListener('pointerleave',()=>{s.classList.remove('dim');l.forEach(x=>x.classList.remove('lit'))})});near()})()";

@@ -1,0 +1,299 @@
+//! `explain --why-not` for people and programs: what stood in a schema's way, then both sides of the comparison.
+
+use pschema_protocol::inspect::{Candidate, Difference, Lacking, SchemaInUse, Verdict, WhyNot};
+use serde::Serialize;
+
+use super::explanation::{bound_text, named, perceived, shown, sum, terms};
+use super::json::{CandidateJson, Observation, Values, all};
+use super::json_goals::InUse;
+use super::schema::wrapped;
+use super::table::Columns;
+use super::words::{notation, plain, side, value};
+
+/// Why a schema was not executed.
+pub(crate) fn why_not(why: &WhyNot) -> String {
+    let mut text = wrapped(&sentence(why), "");
+    for more in [unreliable(why), habituated(why), truncated(why)].into_iter().flatten() {
+        text.push_str(&wrapped(&more, ""));
+    }
+    text.push_str(&format!("\n{}", wrapped(&heading(why), "")));
+    text.push_str(&format!("\n{}", perceived(&why.world)));
+    if let Some(candidate) = &why.candidate
+        && why.verdict != Verdict::Chosen
+    {
+        text.push_str(&format!("\n{}", beside(why, candidate)));
+        text.push_str(&format!("\nSchema {}:\n{}", why.schema, terms(candidate, &why.world)));
+        text.push_str(&format!("\n{}:\n{}", capital(&named(&why.chosen)), terms(&why.chosen, &why.world)));
+    }
+    text
+}
+
+fn sentence(why: &WhyNot) -> String {
+    let (schema, step) = (why.schema, why.step);
+    let action = plain(&why.action);
+    let instead = match why.chosen.schema {
+        Some(id) => format!("schema {id} was executed instead ({action})"),
+        None => format!("{action} was tried instead"),
+    };
+    let instead = capital(&instead);
+    let not = |reason: String| format!("Schema {schema} was not executed in step {step}: {reason}");
+    match &why.verdict {
+        Verdict::Chosen => format!("Schema {schema} is what was chosen in step {step} ({action})."),
+        Verdict::ExecutedFor { schema: other } => format!(
+            "Schema {schema} was executed in step {step}, for the sake of schema {other}: it is what carries out that \
+             one's target, or the first of a chain to it."
+        ),
+        Verdict::NotWeighed => not(format!(
+            "{} was being followed, so that nothing else was weighed. {}.",
+            if why.reason == "goal" { "a plan for a goal" } else { "a chain begun before" },
+            instead
+        )),
+        Verdict::Retired => {
+            not(format!("it is retired. It failed too often, and is never chosen again. {}.", instead))
+        }
+        Verdict::NotInRepertoire => not(format!("{} can't do its action. {}.", plain(&why.body), instead)),
+        Verdict::PreConditions { lacking } => {
+            let reasons: Vec<_> = lacking.iter().map(missing).collect();
+            let chain = if why.kind == "generalised" {
+                ""
+            } else {
+                " No chain that is known leads from here to where it holds."
+            };
+            not(format!("{}.{chain} {}.", reasons.join("; "), instead))
+        }
+        Verdict::TargetNotAchievable { target } => not(format!(
+            "nothing that is known achieves its target {} from here. {}.",
+            side(target.iter().map(notation)),
+            instead
+        )),
+        Verdict::StoodInFor { by, kind } => not(format!(
+            "schema {by}, {} for exactly this case, is selected instead (paper, IV-A).",
+            if kind == "counter-example" { "a counter-example" } else { "a concrete schema" }
+        )),
+        Verdict::NotExciting => not(format!(
+            "nothing that was perceived shares a value with what it remembers, so that its excitation is 0. {}.",
+            instead
+        )),
+        Verdict::LessExciting { by } => not(format!(
+            "{} was more exciting by {}: E = {} against {}{}.",
+            named(&why.chosen),
+            shown(*by),
+            shown(why.chosen.excitation),
+            why.candidate
+                .as_ref()
+                .map_or_else(|| "0.000".to_owned(), |candidate| shown(candidate.excitation)),
+            far(why)
+        )),
+        Verdict::LotFellOnAnother => not(format!(
+            "{} candidates were equally exciting (E = {}), and the lot fell on {}{}.",
+            why.ties,
+            shown(why.chosen.excitation),
+            named(&why.chosen),
+            far(why)
+        )),
+    }
+}
+
+/// How far away it was, when it could not be executed at once.
+fn far(why: &WhyNot) -> String {
+    let distance = why.candidate.as_ref().map_or(1, |candidate| candidate.distance);
+    let chain: Vec<_> = why.chain.iter().map(|link| format!("schema {}", link.id)).collect();
+    match chain.is_empty() {
+        true => String::new(),
+        false => format!(
+            "; it can be executed only after {}, so that its excitation is divided by {distance}",
+            chain.join(", then ")
+        ),
+    }
+}
+
+/// A pre-condition that does not hold, with what comes nearest to it.
+fn missing(lacking: &Lacking) -> String {
+    let wanted = notation(&lacking.wanted);
+    if lacking.constrained {
+        return format!(
+            "its pre-condition {wanted} can't be perceived, because the stage does not lift {}",
+            plain(&lacking.wanted.kind)
+        );
+    }
+    let Some(nearest) = &lacking.nearest else {
+        return format!("its pre-condition {wanted} does not hold; nothing of that type was perceived");
+    };
+    let seen = |difference: &Difference| {
+        let (name, wanted) = (plain(&difference.property), value(&difference.wanted));
+        let seen = difference.seen.as_ref().map_or_else(|| "none".to_owned(), value);
+        format!("{name} {wanted} wanted, {seen} seen")
+    };
+    let differs: Vec<_> = lacking.differs.iter().map(seen).collect();
+    let differs = match differs.is_empty() {
+        true => "which does not fit the other pre-conditions".to_owned(),
+        false => differs.join(", "),
+    };
+    format!("its pre-condition {wanted} does not hold. The nearest is {}: {differs}", notation(nearest))
+}
+
+fn unreliable(why: &WhyNot) -> Option<String> {
+    (why.carried_out < why.attempts).then(|| {
+        format!(
+            "Its action is not reliable: it was carried out {} of {} times, and counts for the less.",
+            why.carried_out, why.attempts
+        )
+    })
+}
+
+fn habituated(why: &WhyNot) -> Option<String> {
+    Some(match why.habituated? {
+        true => "The stage is being habituated to, and this schema is known well enough: there is no drive to repeat it.".to_owned(),
+        false => "The stage is being habituated to, and there is a drive to repeat this schema.".to_owned(),
+    })
+}
+
+fn truncated(why: &WhyNot) -> Option<String> {
+    why.search_truncated
+        .then(|| "The search for chains used up its budget, so that there may be more.".to_owned())
+}
+
+fn heading(why: &WhyNot) -> String {
+    let text = bound_text(&why.text, &why.binding);
+    let bindings = match why.bindings {
+        0 | 1 => String::new(),
+        n => format!(" (the nearest of {n} bindings)"),
+    };
+    format!("Schema {}, {}: {text}{bindings}", why.schema, plain(&why.kind))
+}
+
+/// Both excitations, part by part.
+fn beside(why: &WhyNot, asked: &Candidate) -> String {
+    let mut table =
+        Columns::new(&["", &format!("schema {}", why.schema), &named(&why.chosen)]).figures(&[1, 2]);
+    let part = |candidate: &Candidate, role: &str| {
+        candidate.terms.iter().filter(|term| term.role == role).fold(0.0, |sum, term| sum + term.value)
+    };
+    for role in ["pre-condition", "post-condition", "association", "babbling", "habituation", "rest"] {
+        let (a, b) = (part(asked, role), part(&why.chosen, role));
+        if a != 0.0 || b != 0.0 {
+            table.row([role.to_owned(), shown(a), shown(b)]);
+        }
+    }
+    table.row(["sum".to_owned(), shown(sum(asked)), shown(sum(&why.chosen))]);
+    table.row(["distance".to_owned(), asked.distance.to_string(), why.chosen.distance.to_string()]);
+    table.row(["E".to_owned(), shown(asked.excitation), shown(why.chosen.excitation)]);
+    table.text(&[1, 2])
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// What `pschema explain --why-not ID --json` prints.
+#[derive(Debug, Serialize)]
+pub(crate) struct Json<'a> {
+    step: u64,
+    body: &'a str,
+    world: Vec<Observation<'a>>,
+    schema: u32,
+    kind: &'a str,
+    text: &'a str,
+    /// `chosen`, `executed-for`, `not-weighed`, `retired`, …
+    verdict: &'static str,
+    /// Of `executed-for` and `stood-in-for`: which schema.
+    other: Option<u32>,
+    /// Of `pre-conditions`.
+    lacking: Vec<LackingJson<'a>>,
+    /// Of `target-not-achievable`.
+    target: Vec<Observation<'a>>,
+    /// Of `less-exciting`.
+    less_by: Option<f64>,
+    binding: Values<'a>,
+    bindings: u32,
+    candidate: Option<CandidateJson<'a>>,
+    chain: Vec<InUse<'a>>,
+    attempts: u32,
+    carried_out: u32,
+    habituated: Option<bool>,
+    search_truncated: bool,
+    chosen: CandidateJson<'a>,
+    action: &'a str,
+    reason: &'a str,
+    ties: u32,
+}
+
+#[derive(Debug, Serialize)]
+struct LackingJson<'a> {
+    wanted: Observation<'a>,
+    nearest: Option<Observation<'a>>,
+    differs: Vec<&'a str>,
+    constrained: bool,
+}
+
+impl<'a> From<&'a Lacking> for LackingJson<'a> {
+    fn from(lacking: &'a Lacking) -> Self {
+        Self {
+            wanted: (&lacking.wanted).into(),
+            nearest: lacking.nearest.as_ref().map(Observation::from),
+            differs: lacking.differs.iter().map(|difference| difference.property.as_str()).collect(),
+            constrained: lacking.constrained,
+        }
+    }
+}
+
+impl<'a> From<&'a WhyNot> for Json<'a> {
+    fn from(why: &'a WhyNot) -> Self {
+        let (mut other, mut lacking, mut target, mut less_by) = (None, Vec::new(), Vec::new(), None);
+        let verdict = match &why.verdict {
+            Verdict::Chosen => "chosen",
+            Verdict::ExecutedFor { schema } => {
+                other = Some(*schema);
+                "executed-for"
+            }
+            Verdict::NotWeighed => "not-weighed",
+            Verdict::Retired => "retired",
+            Verdict::NotInRepertoire => "not-in-repertoire",
+            Verdict::PreConditions { lacking: list } => {
+                lacking = all(list);
+                "pre-conditions"
+            }
+            Verdict::TargetNotAchievable { target: list } => {
+                target = all(list);
+                "target-not-achievable"
+            }
+            Verdict::StoodInFor { by, .. } => {
+                other = Some(*by);
+                "stood-in-for"
+            }
+            Verdict::NotExciting => "not-exciting",
+            Verdict::LessExciting { by } => {
+                less_by = Some(*by);
+                "less-exciting"
+            }
+            Verdict::LotFellOnAnother => "lot-fell-on-another",
+        };
+        let chain: &'a [SchemaInUse] = &why.chain;
+        Self {
+            step: why.step,
+            body: &why.body,
+            world: all(&why.world),
+            schema: why.schema,
+            kind: &why.kind,
+            text: &why.text,
+            verdict,
+            other,
+            lacking,
+            target,
+            less_by,
+            binding: Values(&why.binding),
+            bindings: why.bindings,
+            candidate: why.candidate.as_ref().map(CandidateJson::from),
+            chain: all(chain),
+            attempts: why.attempts,
+            carried_out: why.carried_out,
+            habituated: why.habituated,
+            search_truncated: why.search_truncated,
+            chosen: (&why.chosen).into(),
+            action: &why.action,
+            reason: &why.reason,
+            ties: why.ties,
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! `pschema view`: a page to look into a learner with, served to this machine alone.
+//!
+//! The page is a tool like any other. One thread speaks HTTP; one asks the daemon; one reads the memory on disk as it
+//! was at an earlier step; one watches the pictures of the bodies while a page does. The daemon knows of none of this.
+
+mod answers;
+mod asker;
+mod assets;
+mod guard;
+mod http;
+mod pictures;
+mod question;
+mod remembered;
+mod shot;
+mod token;
+mod work;
+
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
+
+use crate::failure::Failure;
+use crate::run::Stop;
+
+use asker::Asker;
+use http::House;
+use pictures::Pictures;
+use remembered::Directory;
+use token::Token;
+
+/// What is to be looked at, and where the page is to be.
+#[derive(Debug)]
+pub(crate) struct Wanted {
+    /// The learner whose daemon is asked; with `data`, nobody is.
+    pub(crate) name: LearnerName,
+    /// A data directory to be read, with or without a daemon on it.
+    pub(crate) data: Option<PathBuf>,
+    /// The port; 0 for any that is free.
+    pub(crate) port: u16,
+}
+
+/// The page, before it is served.
+pub(crate) struct Page {
+    listener: TcpListener,
+    house: Arc<House>,
+    watching: Option<pictures::Watching>,
+}
+
+impl Page {
+    /// Takes the port and begins to listen on it; nothing is answered before [`Page::serve`].
+    ///
+    /// # Errors
+    /// When the port is taken, or the system has no randomness.
+    pub(crate) fn open(wanted: &Wanted) -> Result<Self, Failure> {
+        let address = SocketAddr::from((Ipv4Addr::LOCALHOST, wanted.port));
+        let failed = |error: std::io::Error| {
+            let port = wanted.port;
+            Failure::Failed(format!(
+                "cannot listen on {address}: {error}. Without `--port {port}` a port that is free is taken"
+            ))
+        };
+        let listener = TcpListener::bind(address).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let port = listener.local_addr().map_err(failed)?.port();
+        let directory = Directory::default();
+        let (live, watching) = match &wanted.data {
+            Some(data) => {
+                // Before a page is offered of nothing.
+                pschema_store::past::Past::open(data)?;
+                directory.is(Some(data.clone()));
+                (None, None)
+            }
+            None => {
+                let place = Place::new(RuntimeDir::from_environment()?, wanted.name.clone());
+                let pictures = pictures::watch(place.clone())?;
+                (Some(Asker::begin(place, directory.clone())?), Some(pictures))
+            }
+        };
+        let past = remembered::begin(directory)?;
+        let pictures: Option<Pictures> = watching.as_ref().map(pictures::Watching::pictures);
+        let house = Arc::new(House { port, token: Token::draw()?, live, past, pictures });
+        Ok(Self { listener, house, watching })
+    }
+
+    /// Where it is, for the eyes of whoever started it: who knows it can look, and give orders.
+    pub(crate) fn url(&self) -> String {
+        format!("http://127.0.0.1:{}/{}/", self.house.port, self.house.token.text())
+    }
+
+    /// Serves it until `stop` is raised.
+    ///
+    /// # Errors
+    /// When the system can't.
+    pub(crate) fn serve(self, stop: &Stop) -> Result<(), Failure> {
+        let Self { listener, house, watching } = self;
+        let served = http::serve(listener, house, stop);
+        if let Some(watching) = watching {
+            watching.end();
+        }
+        served
+    }
+}
+
+/// A file that sends a browser to the page: the address is in no process's arguments, where others could read it.
+///
+/// # Errors
+/// When it can't be written.
+pub(crate) fn signpost(url: &str, folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    use std::io::Write;
+    let mut file = tempfile::Builder::new().prefix("pschema-view-").suffix(".html").tempfile_in(folder)?;
+    let page = maud::html! {
+        (maud::DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="referrer" content="no-referrer";
+                meta http-equiv="refresh" content=(format!("0;url={url}"));
+                title { "pschema view" }
+            }
+            body { p { a href=(url) { "To the page" } } }
+        }
+    };
+    file.write_all(page.into_string().as_bytes())?;
+    file.flush()?;
+    Ok(file)
+}

@@ -1,0 +1,45 @@
+// How the learner and what is attached to it are.
+
+import { byId, bytes, duration, el, whole } from "./dom.js";
+
+/** Shows the figures of a moment; with `past`, only those that memory has. */
+export function showFacts(live, past) {
+  const rows = [
+    ["curriculum", live.curriculum],
+    ["stage", `${live.stage}: ${live.stage_state}`],
+    ["saturation", saturation(live.saturation)],
+    ["habituation", live.habituation === null ? null : habituation(live.habituation)],
+    ["trial", trial(live.trial)],
+    ["schemas", `${whole(live.schemas_total)}, ${whole(live.schemas_generalised)} generalised`],
+    ["step", whole(live.step)],
+  ];
+  if (!past) {
+    rows.push(
+      ["durable step", live.durable_step === null ? "memory is in RAM only" : whole(live.durable_step)],
+      ["steps a second", live.steps_per_s.toFixed(1)],
+      ["step latency, median and 99 %", `${duration(live.step_latency_us_p50)}, ${duration(live.step_latency_us_p99)}`],
+      ["frame to reply, median and 99 %", `${duration(live.commit_latency_us_p50)}, ${duration(live.commit_latency_us_p99)}`],
+      ["memory of the daemon", bytes(live.memory_bytes)],
+      ["up", `${whole(Math.round(live.uptime_s))} s`],
+      ...live.bodies.map((body) => [`body ${body.id}`,
+        `${body.name} (${body.kind}): ${body.state}, ${whole(body.frames)} frames, ${whole(body.frames_refused)} refused`]),
+    );
+  }
+  byId("figures").replaceChildren(...rows.filter(([, value]) => value !== null)
+    .map(([name, value]) => el("div", {}, el("dt", {}, name), el("dd", {}, value))));
+}
+
+function saturation(one) {
+  if (one === null) return null;
+  return `${whole(one.quiet_actions)} of ${whole(one.quiet_actions_wanted)} quiet actions in a row`;
+}
+
+function habituation(one) {
+  return one.habituation_left === null ? "not before saturation" : `${whole(one.habituation_left)} schemas left`;
+}
+
+function trial(one) {
+  if (one === null) return null;
+  const of = one.actions_max === null ? "" : ` of ${whole(one.actions_max)}`;
+  return `${whole(one.trial)} of ${whole(one.trials_wanted)}, ${whole(one.actions)}${of} actions`;
+}

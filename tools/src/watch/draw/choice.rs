@@ -1,0 +1,76 @@
+//! What could have been done, with the terms of equation (1) that made it more or less exciting.
+
+use pschema_protocol::inspect::{Candidate, ExcitationTerm, Explanation};
+use ratatui::style::Style;
+
+use super::super::state::State;
+use super::Canvas;
+use super::text::Text;
+use crate::render::goals;
+use crate::render::words::{binding, count, notation, plain};
+
+pub(super) fn text(state: &State, canvas: Canvas) -> Text {
+    let theme = canvas.theme;
+    let mut text = Text::new(usize::from(canvas.area.width));
+    let Some(explanation) = state.live.as_ref().and_then(|live| live.explanation.as_ref()) else {
+        text.wrapped("", "nothing has been decided yet", theme.quiet());
+        return text;
+    };
+    let did =
+        format!("{} by {}, {}", plain(&explanation.action), plain(&explanation.body), because(explanation));
+    text.wrapped(&format!("step {}: ", explanation.step), &did, theme.strong());
+    let (listed, total) = (explanation.candidates.len(), explanation.candidates_total);
+    let all = format!("{listed} of {}, each E = sum of its terms / d:", count(total, "candidate"));
+    text.wrapped("", &all, theme.quiet());
+    for (at, candidate) in explanation.candidates.iter().enumerate() {
+        let chosen = u32::try_from(at).is_ok_and(|at| at == explanation.chosen);
+        let style = if chosen { theme.new_thing() } else { Style::new() };
+        one(&mut text, candidate, if chosen { "> " } else { "  " }, style);
+    }
+    text
+}
+
+fn because(explanation: &Explanation) -> String {
+    match explanation.reason.as_str() {
+        "excitation" => "as nothing else was as exciting".to_owned(),
+        "tie" => format!("drawn among {} that were equally exciting", explanation.ties),
+        "chain" => "the next of a chain begun before".to_owned(),
+        "goal" => explanation.goal.as_ref().map_or_else(|| "for a goal".to_owned(), goals::followed),
+        other => plain(other),
+    }
+}
+
+fn one(text: &mut Text, candidate: &Candidate, mark: &str, style: Style) {
+    let who = candidate.schema.map_or_else(|| "new".to_owned(), |id| id.to_string());
+    let mut what = format!("d {}  {}", candidate.distance, plain(&candidate.text));
+    let with = binding(&candidate.binding);
+    if !with.is_empty() {
+        what.push_str(&format!(", with {with}"));
+    }
+    text.wrapped(&format!("{mark}E {:<6.3} {who:>5}  ", candidate.excitation), &what, style);
+    for term in &candidate.terms {
+        text.wrapped(&format!("      {:>6.3}  ", term.value), &told(term), Style::new());
+    }
+}
+
+fn told(term: &ExcitationTerm) -> String {
+    match (&term.observation, &term.seen, term.role.as_str()) {
+        (Some(remembered), Some(seen), role) => {
+            let (remembered, seen) = (notation(remembered), notation(seen));
+            let like = if remembered == seen { String::new() } else { format!(" like {seen}") };
+            format!(
+                "{} {remembered}{like}: {} shared x p {:.2} x w {:.2} / (1 + N {})",
+                plain(role),
+                term.shared,
+                term.probability,
+                term.weight,
+                term.attention
+            )
+        }
+        (_, _, "rest") => "all other terms".to_owned(),
+        (_, _, "babbling") => {
+            format!("babbling: never tried here, w {:.2} / (1 + N {})", term.weight, term.attention)
+        }
+        (_, _, role) => format!("{}, w {:.2} / (1 + N {})", plain(role), term.weight, term.attention),
+    }
+}

@@ -1,0 +1,89 @@
+//! The learner: its stage, how near that is to its end, what it costs, and its bodies.
+
+use pschema_protocol::inspect::{BodyStatus, Live};
+use ratatui::style::Style;
+
+use super::super::state::State;
+use super::Canvas;
+use super::text::Text;
+use crate::render::words::{bytes, count, duration, plain};
+use crate::render::{goals, status};
+
+/// Columns of the bars.
+const BAR: u32 = 10;
+
+pub(super) fn text(state: &State, canvas: Canvas) -> Text {
+    let mut text = Text::new(usize::from(canvas.area.width));
+    let Some(live) = &state.live else { return text };
+    let mut fact = |name: &str, value: &str| fact(&mut text, name, value);
+    fact(
+        "stage",
+        &format!("{} ({}) of {}", plain(&live.stage), plain(&live.stage_state), plain(&live.curriculum)),
+    );
+    let top = state.excitation_top().unwrap_or(0.0);
+    if let Some(told) = &live.saturation {
+        let drawn = bar(told.quiet_actions, told.quiet_actions_wanted);
+        fact("saturation", &format!("{drawn} {}", status::saturation(told, top)));
+    }
+    if let Some(told) = &live.habituation {
+        fact("habituation", &status::habituation(told));
+    }
+    if let Some(told) = &live.trial {
+        fact("trial", &format!("{} {}", bar(told.trial, told.trials_wanted), status::trial(told)));
+    }
+    if let Some(goal) = &live.goal {
+        let actions = format!("{} of at most {}", count(goal.actions, "action"), goal.actions_max);
+        fact("goal", &format!("{} by {}; {actions}", goals::goal(&goal.goal), plain(&goal.body)));
+    }
+    let (total, general) = (live.schemas_total, live.schemas_generalised);
+    fact("schemas", &format!("{total}: {} concrete, {general} generalised", total.saturating_sub(general)));
+    fact("step", &format!("{}, {}", live.step, durable(live)));
+    fact("speed", &format!("{:.1} steps/s", live.steps_per_s));
+    fact("to decide", &latency(live.step_latency_us_p50, live.step_latency_us_p99));
+    fact("to leave", &latency(live.commit_latency_us_p50, live.commit_latency_us_p99));
+    fact("daemon", &format!("up {}, {} resident", duration(live.uptime_s), bytes(live.memory_bytes)));
+    for body in &live.bodies {
+        fact("body", &told(body));
+        if let Some(refusal) = &body.last_refusal {
+            fact("! refused", &format!("{}, last of all: {}", body.frames_refused, plain(refusal)));
+        }
+    }
+    if live.bodies.is_empty() {
+        fact("body", "none has attached: start one with `pschema sim`");
+    }
+    text
+}
+
+fn fact(text: &mut Text, name: &str, value: &str) {
+    text.wrapped(&format!("{name:<11} "), value, Style::new());
+}
+
+/// `[####......]`
+fn bar(now: u32, wanted: u32) -> String {
+    let full = (u64::from(now.min(wanted)) * u64::from(BAR)).checked_div(wanted.into()).unwrap_or(0);
+    let full = usize::try_from(full).unwrap_or(0);
+    format!("[{}{}]", "#".repeat(full), ".".repeat((BAR as usize).saturating_sub(full)))
+}
+
+fn durable(live: &Live) -> String {
+    match live.durable_step {
+        Some(step) => format!("on disk up to {step}"),
+        None => "in RAM only: it ends with the daemon".to_owned(),
+    }
+}
+
+fn latency(p50: f64, p99: f64) -> String {
+    format!("{p50:.0} us median, {p99:.0} us 99th percentile")
+}
+
+fn told(body: &BodyStatus) -> String {
+    format!(
+        "{} ({}), {}, process {}: {}, {} refused",
+        plain(&body.name),
+        plain(&body.kind),
+        plain(&body.state),
+        body.pid,
+        count(body.frames, "frame"),
+        body.frames_refused
+    )
+}

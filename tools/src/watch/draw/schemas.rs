@@ -1,0 +1,66 @@
+//! Schemas: the newest, and the most used.
+
+use pschema_protocol::inspect::SchemaSummary;
+use ratatui::style::Style;
+
+use super::super::state::State;
+use super::super::theme::Theme;
+use super::Canvas;
+use super::text::Text;
+use crate::render::words::{plain, side};
+
+/// Steps for which what was made is told to be new.
+const NEW_FOR: usize = 1;
+
+pub(super) fn newest(state: &State, canvas: Canvas) -> Text {
+    let newest = state.live.as_ref().map(|live| live.newest.as_slice()).unwrap_or_default();
+    let before = schemas_before(state);
+    list(newest, canvas, |schema| before.is_some_and(|before| schema.id >= before))
+}
+
+/// How many schemas there were before the last step, as the trace says.
+fn schemas_before(state: &State) -> Option<u32> {
+    state.steps.iter().rev().nth(NEW_FOR).map(|step| step.schemas_total)
+}
+
+pub(super) fn most_used_title(state: &State) -> String {
+    let total = state.most_used.as_ref().map(|list| format!(" of {}", list.matching)).unwrap_or_default();
+    format!("most used{total}, successes/executions")
+}
+
+pub(super) fn most_used(state: &State, canvas: Canvas) -> Text {
+    let Some(all) = &state.most_used else {
+        let mut text = Text::new(usize::from(canvas.area.width));
+        text.wrapped("", "not asked for yet", canvas.theme.quiet());
+        return text;
+    };
+    list(&all.schemas, canvas, |_| false)
+}
+
+fn list(schemas: &[SchemaSummary], canvas: Canvas, is_new: impl Fn(&SchemaSummary) -> bool) -> Text {
+    let mut text = Text::new(usize::from(canvas.area.width));
+    for schema in schemas {
+        one(&mut text, schema, is_new(schema), canvas.theme);
+    }
+    if schemas.is_empty() {
+        text.wrapped("", "none", canvas.theme.quiet());
+    }
+    text
+}
+
+/// `14/15`: the intervals are for those who look at one schema.
+fn succeeded(s: &SchemaSummary) -> String {
+    format!("{}/{}", s.successes, s.executions)
+}
+
+fn one(text: &mut Text, s: &SchemaSummary, new: bool, theme: Theme) {
+    let written = |list: &[String]| side(list.iter().map(|one| plain(one)));
+    let kind = match s.kind.as_str() {
+        "concrete" => String::new(),
+        other => format!("{}: ", plain(other)),
+    };
+    let told =
+        format!("{kind}{} / {} / {}  {}", written(&s.pre), plain(&s.action), written(&s.post), succeeded(s));
+    let (mark, style) = if new { ("*", theme.new_thing()) } else { (" ", Style::new()) };
+    text.wrapped(&format!("{mark}{:>5} ", s.id), &told, style);
+}

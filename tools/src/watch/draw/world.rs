@@ -1,0 +1,50 @@
+//! The world state: what is perceived.
+
+use ratatui::style::Style;
+
+use super::super::state::State;
+use super::Canvas;
+use super::text::{Text, clipped};
+use crate::render::words::{count, plain};
+
+/// Steps for which a word that was heard is told of.
+const HEARD_FOR_STEPS: u64 = 200;
+
+pub(super) fn title(state: &State) -> String {
+    let count = state.live.as_ref().map_or(0, |live| live.world.len());
+    format!("perceived: {count}, * new")
+}
+
+/// What was done about it.
+pub(super) fn then(state: &State, canvas: Canvas) -> String {
+    let explanation = state.live.as_ref().and_then(|live| live.explanation.as_ref());
+    let then =
+        explanation.map_or_else(String::new, |explanation| format!("then {}", plain(&explanation.action)));
+    clipped(&then, usize::from(canvas.area.width.saturating_sub(2)))
+}
+
+pub(super) fn text(state: &State, canvas: Canvas) -> Text {
+    let theme = canvas.theme;
+    let mut text = Text::new(usize::from(canvas.area.width));
+    let Some(live) = &state.live else { return text };
+    for perceived in &live.world {
+        let (mark, style) = if perceived.new { ("*", theme.new_thing()) } else { (" ", Style::new()) };
+        text.wrapped(mark, &format!("{} N{}", plain(&perceived.text), perceived.attention), style);
+    }
+    if live.world.is_empty() {
+        text.wrapped(" ", "nothing", theme.quiet());
+    }
+    if let Some((step, words)) = heard(state) {
+        let ago = live.step.saturating_sub(step);
+        let when = if ago == 0 { "just now".to_owned() } else { format!("{} ago", count(ago, "step")) };
+        text.wrapped("heard ", &format!("{}, {when}", plain(&words.join(" "))), theme.mark());
+    }
+    text
+}
+
+/// The words heard last, and in which step.
+fn heard(state: &State) -> Option<(u64, &[String])> {
+    let last = state.steps.iter().rev().find(|step| !step.heard.is_empty())?;
+    let now = state.live.as_ref()?.step;
+    (now.saturating_sub(last.step) <= HEARD_FOR_STEPS).then_some((last.step, &last.heard))
+}

@@ -1,0 +1,115 @@
+//! `pschema watch`: a learner on a terminal while it lives. One thread asks its daemon, one reads keys, one draws:
+//! a daemon that is slow to answer delays no key, and a terminal that is slow delays no daemon.
+//!
+//! What is known is in [`state::State`]; what is on the screen follows from it alone ([`draw::draw`]), so that one
+//! frame as text ([`once`]) and the tests draw as the terminal does.
+
+mod asker;
+mod draw;
+mod eyes;
+mod keys;
+mod once;
+#[cfg(test)]
+mod sample;
+mod state;
+mod terminal;
+#[cfg(test)]
+mod tests;
+mod theme;
+
+use clap::ValueEnum;
+use pschema_protocol::inspect::LiveQuery;
+
+pub(crate) use once::once;
+pub(crate) use terminal::watch;
+
+/// Records of the trace that are kept: more than the widest screen has columns, several steps to each.
+const STEPS_KEPT_MAX: usize = 4096;
+/// Most used schemas that are asked for.
+const MOST_USED_MAX: u32 = 50;
+
+/// What is asked for, again and again.
+fn query(trace_from: u64) -> LiveQuery {
+    LiveQuery { trace_from, candidates_max: 12, terms_max: 6, newest_max: 50 }
+}
+
+/// What is shown together on a terminal too small for everything.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Page {
+    /// What is seen, perceived and exciting; on a large terminal, everything
+    #[default]
+    Now,
+    /// Excitation over time, and the last steps
+    Excitation,
+    /// What could have been done, term by term
+    Choice,
+    /// The newest and the most used schemas
+    Schemas,
+    /// The learner, its stage and its bodies
+    Learner,
+    /// One schema
+    Follow,
+}
+
+impl Page {
+    const ALL: [Self; 6] =
+        [Self::Now, Self::Excitation, Self::Choice, Self::Schemas, Self::Learner, Self::Follow];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Now => "now",
+            Self::Excitation => "excitation",
+            Self::Choice => "choice",
+            Self::Schemas => "schemas",
+            Self::Learner => "learner",
+            Self::Follow => "follow",
+        }
+    }
+
+    fn next(self) -> Self {
+        Self::at(self as usize + 1)
+    }
+
+    fn before(self) -> Self {
+        Self::at(self as usize + Self::ALL.len() - 1)
+    }
+
+    fn at(index: usize) -> Self {
+        Self::ALL.get(index % Self::ALL.len()).copied().unwrap_or_default()
+    }
+}
+
+/// One frame of the screen with one kind of thing in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pane {
+    Camera,
+    World,
+    Excitation,
+    Steps,
+    Choice,
+    Newest,
+    MostUsed,
+    Learner,
+    Follow,
+}
+
+impl Pane {
+    const COUNT: usize = 9;
+}
+
+/// An order to the learner, or something else that is wanted of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Wish {
+    /// Wait.
+    Hold,
+    /// Go on.
+    Resume,
+    /// Take one action, and wait.
+    Step,
+    /// Words are to be heard.
+    Say(Vec<String>),
+    /// Tell of this schema from now on, or of none.
+    Follow(Option<u32>),
+    /// Whether the most used schemas are looked at. They take a look at all of memory, so nobody asks in vain.
+    MostUsed(bool),
+}

@@ -1,0 +1,274 @@
+//! A learner made up for the tests: what a daemon could have answered after the first touches.
+
+use pschema_protocol::inspect::*;
+use pschema_protocol::picture::FieldMark;
+
+use super::Page;
+use super::state::{News, State};
+
+pub(super) fn observation(kind: &str, properties: &[(&str, ValueText)]) -> ObservationText {
+    let properties = properties.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
+    ObservationText { kind: kind.to_owned(), properties }
+}
+
+pub(super) fn colour(name: &str) -> (&'static str, ValueText) {
+    ("colour", ValueText::Symbol(name.to_owned()))
+}
+
+pub(super) fn field(number: i64) -> (&'static str, ValueText) {
+    ("field", ValueText::Integer(number))
+}
+
+fn perceived(observation: ObservationText, new: bool, attention: u32) -> Perceived {
+    let text = crate::render::words::notation(&observation);
+    Perceived { observation, text, new, attention }
+}
+
+fn body(id: u64, name: &str, state: &str) -> BodyStatus {
+    BodyStatus {
+        id,
+        name: name.to_owned(),
+        kind: "arm with a finger under a camera".to_owned(),
+        pid: 4242,
+        state: state.to_owned(),
+        frames: 1_290,
+        frames_refused: 0,
+        last_refusal: None,
+    }
+}
+
+pub(super) fn schema(id: u32, kind: &str, executions: u32) -> SchemaSummary {
+    let general = kind == "generalised";
+    let field = if general { "$b".to_owned() } else { id.to_string() };
+    SchemaSummary {
+        id,
+        kind: kind.to_owned(),
+        pre: if general { vec![format!("object{{colour=$a, field={field}}}")] } else { Vec::new() },
+        action: if general {
+            format!("achieve finger{{field={field}}}")
+        } else {
+            "move(j1=0.43, j2=0.84)".to_owned()
+        },
+        post: if general {
+            vec![format!("finger{{colour=green, field={field}}}"), "touch{}".to_owned()]
+        } else {
+            vec![format!("finger{{colour=green, field={field}}}")]
+        },
+        executions,
+        successes: executions,
+        probability: 1.0,
+        low: 0.34,
+        high: 1.0,
+    }
+}
+
+fn term(
+    role: &str,
+    remembered: ObservationText,
+    seen: ObservationText,
+    shared: u32,
+    attention: u32,
+) -> ExcitationTerm {
+    let weight = if role == "association" { 0.8 } else { 1.0 };
+    ExcitationTerm {
+        observation: Some(remembered),
+        seen: Some(seen),
+        role: role.to_owned(),
+        shared,
+        attention,
+        probability: 1.0,
+        weight,
+        value: f64::from(shared) * weight / f64::from(1 + attention),
+    }
+}
+
+fn explanation() -> Explanation {
+    let block = observation("object", &[colour("blue"), field(104)]);
+    let pattern = observation("object", &[("colour", ValueText::Variable("a".to_owned()))]);
+    let word = observation("word", &[("text", ValueText::Symbol("touch".to_owned()))]);
+    let finger = observation("finger", &[colour("green"), field(104)]);
+    let terms = vec![
+        term("pre-condition", block.clone(), block.clone(), 2, 0),
+        term("association", word.clone(), word, 1, 1),
+    ];
+    let sum: f64 = terms.iter().map(|term| term.value).sum();
+    let touching = Candidate {
+        schema: Some(226),
+        text: "object{colour=$a, field=$b} / achieve finger{field=$b} / finger{field=$b} & touch{}"
+            .to_owned(),
+        binding: vec![("a".to_owned(), colour("blue").1), ("b".to_owned(), field(104).1)],
+        distance: 1,
+        excitation: sum,
+        terms,
+    };
+    let drive = ExcitationTerm {
+        observation: None,
+        seen: None,
+        role: "babbling".to_owned(),
+        shared: 1,
+        attention: 0,
+        probability: 1.0,
+        weight: 0.5,
+        value: 0.5,
+    };
+    let reaching = Candidate {
+        schema: Some(17),
+        text: "move(j1=0.43, j2=0.84) / finger{colour=green, field=104}".to_owned(),
+        binding: Vec::new(),
+        distance: 2,
+        excitation: 0.25,
+        terms: vec![term("post-condition", finger, block.clone(), 1, 3), drive],
+    };
+    Explanation {
+        step: 1_234,
+        body: "sim-1".to_owned(),
+        world: vec![block, pattern],
+        chosen: 0,
+        action: "move(j1=0.43, j2=0.84)".to_owned(),
+        reason: "excitation".to_owned(),
+        ties: 1,
+        candidates_total: 229,
+        candidates: vec![touching, reaching],
+        goal: None,
+    }
+}
+
+/// A step of the life: a word now and then, a touch after it, and excitation that wears off.
+fn record(number: u64) -> TraceRecord {
+    let phase = number % 40;
+    let touching = (1..6).contains(&phase);
+    let excitation_top = 2.5 / (1.0 + phase as f64 / 4.0);
+    let touched = if touching { vec![observation("touch", &[])] } else { Vec::new() };
+    TraceRecord {
+        step: number + 1,
+        stage: 1,
+        trial: 1,
+        drawn: if number % 80 == 20 { vec![7] } else { Vec::new() },
+        trial_met: (phase == 5).then_some(true),
+        actions: number,
+        schemas_total: 226 + u32::from(number >= 1_233),
+        schemas_generalised: 1,
+        perceived: touched,
+        heard: if phase == 0 { vec!["touch".to_owned()] } else { Vec::new() },
+        decision: Some(TracedDecision {
+            excitation_top,
+            excitation: excitation_top,
+            schema: Some(if touching { 226 } else { 17 }),
+            generalised: touching,
+            distance: 1,
+            action: "move(j1=0.43, j2=0.84)".to_owned(),
+            reason: "excitation".to_owned(),
+            predicts: vec![if touching { "touch" } else { "finger" }.to_owned()],
+        }),
+        quiet_actions: 3,
+        habituating: false,
+        latency_us: 55.0,
+    }
+}
+
+pub(super) fn trace(from: u64, to: u64) -> TracePage {
+    let stages = ["babbling", "first touches"].map(str::to_owned).to_vec();
+    TracePage { from, total: to, kept_max: 65_536, stages, records: (from..to).map(record).collect() }
+}
+
+pub(super) fn live() -> Live {
+    Live {
+        name: "default".to_owned(),
+        uptime_s: 754.0,
+        step: 1_234,
+        durable_step: Some(1_233),
+        curriculum: "exp2".to_owned(),
+        stage: "first touches".to_owned(),
+        stage_state: "acting".to_owned(),
+        saturation: Some(SaturationStatus {
+            quiet_actions: 3,
+            quiet_actions_wanted: 10,
+            saturation_below: 0.2,
+        }),
+        habituation: Some(HabituationStatus { habituation_left: None, executions_min: 1, interval_max: 0.0 }),
+        trial: Some(TrialStatus {
+            trial: 1,
+            trials_wanted: 2,
+            open: true,
+            actions: 4,
+            actions_max: Some(50),
+        }),
+        goal: None,
+        schemas_total: 227,
+        schemas_generalised: 1,
+        steps_per_s: 12.3,
+        step_latency_us_p50: 55.0,
+        step_latency_us_p99: 180.0,
+        commit_latency_us_p50: 175.0,
+        commit_latency_us_p99: 311.0,
+        memory_bytes: 48 << 20,
+        bodies: vec![body(3, "sim-1", "attached"), body(1, "sim-1", "left")],
+        world: vec![
+            perceived(observation("finger", &[colour("green"), field(104)]), true, 4),
+            perceived(observation("object", &[colour("blue"), field(104)]), false, 12),
+            perceived(observation("object", &[colour("red"), field(31)]), true, 0),
+            perceived(observation("touch", &[]), true, 2),
+        ],
+        explanation: Some(explanation()),
+        newest: vec![schema(226, "generalised", 2), schema(225, "concrete", 1), schema(224, "concrete", 1)],
+        trace: trace(1_134, 1_234),
+    }
+}
+
+/// A hexagonal grid like that of the wide world: 41 columns of places, 19 rows.
+pub(super) fn fields() -> Vec<FieldMark> {
+    let mut fields = Vec::new();
+    for row in 0..19u8 {
+        let (shift, count) = if row % 2 == 0 { (10.0, 20u8) } else { (-10.0, 21) };
+        for column in 0..count {
+            let (x_px, y_px) = (f32::from(column) * 40.0 + shift, f32::from(row) * 34.64 - 22.0);
+            fields.push(FieldMark { x_px, y_px, radius_px: 23.0 });
+        }
+    }
+    fields
+}
+
+pub(super) fn detail(executions: u32) -> SchemaDetail {
+    let b = || ("field", ValueText::Variable("b".to_owned()));
+    let object = observation("object", &[("colour", ValueText::Variable("a".to_owned())), b()]);
+    let finger = observation("finger", &[b()]);
+    let sure = |observation| Condition {
+        observation,
+        absent: false,
+        occurrences: executions,
+        trials: executions,
+        probability: 1.0,
+        low: 0.34,
+        high: 1.0,
+    };
+    SchemaDetail {
+        id: 226,
+        kind: "generalised".to_owned(),
+        action: String::new(),
+        target: vec![finger.clone()],
+        pre: vec![object.clone()],
+        post: vec![sure(finger), sure(object), sure(observation("touch", &[]))],
+        associated: vec![sure(observation("word", &[("text", ValueText::Symbol("touch".to_owned()))]))],
+        executions,
+        successes: executions,
+        probability: 1.0,
+        low: 0.34,
+        high: 1.0,
+        parent: Some(17),
+        contradicts: None,
+        examples: vec![224, 225],
+        counter_examples: Vec::new(),
+        created_step: 230,
+    }
+}
+
+/// Somebody who watches it.
+pub(super) fn state(page: Page) -> State {
+    let mut state = State::new(page);
+    state.receive(News::Attached);
+    state.receive(News::Live(Box::new(live())));
+    state.receive(News::Fields { session: 3, fields: fields() });
+    let schemas = vec![schema(17, "concrete", 31), schema(226, "generalised", 12), schema(4, "concrete", 2)];
+    state.receive(News::MostUsed(SchemaList { matching: 227, schemas }));
+    state
+}

@@ -1,0 +1,232 @@
+//! What somebody who watches knows: all that the screen shows follows from it.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use pschema_protocol::inspect::{BodyStatus, Live, SchemaDetail, SchemaList, TracePage, TraceRecord};
+use pschema_protocol::picture::FieldMark;
+
+use super::{Page, Pane, STEPS_KEPT_MAX, Wish};
+
+/// What came from the daemon or its bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum News {
+    /// A daemon answers. If there was one before, it may have been another.
+    Attached,
+    /// How the learner is.
+    Live(Box<Live>),
+    /// More records of its trace.
+    Trace(Box<TracePage>),
+    /// The schemas executed most often.
+    MostUsed(SchemaList),
+    /// Where the fields of a body's camera are.
+    Fields { session: u64, fields: Vec<FieldMark> },
+    /// Why there are no pictures.
+    Blind(String),
+    /// The schema that is followed, or why it can't be.
+    Followed { id: u32, told: Result<Box<SchemaDetail>, String> },
+    /// What came of a wish.
+    Done(Result<String, String>),
+    /// The daemon does not answer any more, and why.
+    Lost(String),
+}
+
+/// What a line of text is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Prompt {
+    /// Words to say.
+    Say,
+    /// The number of a schema.
+    Follow,
+}
+
+/// A line of text being written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Input {
+    pub(super) prompt: Prompt,
+    pub(super) text: String,
+}
+
+/// A schema that is followed.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Followed {
+    pub(super) id: u32,
+    /// As it was when it was first told of.
+    pub(super) first: Option<Box<SchemaDetail>>,
+    /// As it was before it last changed.
+    pub(super) before: Option<Box<SchemaDetail>>,
+    pub(super) now: Option<Box<SchemaDetail>>,
+    pub(super) problem: Option<String>,
+}
+
+/// Something to tell, until the next key.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Message {
+    pub(super) text: String,
+    pub(super) bad: bool,
+}
+
+/// What is known, and what of it is looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct State {
+    pub(super) live: Option<Box<Live>>,
+    /// Why the daemon does not answer, when it does not.
+    pub(super) lost: Option<String>,
+    pub(super) steps: VecDeque<TraceRecord>,
+    /// The number of the first of `steps`.
+    pub(super) steps_from: u64,
+    pub(super) most_used: Option<SchemaList>,
+    /// Fields of the camera of each session that sent a picture.
+    pub(super) fields: BTreeMap<u64, Vec<FieldMark>>,
+    pub(super) blind: Option<String>,
+    pub(super) followed: Option<Followed>,
+
+    pub(super) page: Page,
+    /// Which of the panes on the page is scrolled; any number, of which the remainder counts.
+    pub(super) focus: usize,
+    pub(super) scroll: [usize; Pane::COUNT],
+    /// How far each pane can be scrolled, as it was drawn last.
+    pub(super) scroll_max: [usize; Pane::COUNT],
+    /// Panes on the screen, as it was drawn last.
+    pub(super) shown: Vec<Pane>,
+    /// Steps in one column of the excitation trace.
+    pub(super) steps_per_column: usize,
+    pub(super) input: Option<Input>,
+    pub(super) message: Option<Message>,
+    pub(super) help: bool,
+}
+
+impl State {
+    pub(super) fn new(page: Page) -> Self {
+        Self {
+            live: None,
+            lost: None,
+            steps: VecDeque::new(),
+            steps_from: 0,
+            most_used: None,
+            fields: BTreeMap::new(),
+            blind: None,
+            followed: None,
+            page,
+            focus: 0,
+            scroll: [0; Pane::COUNT],
+            scroll_max: [0; Pane::COUNT],
+            shown: Vec::new(),
+            steps_per_column: 1,
+            input: None,
+            message: None,
+            help: false,
+        }
+    }
+
+    /// Takes account of news.
+    pub(super) fn receive(&mut self, news: News) {
+        match news {
+            News::Attached => {
+                self.lost = None;
+                self.live = None;
+                self.steps.clear();
+                self.most_used = None;
+                self.fields.clear();
+                self.blind = None;
+                if let Some(followed) = &self.followed {
+                    self.follow(Some(followed.id));
+                }
+            }
+            News::Live(mut live) => {
+                self.trace(std::mem::replace(
+                    &mut live.trace,
+                    TracePage { from: 0, total: 0, kept_max: 0, stages: Vec::new(), records: Vec::new() },
+                ));
+                self.fields.retain(|session, _| live.bodies.iter().any(|body| body.id == *session));
+                self.live = Some(live);
+            }
+            News::Trace(page) => self.trace(*page),
+            News::MostUsed(list) => self.most_used = Some(list),
+            News::Fields { session, fields } => {
+                self.blind = None;
+                self.fields.insert(session, fields);
+            }
+            News::Blind(why) => self.blind = Some(why),
+            News::Followed { id, told } => self.told_of_followed(id, told),
+            News::Done(Ok(text)) => self.message = Some(Message { text, bad: false }),
+            News::Done(Err(text)) => self.message = Some(Message { text, bad: true }),
+            News::Lost(why) => self.lost = Some(why),
+        }
+    }
+
+    /// Adds records of the trace; what is missing between is forgotten with all before it.
+    fn trace(&mut self, page: TracePage) {
+        if page.records.is_empty() {
+            return;
+        }
+        if page.from != self.steps_from + self.steps.len() as u64 {
+            self.steps.clear();
+            self.steps_from = page.from;
+        }
+        self.steps.extend(page.records);
+        while self.steps.len() > STEPS_KEPT_MAX {
+            self.steps.pop_front();
+            self.steps_from += 1;
+        }
+    }
+
+    /// From now on, tells of this schema, or of none.
+    pub(super) fn follow(&mut self, id: Option<u32>) {
+        self.followed = id.map(|id| Followed { id, first: None, before: None, now: None, problem: None });
+    }
+
+    fn told_of_followed(&mut self, id: u32, told: Result<Box<SchemaDetail>, String>) {
+        let Some(followed) = self.followed.as_mut().filter(|followed| followed.id == id) else { return };
+        match told {
+            Err(problem) => followed.problem = Some(problem),
+            Ok(detail) => {
+                followed.problem = None;
+                followed.first.get_or_insert_with(|| detail.clone());
+                if followed.now.as_ref() != Some(&detail) {
+                    followed.before = followed.now.replace(detail);
+                }
+            }
+        }
+    }
+
+    /// The body whose world is shown: the one that acted last, or the first that is attached.
+    pub(super) fn body(&self) -> Option<&BodyStatus> {
+        let live = self.live.as_deref()?;
+        let attached = || live.bodies.iter().filter(|body| body.state == "attached");
+        let acted = live.explanation.as_ref().map(|explanation| explanation.body.as_str());
+        attached().find(|body| Some(body.name.as_str()) == acted).or_else(|| attached().next())
+    }
+
+    /// Excitation of the most excited candidate of the last decision (paper, figure 6).
+    pub(super) fn excitation_top(&self) -> Option<f64> {
+        self.steps
+            .iter()
+            .rev()
+            .find_map(|step| step.decision.as_ref())
+            .map(|decision| decision.excitation_top)
+    }
+
+    /// Whether the learner is held.
+    pub(super) fn is_held(&self) -> bool {
+        self.live.as_ref().is_some_and(|live| live.stage_state == "held")
+    }
+
+    /// The pane that is scrolled.
+    pub(super) fn focused(&self) -> Option<Pane> {
+        let count = self.shown.len().max(1);
+        self.shown.get(self.focus % count).copied()
+    }
+
+    /// Whether the most used schemas are on the screen.
+    pub(super) fn looks_at_most_used(&self) -> bool {
+        self.shown.contains(&Pane::MostUsed)
+    }
+
+    /// What is wanted from the daemon beside the usual.
+    pub(super) fn standing_wishes(&self) -> [Wish; 2] {
+        [
+            Wish::Follow(self.followed.as_ref().map(|followed| followed.id)),
+            Wish::MostUsed(self.looks_at_most_used()),
+        ]
+    }
+}
