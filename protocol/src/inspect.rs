@@ -220,6 +220,8 @@ pub struct Status {
     pub commit_latency_us_p99: f64,
     /// Resident memory of the daemon.
     pub memory_bytes: u64,
+    /// What steps cost as memory grew, since the daemon began: a row for each doubling of the schemas, the smallest first.
+    pub growth: Vec<Growth>,
     /// Digest of everything learnt: equal digests are equal memories.
     pub memory_digest: String,
     /// Top excitation of the last decision.
@@ -232,6 +234,21 @@ pub struct Status {
     pub storage: Option<Storage>,
     /// Messages of bodies and tools that were refused since the daemon began, by reason; only those that there were.
     pub refused: Vec<RefusalCount>,
+}
+
+/// What steps cost while memory had from `schemas` up to twice as many of them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Growth {
+    /// Schemas from which on this row counts: 0, 2, 4, 8 …
+    pub schemas: u32,
+    /// Steps.
+    pub steps: u64,
+    /// Time of a decision, median of all of them, to within a sixteenth.
+    pub step_latency_us_p50: f64,
+    /// The same, 99th percentile.
+    pub step_latency_us_p99: f64,
+    /// Resident memory of the daemon when the first of these steps was taken.
+    pub memory_bytes: u64,
 }
 
 /// How many messages were refused for one reason.

@@ -16,7 +16,7 @@ pub const VERSION: u32 = 1;
 /// Version of what tools and daemon say to each other in pages: the types of [`crate::inspect`]. It is raised whenever
 /// one of them changes, for their bytes do not describe themselves; bodies are not concerned.
 /// `protocol/tests/tools_version.rs` sees to that.
-pub const TOOLS_VERSION: u32 = 1;
+pub const TOOLS_VERSION: u32 = 2;
 
 /// Version of what a body sends with its pictures.
 pub const PICTURES_VERSION: u32 = 1;

@@ -17,6 +17,7 @@ use pschema_learner::digest::digest;
 use pschema_learner::progress::StageReport;
 use pschema_protocol::inspect::{Answer, Report, Request, StageSummary, Status};
 
+use crate::growth::resident_bytes;
 use crate::mind::View;
 
 pub(crate) use goals::NO_BODY;
@@ -101,6 +102,7 @@ fn status(view: &View) -> Status {
         commit_latency_us_p50: view.commits.recent_us(0.5),
         commit_latency_us_p99: view.commits.recent_us(0.99),
         memory_bytes: resident_bytes(),
+        growth: view.growth.rows(),
         memory_digest: digest(&view.content),
         excitation_top: excitation_top(view),
         world: view.host.world.clone(),
@@ -167,12 +169,4 @@ fn stage_name(view: &View) -> String {
 fn excitation_top(view: &View) -> f64 {
     let last = view.decisions.last();
     last.and_then(|decision| decision.candidates.first()).map_or(0.0, |candidate| candidate.excitation)
-}
-
-/// Resident memory of this process; 0 where the kernel doesn't say.
-fn resident_bytes() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    let kibibytes = line.and_then(|line| line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
-    kibibytes.unwrap_or(0).saturating_mul(1024)
 }

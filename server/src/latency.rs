@@ -18,7 +18,7 @@ const OCTAVES: usize = 64;
 #[derive(Clone, Debug)]
 pub struct Latencies {
     recent: VecDeque<u64>,
-    buckets: Vec<u64>,
+    all: Histogram,
     ended: VecDeque<Instant>,
 }
 
@@ -26,7 +26,7 @@ impl Default for Latencies {
     fn default() -> Self {
         Self {
             recent: VecDeque::with_capacity(RECENT_MAX),
-            buckets: vec![0; OCTAVES * BUCKETS_PER_OCTAVE],
+            all: Histogram::default(),
             ended: VecDeque::with_capacity(RECENT_MAX),
         }
     }
@@ -42,9 +42,7 @@ impl Latencies {
         }
         self.recent.push_back(nanoseconds);
         self.ended.push_back(now);
-        if let Some(bucket) = self.buckets.get_mut(bucket(nanoseconds)) {
-            *bucket += 1;
-        }
+        self.all.count(nanoseconds);
     }
 
     /// The time that the share `of` (0 to 1) of the last [`RECENT_MAX`] steps did not exceed, in µs; 0
@@ -61,15 +59,7 @@ impl Latencies {
     /// The same of all steps, to within a sixteenth of itself, in µs.
     #[must_use]
     pub fn all_us(&self, of: f64) -> f64 {
-        let rank = rank(of, self.buckets.iter().sum());
-        let mut below = 0;
-        for (at, count) in self.buckets.iter().enumerate() {
-            below += count;
-            if rank > 0 && below >= rank {
-                return upper_end(at) / 1000.0;
-            }
-        }
-        0.0
+        self.all.quantile_us(of)
     }
 
     /// Steps a second over the last 10 s before `now`, or since `start` when that is later.
@@ -82,6 +72,45 @@ impl Latencies {
         let oldest = self.ended.front().map_or(span, |ended| now.saturating_duration_since(*ended));
         let span = if within == RECENT_MAX { oldest } else { span };
         if span.is_zero() { 0.0 } else { within as f64 / span.as_secs_f64() }
+    }
+}
+
+/// How often there were times of each length, to within a sixteenth.
+#[derive(Clone, Debug)]
+pub(crate) struct Histogram {
+    buckets: Vec<u64>,
+}
+
+impl Default for Histogram {
+    fn default() -> Self {
+        Self { buckets: vec![0; OCTAVES * BUCKETS_PER_OCTAVE] }
+    }
+}
+
+impl Histogram {
+    /// Counts a time.
+    pub(crate) fn count(&mut self, nanoseconds: u64) {
+        if let Some(bucket) = self.buckets.get_mut(bucket(nanoseconds)) {
+            *bucket += 1;
+        }
+    }
+
+    /// How many there were.
+    pub(crate) fn total(&self) -> u64 {
+        self.buckets.iter().sum()
+    }
+
+    /// The time that the share `of` (0 to 1) of them did not exceed, in µs; 0 without any.
+    pub(crate) fn quantile_us(&self, of: f64) -> f64 {
+        let rank = rank(of, self.total());
+        let mut below = 0;
+        for (at, count) in self.buckets.iter().enumerate() {
+            below += count;
+            if rank > 0 && below >= rank {
+                return upper_end(at) / 1000.0;
+            }
+        }
+        0.0
     }
 }
 

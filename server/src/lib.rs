@@ -8,6 +8,7 @@
 mod args;
 pub mod config;
 mod daemon;
+mod growth;
 pub mod in_process;
 pub mod inspect;
 mod inspector;

@@ -21,6 +21,7 @@ use pschema_learner::vocabulary::limits::SYMBOLS_MAX;
 use pschema_protocol::inspect::{BodyStatus, RefusalCount, Storage};
 use pschema_protocol::message::RawFrame;
 
+use crate::growth::Growth;
 use crate::latency::Latencies;
 use crate::session::{Served, Session, WORD_BYTES_MAX, WORDS_WAITING_MAX, is_through};
 use crate::trace::Trace;
@@ -97,6 +98,7 @@ pub struct Mind {
     decisions: VecDeque<Arc<Decision>>,
     latencies: Latencies,
     commits: Latencies,
+    growth: Growth,
     trace: Trace,
     started: Instant,
     /// What the host could not do for the learner, last.
@@ -128,6 +130,7 @@ impl Mind {
             decisions: VecDeque::with_capacity(DECISIONS_KEPT_MAX),
             latencies: Latencies::default(),
             commits: Latencies::default(),
+            growth: Growth::default(),
             trace: Trace::default(),
             started: Instant::now(),
             problem: None,
@@ -175,6 +178,7 @@ impl Mind {
         self.latencies.count(latency, Instant::now());
         let Step { effects, decision, .. } = step;
         let memory = self.learner.memory();
+        self.growth.count(memory.content().schemas.len(), latency);
         self.trace.keep(memory, &effects, decision.as_ref(), session.perceived(), latency);
         log(memory.content(), &effects);
         if let Some(decision) = decision {
@@ -308,6 +312,7 @@ impl Mind {
             steps_per_s: self.latencies.rate(now, self.started),
             latencies: self.latencies.clone(),
             commits: self.commits.clone(),
+            growth: self.growth.clone(),
             trace: self.trace.clone(),
             host,
         }
@@ -348,6 +353,7 @@ pub struct View {
     pub(crate) steps_per_s: f64,
     pub(crate) latencies: Latencies,
     pub(crate) commits: Latencies,
+    pub(crate) growth: Growth,
     pub(crate) trace: Trace,
     pub(crate) host: HostFacts,
 }
@@ -381,6 +387,7 @@ impl View {
             steps_per_s: 0.0,
             latencies: Latencies::default(),
             commits: Latencies::default(),
+            growth: Growth::default(),
             trace: Trace::default(),
             host,
         }

@@ -62,7 +62,7 @@ fn every_command_has_help_with_an_example() {
         let alone = ["demo", "experiment", "bench", "doctor", "completions"].contains(&command);
         assert!(on_disk || alone || help.contains("--name"), "{command} has no --name:\n{help}");
     }
-    for what in ["durability", "restart"] {
+    for what in ["durability", "restart", "ipc", "sim", "vision"] {
         let help = text(&pschema(runtime.path(), &["bench", what, "--help"]).stdout);
         assert!(help.contains("Example:\n  pschema bench "), "bench {what}:\n{help}");
     }

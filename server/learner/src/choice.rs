@@ -1,12 +1,12 @@
 //! Choosing what to do: "the schema with the highest excitation value is then selected for execution"
 //! (paper, II-C), and its resolution to a primitive.
 
+use std::cell::OnceCell;
+
 use crate::babbling;
 use crate::bound::Bound;
 use crate::chaining::{self, Access, BINDINGS_MAX, Reach, achieve, can_do};
-use crate::decision::{
-    CANDIDATES_KEPT_MAX, Candidate, Decision, Reason, Role, Subject, TERMS_KEPT_MAX, Term,
-};
+use crate::decision::{CANDIDATES_KEPT_MAX, Candidate, Decision, Reason, Role, Subject};
 use crate::effect::{ChainLink, Execution};
 use crate::excitation::{self, Generally, Perceived, Resemblance, Seen};
 use crate::memory::Memory;
@@ -14,6 +14,7 @@ use crate::observation::Substitution;
 use crate::random::Random;
 use crate::schema::{ObservationId, SchemaId};
 use crate::target_action::reliability;
+use crate::terms::{Drive, Kept};
 use crate::vocabulary::{BodyId, PrimitiveId};
 use crate::world_state::WorldState;
 
@@ -22,12 +23,14 @@ use crate::world_state::WorldState;
 struct Scored {
     subject: Subject,
     binding: Substitution,
+    /// What its pre-conditions are under a binding, as places of the world state; none if that is not known.
+    places: Option<Vec<usize>>,
     carrier: Option<SchemaId>,
     access: Option<Access>,
     distance: u32,
     excitation: f64,
     reliability: f64,
-    drive: Option<(Role, f64)>,
+    drive: Option<Drive>,
 }
 
 /// A candidate, in the order in which equals are drawn from.
@@ -109,7 +112,7 @@ impl Choice {
         let execution = resolve(situation, &self.scored(situation, self.top, chosen)?)?;
         let reason = if best.len() > 1 { Reason::Tie } else { Reason::Excitation };
         let (shown, at) = self.most_excited(situation, chosen);
-        let mut decision = explain(situation, &shown, reason, execution.action);
+        let mut decision = explain(situation, shown, reason, execution.action);
         decision.chosen = at;
         decision.ties = best.len();
         decision.candidates_total = self.concrete.len() + self.generalised.len() + self.primitives.len();
@@ -149,30 +152,43 @@ impl Choice {
         let (access, drive) = match which {
             Which::Concrete(id) => {
                 let wanting = situation.unhabituated.binary_search(&id).is_ok();
-                (access(situation, id), wanting.then_some((Role::Habituation, value)))
+                let drive = Drive { role: Role::Habituation, weight: reliability, value };
+                (access(situation, id), wanting.then_some(drive))
             }
-            _ => (None, Some((Role::Babbling, value))),
+            _ => (None, Some(Drive { role: Role::Babbling, weight: reliability, value })),
         };
         let distance = access.map_or(1, |access| access.preceding + 1);
-        let binding = Substitution::new();
-        Some(Scored { subject, binding, carrier: None, access, distance, excitation, reliability, drive })
+        Some(Scored {
+            subject,
+            binding: Substitution::new(),
+            places: None,
+            carrier: None,
+            access,
+            distance,
+            excitation,
+            reliability,
+            drive,
+        })
     }
 }
 
 /// The decision for the first of these candidates.
-fn explain(situation: &Situation<'_>, shown: &[Scored], reason: Reason, action: PrimitiveId) -> Decision {
-    let mut room = TERMS_KEPT_MAX;
-    let candidates = shown.iter().map(|scored| {
-        let candidate = show(situation, scored, room);
-        room = room.saturating_sub(candidate.terms.len());
-        candidate
+fn explain(situation: &Situation<'_>, shown: Vec<Scored>, reason: Reason, action: PrimitiveId) -> Decision {
+    let terms = keep(situation, &shown).terms();
+    let candidates_total = shown.len();
+    let candidates = shown.into_iter().zip(terms).map(|(scored, terms)| Candidate {
+        subject: scored.subject,
+        binding: scored.binding,
+        distance: scored.distance,
+        excitation: scored.excitation,
+        terms,
     });
     Decision {
         step: situation.memory.content().step + 1,
         body: situation.body,
         world: situation.world.clone(),
         candidates: candidates.collect(),
-        candidates_total: shown.len(),
+        candidates_total,
         chosen: 0,
         ties: 1,
         reason,
@@ -180,6 +196,29 @@ fn explain(situation: &Situation<'_>, shown: &[Scored], reason: Reason, action: 
         search_truncated: situation.reach.truncated,
         goal: None,
     }
+}
+
+/// What the terms of these candidates will be made of.
+fn keep(situation: &Situation<'_>, shown: &[Scored]) -> Kept {
+    let Situation { memory, world, perceived, .. } = *situation;
+    let seen = OnceCell::new();
+    let seen = || seen.get_or_init(|| Seen::new(memory, world, perceived));
+    // The one that was needed last: there are often many bindings of one law.
+    let mut law: Option<Generally<'_>> = None;
+    let mut kept = Kept::new(world);
+    for Scored { subject, binding, places, reliability, drive, .. } in shown {
+        kept.add(*drive, |list| match (*subject, places) {
+            (Subject::Schema(id), Some(places)) => {
+                if law.as_ref().is_none_or(|law| law.id != id) {
+                    law = Generally::new(memory, id, world, seen());
+                }
+                law.iter().for_each(|law| law.remember(binding, places, *reliability, list));
+            }
+            (Subject::Schema(id), None) => excitation::remember(memory, id, binding, *reliability, list),
+            (Subject::Primitive(_), _) => (),
+        });
+    }
+    kept
 }
 
 /// How a concrete schema can be made executable; none if it can't, or not by this body.
@@ -269,6 +308,7 @@ fn generalised(situation: &Situation<'_>) -> Vec<Scored> {
                 found.push(Scored {
                     subject,
                     binding,
+                    places: Some(places),
                     carrier,
                     access,
                     distance,
@@ -344,6 +384,7 @@ pub(crate) fn continue_chain(
     let scored = Scored {
         subject: Subject::Schema(next.schema),
         binding: next.binding.clone(),
+        places: None,
         carrier: next.carrier,
         access: None,
         distance: 1,
@@ -351,33 +392,6 @@ pub(crate) fn continue_chain(
         reliability,
         drive: None,
     };
-    let decision = explain(situation, &[scored], Reason::Chain, execution.action);
+    let decision = explain(situation, vec![scored], Reason::Chain, execution.action);
     Some((execution, decision))
-}
-
-/// The candidate with its terms, at most `room` of them one by one.
-fn show(situation: &Situation<'_>, scored: &Scored, room: usize) -> Candidate {
-    let mut terms = match scored.subject {
-        Subject::Schema(schema) => {
-            let Situation { memory, world, .. } = situation;
-            excitation::terms(memory, schema, &scored.binding, world, scored.reliability, room)
-        }
-        Subject::Primitive(_) => Vec::new(),
-    };
-    terms.extend(scored.drive.map(|(role, value)| Term {
-        role,
-        pair: None,
-        shared: 0,
-        attention: 0,
-        probability: 1.0,
-        weight: scored.reliability,
-        value,
-    }));
-    Candidate {
-        subject: scored.subject,
-        binding: scored.binding.clone(),
-        distance: scored.distance,
-        excitation: scored.excitation,
-        terms,
-    }
 }

@@ -3,6 +3,7 @@
 use crate::effect::ChainLink;
 use crate::observation::{Observation, Pattern, Substitution};
 use crate::schema::SchemaId;
+pub use crate::terms::Terms;
 use crate::vocabulary::{BodyId, PrimitiveId};
 use crate::world_state::WorldState;
 
@@ -87,7 +88,7 @@ pub struct Candidate {
     /// E of equation (1).
     pub excitation: f64,
     /// The terms of E, which times `distance` is their sum.
-    pub terms: Vec<Term>,
+    pub terms: Terms,
 }
 
 /// A term of equation (1), or a drive.

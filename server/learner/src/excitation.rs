@@ -3,30 +3,14 @@
 use rustc_hash::FxHashMap;
 
 use crate::association::is_associated;
-use crate::decision::{Role, Term};
+use crate::decision::Role;
 use crate::index::PairId;
 use crate::memory::Memory;
 use crate::observation::{Observation, Pattern, PropertyId, Substitution, Value};
 use crate::outline::Outline;
-use crate::schema::{Form, ObservationId, PostCondition, Schema, SchemaId};
+use crate::schema::{Form, ObservationId, PostCondition, SchemaId};
+use crate::terms::{Remembered, value};
 use crate::world_state::WorldState;
-
-/// A remembered observation, as equation (1) weighs it.
-#[derive(Clone, Copy)]
-struct Remembered<'a> {
-    role: Role,
-    observation: &'a Observation,
-    attention: u32,
-    probability: f64,
-    weight: f64,
-}
-
-impl Remembered<'_> {
-    /// What it adds to the sum when it shares so many values with what is perceived.
-    fn value(&self, shared: f64) -> f64 {
-        shared * self.probability * self.weight / (1.0 + f64::from(self.attention))
-    }
-}
 
 /// How often each (property, value) pair is perceived: what an observation shares with all that is perceived is
 /// the sum over its pairs, so that a crowded world costs no more for each remembered observation.
@@ -77,8 +61,7 @@ impl<'a> Resemblance<'a> {
         match self.shared(id) {
             0 => 0.0,
             shared => {
-                let attention = self.memory.content().attention.get(id.index()).copied().unwrap_or(0);
-                f64::from(shared) * probability * weight / (1.0 + f64::from(attention))
+                value(shared, attention(self.memory, id), probability, weight)
             }
         }
     }
@@ -118,12 +101,13 @@ impl<'a> Resemblance<'a> {
 /// that are perceived, and these are looked up once.
 pub(crate) struct Generally<'a> {
     memory: &'a Memory,
-    id: SchemaId,
-    schema: &'a Schema,
+    pub(crate) id: SchemaId,
     world: &'a WorldState,
     seen: &'a Seen<'a>,
     /// Those of its post-conditions that may excite and are no pre-conditions under every binding.
     post: Vec<&'a PostCondition<Pattern>>,
+    /// What it is associated with, under every binding.
+    associated: Vec<ObservationId>,
 }
 
 /// What is perceived, by place: its number, how many values all that is perceived shares with it, and N(x).
@@ -160,7 +144,21 @@ impl<'a> Generally<'a> {
         let known = schema.generalised()?;
         let with_post = memory.parameters().excite_by_post_conditions;
         let post = known.post.iter().filter(|p| with_post && !p.absent && !known.pre.contains(&p.what));
-        Some(Self { memory, id, schema, world, seen, post: post.collect() })
+        let associated = schema.associations.iter().filter(|a| is_associated(memory, id, a));
+        let associated = associated.map(|association| association.observation).collect();
+        Some(Self { memory, id, world, seen, post: post.collect(), associated })
+    }
+
+    /// Its post-conditions under a binding, where they are no pre-conditions.
+    fn post(
+        &self,
+        binding: &Substitution,
+        places: &[usize],
+    ) -> impl Iterator<Item = (Observation, f64)> {
+        let seen = self.world.observations();
+        let is_pre = move |what: &Observation| places.iter().any(|at| seen.get(*at) == Some(what));
+        let bound = self.post.iter().filter_map(|post| Some((post.what.apply(binding)?, post.count.ratio())));
+        bound.filter(move |(what, _)| !is_pre(what))
     }
 
     /// The sum of equation (1), as [`sum`] gives it, under a binding by which its pre-conditions are what is perceived at
@@ -169,86 +167,103 @@ impl<'a> Generally<'a> {
         let mut sum = 0.0;
         let mut add = |shared: u32, attention: u32, probability: f64, weight: f64| {
             if shared > 0 {
-                sum += f64::from(shared) * probability * weight / (1.0 + f64::from(attention));
+                sum += value(shared, attention, probability, weight);
             }
         };
         for (_, shared, attention) in places.iter().filter_map(|at| self.seen.known.get(*at)) {
             add(*shared, *attention, 1.0, reliability);
         }
-        for post in &self.post {
-            let Some(what) = post.what.apply(binding) else { continue };
-            let mut pre = places.iter().filter_map(|at| self.world.observations().get(*at));
-            if !pre.any(|known| *known == what) {
-                let shared = self.seen.perceived.shared(&what);
-                add(shared, self.memory.attention(&what), post.count.ratio(), reliability);
-            }
+        for (what, probability) in self.post(binding, places) {
+            let shared = self.seen.perceived.shared(&what);
+            add(shared, self.memory.attention(&what), probability, reliability);
         }
         let weight = self.memory.parameters().association_weight * reliability;
-        let associations = self.schema.associations.iter();
-        for association in associations.filter(|a| is_associated(self.memory, self.id, a)) {
-            let observation = self.memory.content().observation(association.observation);
-            let attention = self.memory.content().attention.get(association.observation.index());
-            add(self.seen.perceived.shared(observation), attention.copied().unwrap_or(0), 1.0, weight);
+        for id in &self.associated {
+            let observation = self.memory.content().observation(*id);
+            add(self.seen.perceived.shared(observation), attention(self.memory, *id), 1.0, weight);
         }
         sum
     }
+
+    /// What the sum is over, as [`remember`] lists it.
+    pub(crate) fn remember(
+        &self,
+        binding: &Substitution,
+        places: &[usize],
+        reliability: f64,
+        list: &mut Vec<Remembered>,
+    ) {
+        let mut add = |role, observation, attention, probability, weight| {
+            list.push(Remembered { role, observation, attention, probability, weight });
+        };
+        for at in places {
+            if let (Some(what), Some(seen)) = (self.world.observations().get(*at), self.seen.known.get(*at)) {
+                add(Role::PreCondition, what.clone(), seen.2, 1.0, reliability);
+            }
+        }
+        for (what, probability) in self.post(binding, places) {
+            let attention = self.memory.attention(&what);
+            add(Role::PostCondition, what, attention, probability, reliability);
+        }
+        let weight = self.memory.parameters().association_weight * reliability;
+        for id in &self.associated {
+            let observation = self.memory.content().observation(*id).clone();
+            add(Role::Association, observation, attention(self.memory, *id), 1.0, weight);
+        }
+    }
 }
 
-/// Calls `each` with the remembered observations as the schema lists them: pre-conditions, then other
-/// post-conditions, then associated ones.
-fn visit(
+/// N of an observation that memory knows.
+fn attention(memory: &Memory, id: ObservationId) -> u32 {
+    memory.content().attention.get(id.index()).copied().unwrap_or(0)
+}
+
+/// Lists what a schema remembers, as it lists it: pre-conditions, then other post-conditions, then associated ones.
+pub(crate) fn remember(
     memory: &Memory,
     schema: SchemaId,
     binding: &Substitution,
     reliability: f64,
-    mut each: impl FnMut(Remembered<'_>),
+    list: &mut Vec<Remembered>,
 ) {
     let content = memory.content();
     let Some(known) = content.schema(schema) else { return };
     let with_post = memory.parameters().excite_by_post_conditions;
-    let attention = |id: ObservationId| content.attention.get(id.index()).copied().unwrap_or(0);
+    let mut add = |role, observation, attention, probability, weight| {
+        list.push(Remembered { role, observation, attention, probability, weight });
+    };
     match &known.form {
-        // By number, without a copy: there may be very many of these.
         Form::Concrete(concrete) => {
-            let mut known = |role, id, probability| {
-                let observation = content.observation(id);
-                each(Remembered {
-                    role,
-                    observation,
-                    attention: attention(id),
-                    probability,
-                    weight: reliability,
-                });
+            let mut add = |role, id: ObservationId, probability| {
+                add(role, content.observation(id).clone(), attention(memory, id), probability, reliability);
             };
-            concrete.pre.iter().for_each(|id| known(Role::PreCondition, *id, 1.0));
+            concrete.pre.iter().for_each(|id| add(Role::PreCondition, *id, 1.0));
             // An observation that is both is one observation of the schema: it counts once.
             let post =
                 concrete.post.iter().filter(|p| with_post && !p.absent && !concrete.pre.contains(&p.what));
-            post.for_each(|p| known(Role::PostCondition, p.what, p.count.ratio()));
+            post.for_each(|p| add(Role::PostCondition, p.what, p.count.ratio()));
         }
         Form::Generalised(generalised) => {
             let mut pre: Vec<_> = generalised.pre.iter().filter_map(|what| what.apply(binding)).collect();
             pre.sort_unstable();
-            let mut known = |role, observation: &Observation, probability| {
-                let attention = memory.attention(observation);
-                each(Remembered { role, observation, attention, probability, weight: reliability });
+            let mut add = |role, observation: Observation, probability| {
+                let attention = memory.attention(&observation);
+                add(role, observation, attention, probability, reliability);
             };
-            pre.iter().for_each(|observation| known(Role::PreCondition, observation, 1.0));
             // What is a pre-condition as a pattern is one under every binding, and needs no putting in.
             let post = generalised.post.iter().filter(|p| with_post && !p.absent);
-            for p in post.filter(|p| !generalised.pre.contains(&p.what)) {
-                if let Some(what) = p.what.apply(binding).filter(|what| !pre.contains(what)) {
-                    known(Role::PostCondition, &what, p.count.ratio());
-                }
-            }
+            let post = post.filter(|p| !generalised.pre.contains(&p.what));
+            let post = post.filter_map(|p| Some((p.what.apply(binding)?, p.count.ratio())));
+            let post: Vec<_> = post.filter(|(what, _)| !pre.contains(what)).collect();
+            pre.into_iter().for_each(|what| add(Role::PreCondition, what, 1.0));
+            post.into_iter().for_each(|(what, probability)| add(Role::PostCondition, what, probability));
         }
     }
     let weight = memory.parameters().association_weight * reliability;
     for association in known.associations.iter().filter(|a| is_associated(memory, schema, a)) {
         let id = association.observation;
-        let observation = content.observation(id);
-        let attention = attention(id);
-        each(Remembered { role: Role::Association, observation, attention, probability: 1.0, weight });
+        let observation = content.observation(id).clone();
+        add(Role::Association, observation, attention(memory, id), 1.0, weight);
     }
 }
 
@@ -260,51 +275,14 @@ pub(crate) fn sum(
     perceived: &Perceived,
     reliability: f64,
 ) -> f64 {
+    let mut remembered = Vec::new();
+    remember(memory, schema, binding, reliability, &mut remembered);
     let mut sum = 0.0;
-    visit(memory, schema, binding, reliability, |remembered| {
-        let shared = perceived.shared(remembered.observation);
+    for known in &remembered {
+        let shared = perceived.shared(&known.observation);
         if shared > 0 {
-            sum += remembered.value(f64::from(shared));
+            sum += known.value(shared);
         }
-    });
+    }
     sum
-}
-
-/// The terms of the sum, for explanation: at most `room` of them, and the rest as one.
-pub(crate) fn terms(
-    memory: &Memory,
-    schema: SchemaId,
-    binding: &Substitution,
-    world: &WorldState,
-    reliability: f64,
-    room: usize,
-) -> Vec<Term> {
-    let mut terms = Vec::new();
-    let mut rest: Option<f64> = None;
-    visit(memory, schema, binding, reliability, |remembered| {
-        for seen in world.observations() {
-            let shared = remembered.observation.shared(seen);
-            if shared == 0 {
-                continue;
-            }
-            let value = remembered.value(f64::from(shared));
-            if terms.len() < room {
-                let Remembered { role, observation, attention, probability, weight } = remembered;
-                let pair = Some((observation.clone(), seen.clone()));
-                terms.push(Term { role, pair, shared, attention, probability, weight, value });
-            } else {
-                *rest.get_or_insert(0.0) += value;
-            }
-        }
-    });
-    terms.extend(rest.map(|value| Term {
-        role: Role::Rest,
-        pair: None,
-        shared: 0,
-        attention: 0,
-        probability: 1.0,
-        weight: 1.0,
-        value,
-    }));
-    terms
 }

@@ -37,6 +37,7 @@ mod search;
 mod stages;
 pub mod step;
 mod target_action;
+mod terms;
 pub mod vocabulary;
 pub mod why_not;
 pub mod world_state;

@@ -6,7 +6,7 @@ use crate::bound::Bound;
 use crate::chaining::{Access, BINDINGS_MAX, Reach, achieve, can_do};
 use crate::choice::known_ids;
 use crate::curriculum::Curriculum;
-use crate::decision::{Candidate, Decision, Reason, Role, Subject, TERMS_KEPT_MAX, Term};
+use crate::decision::{Candidate, Decision, Reason, Role, Subject};
 use crate::effect::ChainLink;
 use crate::excitation::{self, Perceived};
 use crate::habituation::unhabituated;
@@ -16,6 +16,7 @@ use crate::observation::{Observation, Pattern, Substitution};
 use crate::schema::{Concrete, Form, Generalised, SchemaId};
 use crate::stages;
 use crate::target_action::reliability;
+use crate::terms::{Drive, Kept};
 use crate::vocabulary::PrimitiveId;
 
 /// What stood in a schema's way, and how near it was.
@@ -223,17 +224,10 @@ impl Scale<'_> {
     fn scored(&self, id: SchemaId, binding: Substitution, action: PrimitiveId, access: Access) -> Weighed {
         let (memory, distance) = (self.memory, access.preceding + 1);
         let reliability = reliability(memory, action);
-        let world = &self.decision.world;
-        let mut terms = excitation::terms(memory, id, &binding, world, reliability, TERMS_KEPT_MAX);
-        terms.extend(self.drive(id, reliability).map(|value| Term {
-            role: Role::Habituation,
-            pair: None,
-            shared: 0,
-            attention: 0,
-            probability: 1.0,
-            weight: reliability,
-            value,
-        }));
+        let drive = self.drive(id, reliability);
+        let drive = drive.map(|value| Drive { role: Role::Habituation, weight: reliability, value });
+        let mut kept = Kept::new(&self.decision.world);
+        kept.add(drive, |list| excitation::remember(memory, id, &binding, reliability, list));
         let excitation = self.excitation(id, &binding, action, distance);
         let top = self.decision.candidates.first().map_or(0.0, |candidate| candidate.excitation);
         let verdict = if excitation == top {
@@ -243,10 +237,12 @@ impl Scale<'_> {
         } else {
             Verdict::LessExciting(top - excitation)
         };
-        let candidate =
-            Candidate { subject: Subject::Schema(id), binding: binding.clone(), distance, excitation, terms };
+        let candidate = kept.terms().next().map(|terms| {
+            let (subject, binding) = (Subject::Schema(id), binding.clone());
+            Candidate { subject, binding, distance, excitation, terms }
+        });
         let chain = self.reach.chain(access);
-        Weighed { candidate: Some(candidate), chain, action: Some(action), ..out(verdict, binding) }
+        Weighed { candidate, chain, action: Some(action), ..out(verdict, binding) }
     }
 
     fn concrete(&self, id: SchemaId, concrete: &Concrete) -> Weighed {

@@ -1,11 +1,14 @@
 //! The world state Υ: the set of observations that hold in one frame.
 
+use std::sync::Arc;
+
 use crate::observation::Observation;
 use crate::parameters::TypeRules;
 
-/// A set of observations in canonical order, each once: the same object reported twice is one.
+/// A set of observations in canonical order, each once: the same object reported twice is one. Shared by its clones: what was
+/// perceived is kept by the execution, the decision and its explanation.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct WorldState(Vec<Observation>);
+pub struct WorldState(Arc<Vec<Observation>>);
 
 impl WorldState {
     /// The set of `observations`, in any order and with any repetitions.
@@ -14,7 +17,7 @@ impl WorldState {
         let mut observations: Vec<_> = observations.into_iter().collect();
         observations.sort_unstable();
         observations.dedup();
-        Self(observations)
+        Self(Arc::new(observations))
     }
 
     /// The observations in canonical order.
@@ -38,7 +41,7 @@ impl WorldState {
     /// The part of which `keep` is true.
     #[must_use]
     pub fn filter(&self, keep: impl Fn(&Observation) -> bool) -> Self {
-        Self(self.0.iter().filter(|observation| keep(observation)).cloned().collect())
+        Self(Arc::new(self.0.iter().filter(|observation| keep(observation)).cloned().collect()))
     }
 
     /// The context: the part that may become a pre-condition.

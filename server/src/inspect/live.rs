@@ -6,7 +6,8 @@ use pschema_learner::notation;
 use pschema_learner::observation::Observation;
 use pschema_protocol::inspect::{Candidate, ExcitationTerm, Live, LiveQuery, Perceived, SchemaSummary};
 
-use super::{counts, explain, goals, resident_bytes, schemas, stage, stage_name, text, trace};
+use super::{counts, explain, goals, schemas, stage, stage_name, text, trace};
+use crate::growth::resident_bytes;
 use crate::mind::View;
 
 /// Schemas in one answer.

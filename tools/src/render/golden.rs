@@ -92,6 +92,15 @@ pub(super) fn a_status() -> Status {
         commit_latency_us_p50: 174.6,
         commit_latency_us_p99: 310.9,
         memory_bytes: 23 * 1024 * 1024,
+        growth: [(64, 31.0), (128, 36.5)]
+            .map(|(schemas, step_latency_us_p50)| Growth {
+                schemas,
+                steps: u64::from(schemas) * 2,
+                step_latency_us_p50,
+                step_latency_us_p99: 3.0 * step_latency_us_p50,
+                memory_bytes: 20 * 1024 * 1024 + u64::from(schemas) * 1024,
+            })
+            .to_vec(),
         memory_digest: "9b1f".repeat(16),
         excitation_top: 1.75,
         world: vec!["object{colour=blue, field=17}".to_owned(), "finger{field=4}".to_owned()],

@@ -1,13 +1,16 @@
 //! `status` and `stage` for people.
 
 use pschema_protocol::inspect::{
-    BodyStatus, HabituationStatus, Report, SaturationStatus, Status, TrialStatus,
+    BodyStatus, Growth, HabituationStatus, Report, SaturationStatus, Status, TrialStatus,
 };
 
 use super::goals;
 use super::schema::wrapped;
 use super::table::Columns;
 use super::words::{bytes, count, duration, plain};
+
+/// Doublings of memory that are shown.
+const GROWTH_MAX: usize = 3;
 
 /// A daemon and its learner.
 pub(crate) fn status(s: &Status) -> String {
@@ -18,6 +21,9 @@ pub(crate) fn status(s: &Status) -> String {
     facts.row(["speed", &format!("{:.1} steps/s", s.steps_per_s)]);
     facts.row(["latency", &latency(s)]);
     facts.row(["memory", &format!("{} resident", bytes(s.memory_bytes))]);
+    if let Some(told) = growth(&s.growth) {
+        facts.row(["growth", &told]);
+    }
     if let Some(storage) = &s.storage {
         let snapshot = storage.snapshot_step.map_or("none yet".to_owned(), |step| format!("of step {step}"));
         let (journal, oldest) = (bytes(storage.journal_bytes), storage.oldest_step);
@@ -27,6 +33,17 @@ pub(crate) fn status(s: &Status) -> String {
     }
     doing(s, &mut facts);
     format!("{}\n{}", facts.text(&[0]), bodies(&s.bodies))
+}
+
+/// What the last doublings of memory cost; none before there was one.
+fn growth(rows: &[Growth]) -> Option<String> {
+    let told = rows.get(rows.len().saturating_sub(GROWTH_MAX)..).filter(|_| rows.len() > 1)?;
+    let row = |row: &Growth| {
+        let (p50, p99) = (row.step_latency_us_p50, row.step_latency_us_p99);
+        format!("from {} schemas {p50:.0}/{p99:.0} us and {}", row.schemas, bytes(row.memory_bytes))
+    };
+    let told: Vec<_> = told.iter().map(row).collect();
+    Some(format!("{} (median/99 % of a step; memory when it got there)", told.join(", ")))
 }
 
 /// Where the curriculum stands, and what has been learnt.

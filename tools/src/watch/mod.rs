@@ -2,7 +2,7 @@
 //! a daemon that is slow to answer delays no key, and a terminal that is slow delays no daemon.
 //!
 //! What is known is in [`state::State`]; what is on the screen follows from it alone ([`draw::draw`]), so that one
-//! frame as text ([`once`]) and the tests draw as the terminal does.
+//! frame as text ([`mod@once`]) and the tests draw as the terminal does.
 
 mod asker;
 mod draw;

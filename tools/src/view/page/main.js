@@ -15,6 +15,10 @@ const LIST_EVERY_MS = 3000;
 /** The list is sorted anew no oftener than takes a twentieth of the time: in a large memory that is a lot of work. */
 const LIST_SHARE = 20;
 
+/** How often more of the curve is asked for before the page is drawn all the same. */
+const BEHIND_IN_A_ROW = 12;
+
+let behind = 0;
 let about = null;
 let now = null;
 let listNext = 0;
@@ -93,14 +97,17 @@ async function look() {
   const live = await askNow({ ask: "live", trace_from: trace.wantedFrom() });
   if (about.stale) about = await askNow({ ask: "about" });
   now = live;
-  const more = trace.take(live.trace);
+  // The curve is caught up with before anything is drawn: drawing takes the time.
+  if (trace.take(live.trace) && (behind += 1) <= BEHIND_IN_A_ROW) return LIVE_EVERY_MS / 4;
+  behind = 0;
+  trace.show();
   showHeader(live);
   if (live.durable_step !== null) setRange(null, live.durable_step);
   if (moment.until === null) {
     showMoment(live, false);
     if (performance.now() >= listNext && !isBeingRead(byId("schemas"))) relist();
   }
-  return more ? LIVE_EVERY_MS / 4 : LIVE_EVERY_MS;
+  return LIVE_EVERY_MS;
 }
 
 async function relist() {

@@ -9,6 +9,9 @@ const BEHIND_MAX = 4000;
 const TO = byId("trace");
 const span = byId("span");
 
+/** Records that come at a time: with as many left, the learner is faster than is asked. */
+const PAGE = 256;
+
 let records = [];
 let next = null;
 
@@ -25,8 +28,7 @@ export function take(trace) {
   records.push(...trace.records);
   records = records.slice(-KEPT_MAX);
   next = trace.from + trace.records.length;
-  show();
-  return trace.total - next > 64;
+  return trace.total - next >= PAGE;
 }
 
 /** The daemon is another: its steps are others. */

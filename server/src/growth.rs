@@ -1,0 +1,76 @@
+//! What a growing memory costs: the time of steps and the memory of the process, by how many schemas there were.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use pschema_protocol::inspect::Growth as Row;
+
+use crate::latency::Histogram;
+
+/// The costs since the daemon began, one row for each doubling of the schemas. A clone shares them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Growth {
+    /// By the logarithm of the number of schemas, rounded down.
+    sizes: BTreeMap<u32, Arc<Size>>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Size {
+    times: Histogram,
+    /// Resident memory when the first of these steps was counted.
+    memory_bytes: u64,
+}
+
+impl Growth {
+    /// Counts a step taken with so many schemas in memory.
+    pub(crate) fn count(&mut self, schemas: usize, time: Duration) {
+        let size = self.sizes.entry(schemas.max(1).ilog2()).or_insert_with(|| {
+            // Asked of the kernel once for each doubling.
+            Arc::new(Size { times: Histogram::default(), memory_bytes: resident_bytes() })
+        });
+        Arc::make_mut(size).times.count(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
+    }
+
+    /// The rows, the smallest memory first.
+    pub(crate) fn rows(&self) -> Vec<Row> {
+        let row = |(log, size): (&u32, &Arc<Size>)| Row {
+            schemas: if *log == 0 { 0 } else { 1_u32.checked_shl(*log).unwrap_or(u32::MAX) },
+            steps: size.times.total(),
+            step_latency_us_p50: size.times.quantile_us(0.5),
+            step_latency_us_p99: size.times.quantile_us(0.99),
+            memory_bytes: size.memory_bytes,
+        };
+        self.sizes.iter().map(row).collect()
+    }
+}
+
+/// Resident memory of this process; 0 where the kernel doesn't say.
+pub(crate) fn resident_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kibibytes = line.and_then(|line| line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
+    kibibytes.unwrap_or(0).saturating_mul(1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_told_by_the_size_that_memory_had() {
+        let mut growth = Growth::default();
+        for (schemas, microseconds) in [(0, 10), (1, 10), (2, 20), (3, 20), (4, 40), (7, 40), (1_000_000, 80)] {
+            growth.count(schemas, Duration::from_micros(microseconds));
+        }
+        let seen: Vec<_> = growth.rows().iter().map(|row| (row.schemas, row.steps)).collect();
+        assert_eq!(seen, [(0, 2), (2, 2), (4, 2), (524_288, 1)]);
+        for (row, microseconds) in growth.rows().iter().zip([10.0, 20.0, 40.0, 80.0]) {
+            assert!((microseconds..=microseconds * 1.07).contains(&row.step_latency_us_p50), "{row:?}");
+            assert!(row.memory_bytes > 0, "{row:?}");
+        }
+        let shared = growth.clone();
+        growth.count(5, Duration::from_micros(1));
+        assert_eq!((shared.rows()[2].steps, growth.rows()[2].steps), (2, 3), "a clone keeps what it saw");
+    }
+}

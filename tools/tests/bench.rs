@@ -1,0 +1,63 @@
+//! What `pschema bench` measures beside the learner: that each figure stands beside its baseline, of the same work.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
+
+use std::process::Command;
+
+use serde_json::Value;
+
+fn figures(arguments: &[&str]) -> Value {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pschema"));
+    let output = command.arg("bench").args(arguments).args(["--json", "-q"]).output().unwrap();
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn figure(of: &Value, name: &str) -> f64 {
+    of[name].as_f64().unwrap_or_else(|| panic!("{name} is no number in {of}"))
+}
+
+fn is_ratio(of: &Value, ratio: &str, ours: &str, baseline: &str) {
+    let expected = figure(of, ours) / figure(of, baseline);
+    assert!((expected - figure(of, ratio)).abs() < 1e-6, "{ratio} is not {ours} to {baseline}: {of}");
+}
+
+#[test]
+fn round_trips_are_measured_against_bare_ones_in_every_way_of_waiting() {
+    let figures = figures(&["ipc", "--rounds", "100"]);
+    let rows = figures["rows"].as_array().unwrap();
+    let ways: Vec<_> = rows.iter().map(|row| (&row["mode"], figure(row, "payload_bytes") as u32)).collect();
+    let modes = ["polling", "event", "hybrid"].map(Value::from);
+    let expected: Vec<_> =
+        modes.iter().flat_map(|mode| [64, 4_096, 262_144].map(|payload| (mode, payload))).collect();
+    assert_eq!(ways, expected);
+    for row in rows {
+        assert_eq!(figure(row, "exchanges") as u32, 100);
+        let apart = figure(row, "record_bytes") - figure(row, "payload_bytes");
+        assert!((0.0..72.0).contains(&apart), "whole records, and no more than needed: {row}");
+        is_ratio(row, "ratio_p50", "ours_us_p50", "bare_us_p50");
+        is_ratio(row, "ratio_p99", "ours_us_p99", "bare_us_p99");
+        assert!(figure(row, "socket_us_p50") > 0.0 && figure(row, "atomic_us_p50") > 0.0, "{row}");
+    }
+}
+
+#[test]
+fn the_simulated_body_is_measured_against_the_engine_on_the_same_way() {
+    let figures = figures(&["sim", "--rounds", "30"]);
+    assert_eq!(figure(&figures, "actions") as u32, 30);
+    assert!(figure(&figures, "steps") > 300.0 && figure(&figures, "actions_per_s") > 0.0, "{figures}");
+    // Blocks that are elsewhere would be other work.
+    assert!(figure(&figures, "apart_mm_max") < 2.0, "{figures}");
+    is_ratio(&figures, "ratio", "step_us", "rapier_step_us");
+    is_ratio(&figures, "ratio_p50", "action_ms_p50", "rapier_action_ms_p50");
+}
+
+#[test]
+fn looking_is_measured_on_pictures_with_something_in_them() {
+    let figures = figures(&["vision", "--rounds", "30"]);
+    assert_eq!((figure(&figures, "width_px") as u32, figure(&figures, "height_px") as u32), (780, 580));
+    assert_eq!(figure(&figures, "frames") as u32, 30);
+    assert!(figure(&figures, "blobs_mean") >= 1.0, "{figures}");
+    is_ratio(&figures, "ratio_p50", "frame_ms_p50", "copy_ms_p50");
+    is_ratio(&figures, "ratio_look_at_all_p50", "look_at_all_ms_p50", "copy_ms_p50");
+}
