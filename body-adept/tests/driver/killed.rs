@@ -8,6 +8,9 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use crate::rig::{Rig, until};
 
+/// Longer than a busy machine keeps a process from its watchdog.
+const WATCHDOG_MS: u64 = 2_000;
+
 /// Ends its process, should a test end before that.
 struct Process(Child);
 
@@ -63,7 +66,7 @@ fn homes(record: &Record) -> bool {
 
 #[test]
 fn a_process_that_is_killed_while_it_homes_the_arm_leaves_it_to_the_watchdog() {
-    let (rig, process) = calibrating(homes, |args| args.watchdog_ms = 300);
+    let (rig, process) = calibrating(homes, |args| args.watchdog_ms = WATCHDOG_MS);
     process.signal(Signal::KILL);
     until("the watchdog stops the arm", || rig.emulator.record().watchdog_stops > 0);
     let record = rig.emulator.record();
@@ -83,7 +86,7 @@ fn a_process_told_to_end_while_it_homes_the_arm_stops_it_and_takes_its_power_awa
 
 #[test]
 fn a_killed_process_leaves_the_arm_to_the_watchdog() {
-    let (rig, process) = calibrating(moves, |args| args.watchdog_ms = 300);
+    let (rig, process) = calibrating(moves, |args| args.watchdog_ms = WATCHDOG_MS);
     process.signal(Signal::KILL);
     until("the watchdog stops the arm", || rig.emulator.record().watchdog_stops > 0);
     assert_eq!(rig.emulator.record().motions, 1);

@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -13,6 +13,9 @@ use crate::house::PATIENCE;
 
 /// Where the browser is, or that it must be there: a path, or `required`.
 const WHICH: &str = "PSCHEMA_BROWSER";
+
+/// How long it may be silent before it is taken to be closed.
+const CLOSES_WITHIN: Duration = Duration::from_secs(10);
 
 /// A browser with one page.
 pub(crate) struct Browser {
@@ -28,6 +31,9 @@ pub(crate) struct Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
+        // Closed by itself it ends its children first, and nobody writes into the profile that is removed next.
+        drop(self.to.write_all(b"{\"id\":0,\"method\":\"Browser.close\"}\0"));
+        while self.from.recv_timeout(CLOSES_WITHIN).is_ok() {}
         drop(self.process.kill());
         drop(self.process.wait());
     }

@@ -29,6 +29,19 @@ fn screenshots() {
     browser.until("document.getElementById('state').textContent.includes('held')");
     browser.until("document.querySelectorAll('#trace circle.touched').length > 0");
     browser.until("Number(document.documentElement.dataset.frames) > 3");
+    // To where it touches something.
+    let touches = "document.getElementById('world').textContent.includes('touch{}')";
+    for _ in 0..20 {
+        if browser.eval(touches) == true {
+            break;
+        }
+        let step = browser.eval("document.getElementById('state').dataset.step");
+        browser.eval("document.getElementById('step').click()");
+        browser.until(&format!("document.getElementById('state').dataset.step !== {step}"));
+    }
+    assert_eq!(browser.eval(touches), true, "it learnt to touch");
+    let shown = browser.eval("document.documentElement.dataset.frames");
+    browser.until(&format!("Number(document.documentElement.dataset.frames) > Number({shown}) + 3"));
     browser.eval("document.getElementById('numbers').click()");
     browser.until("document.querySelectorAll('#list tr').length > 5");
     browser.eval("document.querySelector('#candidates details').open = true");
