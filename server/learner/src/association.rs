@@ -5,7 +5,7 @@ use crate::bound::Bound;
 use crate::effect::Effect;
 use crate::index::standing;
 use crate::memory::Memory;
-use crate::observation::{Observation, Substitution};
+use crate::observation::Observation;
 use crate::probability::Count;
 use crate::schema::{ASSOCIATIONS_MAX, Association, SchemaId};
 use crate::world_state::WorldState;
@@ -42,39 +42,42 @@ fn is_strong(memory: &Memory, schema: SchemaId, observation: &Observation, count
 /// The effect that counts the events around an execution; none when there were none.
 pub(crate) fn happened(memory: &Memory, before: &WorldState, after: &WorldState) -> Option<Effect> {
     let rules = memory.rules();
-    let all = before.observations().iter().chain(after.observations()).cloned();
-    let events = WorldState::new(all.filter(|o| rules.transient(o.kind()) && !rules.own(o.kind())));
+    let all = before.observations().iter().chain(after.observations());
+    let events = all.filter(|o| rules.transient(o.kind()) && !rules.own(o.kind()));
+    let events = WorldState::new(events.cloned());
     (!events.observations().is_empty()).then(|| Effect::Happened(events.observations().to_vec()))
 }
 
-/// Effects that associate with `schema` what was there for the first time in `before` or `after`.
+/// Effects that associate with `schema` what was there for the first time in `around`, before or after its execution.
 /// `explained` are the schemas whose conditions account for what was seen.
 pub(crate) fn associate(
     memory: &Memory,
     schema: SchemaId,
-    explained: &[Bound],
-    before: &WorldState,
-    after: &WorldState,
+    explained: &[Option<Bound>],
+    around: &WorldState,
 ) -> Vec<Effect> {
     let content = memory.content();
     let Some(known) = content.schema(schema).map(|s| &s.associations) else { return Vec::new() };
-    let both = WorldState::new(before.observations().iter().chain(after.observations()).cloned());
-    let mut standing: Vec<(bool, u32, Observation)> = known
-        .iter()
-        .map(|a| {
-            let strong = is_associated(memory, schema, a);
-            (strong, a.count.occurrences, content.observation(a.observation).clone())
-        })
-        .collect();
+    let stands = |a: &Association| {
+        let strong = is_associated(memory, schema, a);
+        (strong, a.count.occurrences, content.observation(a.observation).clone())
+    };
+    // Mostly nothing is there for the first time, and nobody need know how those that are known stand.
+    let mut standing: Option<Vec<(bool, u32, Observation)>> = None;
     let mut effects = Vec::new();
-    for observation in both.observations() {
+    for observation in around.observations() {
+        let is_known = match &standing {
+            Some(standing) => standing.iter().any(|(_, _, known)| known == observation),
+            None => known.iter().any(|a| content.observation(a.observation) == observation),
+        };
         let candidate = !memory.rules().own(observation.kind())
-            && !explained.iter().any(|bound| bound.mentions(observation))
-            && !standing.iter().any(|(_, _, known)| known == observation);
+            && !explained.iter().flatten().any(|bound| bound.mentions(observation))
+            && !is_known;
         if !candidate {
             continue;
         }
-        let replaces = (standing.len() >= ASSOCIATIONS_MAX).then(|| weakest(&standing)).flatten();
+        let standing = standing.get_or_insert_with(|| known.iter().map(stands).collect());
+        let replaces = (standing.len() >= ASSOCIATIONS_MAX).then(|| weakest(standing)).flatten();
         if let Some(at) = replaces {
             standing.remove(at);
         }
@@ -90,17 +93,15 @@ fn weakest(standing: &[(bool, u32, Observation)]) -> Option<usize> {
     (0..standing.len()).min_by_key(|at| (standing[*at].0, standing[*at].1, *at))
 }
 
-/// The observations by which `schema` is known under `binding`: conditions wanted and associated.
-pub(crate) fn references(memory: &Memory, schema: SchemaId, binding: &Substitution) -> Vec<Observation> {
+/// The observations by which `schema` is known, which reads as `bound`: conditions wanted and associated.
+pub(crate) fn references<'a>(
+    memory: &'a Memory,
+    schema: SchemaId,
+    bound: &'a Bound,
+) -> impl Iterator<Item = &'a Observation> {
     let content = memory.content();
-    let Some(bound) = Bound::new(content, schema, binding) else { return Vec::new() };
     let associated = content.schema(schema).map_or(&[][..], |s| &s.associations);
-    let associated = associated.iter().filter(|a| is_associated(memory, schema, a));
-    let post = bound.post.into_iter().filter(|p| !p.absent).map(|p| p.what);
-    bound
-        .pre
-        .into_iter()
-        .chain(post)
-        .chain(associated.map(|a| content.observation(a.observation).clone()))
-        .collect()
+    let associated = associated.iter().filter(move |a| is_associated(memory, schema, a));
+    let post = bound.post.iter().filter(|p| !p.absent).map(|p| &p.what);
+    bound.pre.iter().chain(post).chain(associated.map(|a| content.observation(a.observation)))
 }

@@ -3,17 +3,17 @@
 //! diminished unnecessarily."
 
 use crate::association::references;
+use crate::bound::Bound;
 use crate::effect::Effect;
 use crate::memory::Memory;
-use crate::observation::Substitution;
 use crate::schema::SchemaId;
 use crate::world_state::WorldState;
 
-/// The effect that counts attention for what was perceived before or after an execution of `schemas`, each
-/// observation once; none when nothing was.
-pub(crate) fn attend(
-    memory: &Memory,
-    schemas: &[(SchemaId, &Substitution)],
+/// The effect that counts attention for what was perceived before or after an execution of `schemas`, each with how it
+/// reads, each observation once; none when nothing was.
+pub(crate) fn attend<'a>(
+    memory: &'a Memory,
+    schemas: impl Iterator<Item = (SchemaId, &'a Option<Bound>)>,
     before: &WorldState,
     after: &WorldState,
 ) -> Option<Effect> {
@@ -21,8 +21,8 @@ pub(crate) fn attend(
         return None;
     }
     let mut attended: Vec<_> = schemas
-        .iter()
-        .flat_map(|(schema, binding)| references(memory, *schema, binding))
+        .filter_map(|(schema, bound)| Some((schema, bound.as_ref()?)))
+        .flat_map(|(schema, bound)| references(memory, schema, bound))
         .filter(|observation| {
             // An event holds for its frame only: one that came before is not perceived any more.
             let event = memory.rules().transient(observation.kind());
@@ -32,5 +32,5 @@ pub(crate) fn attend(
         .collect();
     attended.sort_unstable();
     attended.dedup();
-    (!attended.is_empty()).then_some(Effect::Attended(attended))
+    (!attended.is_empty()).then(|| Effect::Attended(attended.into_iter().cloned().collect()))
 }

@@ -1,6 +1,5 @@
 //! Motor babbling: the drive to try what no schema covers here (the first stage of the paper's list).
 
-use crate::chaining::can_do;
 use crate::memory::Memory;
 use crate::schema::{ObservationId, SchemaId};
 use crate::vocabulary::{BodyId, PrimitiveId};
@@ -9,9 +8,20 @@ use crate::vocabulary::{BodyId, PrimitiveId};
 pub(crate) fn executable(memory: &Memory, body: BodyId, holding: &[ObservationId]) -> Vec<SchemaId> {
     let index = memory.index();
     let groups = index.groups().holding(holding);
-    let schemas = groups.iter().flat_map(|group| &index.groups().get(*group).schemas).copied();
-    let can = |id: &SchemaId| index.outline(*id).is_some_and(|known| can_do(memory, body, known.action));
-    let mut found: Vec<_> = schemas.filter(can).collect();
+    let schemas = || groups.iter().map(|group| &index.groups().get(*group).schemas);
+    let vocabulary = &memory.content().vocabulary;
+    // By primitive, for there may be very many schemas.
+    let mut can = vec![false; vocabulary.primitives().len()];
+    for primitive in vocabulary.bodies().get(usize::from(body.0)).iter().flat_map(|known| &known.repertoire) {
+        if let Some(can) = can.get_mut(primitive.0 as usize) {
+            *can = true;
+        }
+    }
+    let can = |id: &SchemaId| {
+        index.outline(*id).and_then(|known| can.get(known.action.0 as usize)).copied().unwrap_or(false)
+    };
+    let mut found = Vec::with_capacity(schemas().map(Vec::len).sum());
+    found.extend(schemas().flatten().copied().filter(can));
     found.sort_unstable();
     found
 }

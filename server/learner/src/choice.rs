@@ -1,14 +1,16 @@
 //! Choosing what to do: "the schema with the highest excitation value is then selected for execution"
 //! (paper, II-C), and its resolution to a primitive.
 
+use std::borrow::Cow;
 use std::cell::OnceCell;
 
 use crate::babbling;
 use crate::bound::Bound;
-use crate::chaining::{self, Access, BINDINGS_MAX, Reach, achieve, can_do};
+use crate::chaining::{self, Access, Reach, achieve, can_do};
 use crate::decision::{CANDIDATES_KEPT_MAX, Candidate, Decision, Reason, Role, Subject};
 use crate::effect::{ChainLink, Execution};
 use crate::excitation::{self, Generally, Perceived, Resemblance, Seen};
+use crate::matched::Matched;
 use crate::memory::Memory;
 use crate::observation::Substitution;
 use crate::random::Random;
@@ -76,9 +78,9 @@ pub(crate) fn known_ids(memory: &Memory, world: &WorldState) -> Vec<ObservationI
 
 impl Choice {
     /// Scores everything that could be done.
-    pub(crate) fn new(situation: &Situation<'_>) -> Self {
+    pub(crate) fn new(situation: &Situation<'_>, matched: &mut Matched) -> Self {
         let mut concrete = concrete(situation);
-        let generalised = generalised(situation);
+        let generalised = generalised(situation, matched);
         let primitives = primitives(situation);
         if concrete.is_empty() && generalised.is_empty() && primitives.is_empty() {
             // Nothing resembles anything known: every executable schema is as good as any other.
@@ -91,12 +93,13 @@ impl Choice {
         choice
     }
 
+    /// All of them, first those that are mostly the most exciting.
     fn all(&self) -> impl Iterator<Item = (f64, Which)> + '_ {
         let concrete = self.concrete.iter().map(|(excitation, id)| (*excitation, Which::Concrete(*id)));
         let generalised = self.generalised.iter().enumerate();
         let generalised = generalised.map(|(at, scored)| (scored.excitation, Which::Generalised(at)));
         let primitives = self.primitives.iter().map(|(excitation, id)| (*excitation, Which::Primitive(*id)));
-        concrete.chain(generalised).chain(primitives)
+        generalised.chain(primitives).chain(concrete)
     }
 
     /// Takes the most excited candidate, drawing among equals, and resolves it to a primitive.
@@ -105,14 +108,14 @@ impl Choice {
         situation: &Situation<'_>,
         random: &mut Random,
     ) -> Option<(Execution, Decision)> {
-        let best = self.all().filter(|(excitation, _)| *excitation == self.top);
-        let mut best: Vec<_> = best.map(|(_, which)| which).collect();
+        let mut best = Vec::new();
+        self.all().filter(|(excitation, _)| *excitation == self.top).for_each(|(_, which)| best.push(which));
         best.sort_unstable();
         let chosen = *best.get(random.below(best.len()))?;
-        let execution = resolve(situation, &self.scored(situation, self.top, chosen)?)?;
+        let execution = resolve(situation, &*self.scored(situation, self.top, chosen)?)?;
         let reason = if best.len() > 1 { Reason::Tie } else { Reason::Excitation };
         let (shown, at) = self.most_excited(situation, chosen);
-        let mut decision = explain(situation, shown, reason, execution.action);
+        let mut decision = explain(situation, &shown, reason, execution.action);
         decision.chosen = at;
         decision.ties = best.len();
         decision.candidates_total = self.concrete.len() + self.generalised.len() + self.primitives.len();
@@ -120,31 +123,31 @@ impl Choice {
     }
 
     /// The candidates to be shown, the most excited first (of equals the chosen one), and where the chosen one is.
-    fn most_excited(&self, situation: &Situation<'_>, chosen: Which) -> (Vec<Scored>, usize) {
+    fn most_excited(&self, situation: &Situation<'_>, chosen: Which) -> (Vec<Cow<'_, Scored>>, usize) {
         let first = |a: &(f64, Which), b: &(f64, Which)| {
             let rest = |which: Which| (which != chosen, which);
             b.0.total_cmp(&a.0).then_with(|| rest(a.1).cmp(&rest(b.1)))
         };
         let mut kept: Vec<(f64, Which)> = Vec::with_capacity(CANDIDATES_KEPT_MAX + 1);
-        for candidate in self.all() {
+        self.all().for_each(|candidate| {
             let full = kept.len() == CANDIDATES_KEPT_MAX;
             if full && kept.last().is_some_and(|last| first(last, &candidate).is_lt()) {
-                continue;
+                return;
             }
             let at = kept.partition_point(|known| first(known, &candidate).is_lt());
+            kept.truncate(CANDIDATES_KEPT_MAX - 1);
             kept.insert(at, candidate);
-            kept.truncate(CANDIDATES_KEPT_MAX);
-        }
+        });
         let at = kept.iter().position(|(_, which)| *which == chosen).unwrap_or(0);
         (kept.into_iter().filter_map(|(e, which)| self.scored(situation, e, which)).collect(), at)
     }
 
     /// A candidate with all that it takes to show or resolve it.
-    fn scored(&self, situation: &Situation<'_>, excitation: f64, which: Which) -> Option<Scored> {
+    fn scored(&self, situation: &Situation<'_>, excitation: f64, which: Which) -> Option<Cow<'_, Scored>> {
         let memory = situation.memory;
         let (subject, action) = match which {
             Which::Concrete(id) => (Subject::Schema(id), memory.index().outline(id)?.action),
-            Which::Generalised(at) => return self.generalised.get(at).cloned(),
+            Which::Generalised(at) => return self.generalised.get(at).map(Cow::Borrowed),
             Which::Primitive(primitive) => (Subject::Primitive(primitive), primitive),
         };
         let reliability = reliability(memory, action);
@@ -158,7 +161,7 @@ impl Choice {
             _ => (None, Some(Drive { role: Role::Babbling, weight: reliability, value })),
         };
         let distance = access.map_or(1, |access| access.preceding + 1);
-        Some(Scored {
+        Some(Cow::Owned(Scored {
             subject,
             binding: Substitution::new(),
             places: None,
@@ -168,17 +171,22 @@ impl Choice {
             excitation,
             reliability,
             drive,
-        })
+        }))
     }
 }
 
 /// The decision for the first of these candidates.
-fn explain(situation: &Situation<'_>, shown: Vec<Scored>, reason: Reason, action: PrimitiveId) -> Decision {
-    let terms = keep(situation, &shown).terms();
+fn explain(
+    situation: &Situation<'_>,
+    shown: &[Cow<'_, Scored>],
+    reason: Reason,
+    action: PrimitiveId,
+) -> Decision {
+    let terms = keep(situation, shown).terms();
     let candidates_total = shown.len();
-    let candidates = shown.into_iter().zip(terms).map(|(scored, terms)| Candidate {
+    let candidates = shown.iter().zip(terms).map(|(scored, terms)| Candidate {
         subject: scored.subject,
-        binding: scored.binding,
+        binding: scored.binding.clone(),
         distance: scored.distance,
         excitation: scored.excitation,
         terms,
@@ -199,14 +207,17 @@ fn explain(situation: &Situation<'_>, shown: Vec<Scored>, reason: Reason, action
 }
 
 /// What the terms of these candidates will be made of.
-fn keep(situation: &Situation<'_>, shown: &[Scored]) -> Kept {
+fn keep(situation: &Situation<'_>, shown: &[Cow<'_, Scored>]) -> Kept {
     let Situation { memory, world, perceived, .. } = *situation;
     let seen = OnceCell::new();
     let seen = || seen.get_or_init(|| Seen::new(memory, world, perceived));
     // The one that was needed last: there are often many bindings of one law.
     let mut law: Option<Generally<'_>> = None;
-    let mut kept = Kept::new(world);
-    for Scored { subject, binding, places, reliability, drive, .. } in shown {
+    // Most are remembered by little more than their pre-conditions.
+    let remembered = shown.iter().map(|scored| scored.places.as_ref().map_or(0, Vec::len) + 2);
+    let mut kept = Kept::new(world, shown.len(), remembered.sum());
+    for scored in shown {
+        let Scored { subject, binding, places, reliability, drive, .. } = &**scored;
         kept.add(*drive, |list| match (*subject, places) {
             (Subject::Schema(id), Some(places)) => {
                 if law.as_ref().is_none_or(|law| law.id != id) {
@@ -235,7 +246,7 @@ fn concrete(situation: &Situation<'_>) -> Vec<(f64, SchemaId)> {
     let resemblance = Resemblance::new(memory, situation.world);
     let reliabilities = reliabilities(situation);
     let drive = memory.parameters().babbling_excitation;
-    let mut found = Vec::new();
+    let mut found = Vec::with_capacity(situation.executable.len());
     for (access, group) in situation.reach.ways(index.groups()) {
         let distance = f64::from(access.preceding + 1);
         let reliable = resemblance.of_pre(&group.pre, 1.0);
@@ -274,7 +285,7 @@ fn reliabilities(situation: &Situation<'_>) -> Vec<Option<f64>> {
 /// Generalised schemas, once for each binding that the world state gives. A concrete schema with the same
 /// pre-conditions and action, example or counter-example, stands in for them: "in any cases where counter
 /// examples exist that contradict generalised solutions these are selected instead" (IV-A).
-fn generalised(situation: &Situation<'_>) -> Vec<Scored> {
+fn generalised(situation: &Situation<'_>, matched: &mut Matched) -> Vec<Scored> {
     let Situation { memory, body, world, perceived, reach, .. } = *situation;
     let index = memory.index();
     let mut found = Vec::new();
@@ -285,7 +296,7 @@ fn generalised(situation: &Situation<'_>) -> Vec<Scored> {
     for id in index.generalised() {
         let Some(generalised) = memory.content().schema(*id).and_then(|s| s.generalised()) else { continue };
         let Some(generally) = Generally::new(memory, *id, world, &seen) else { continue };
-        for (binding, places) in index.matches(*id, generalised, world.observations(), BINDINGS_MAX) {
+        for (binding, places) in matched.of(index, *id, generalised, world) {
             let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
             let Some(chaining::Achievement { carrier, access }) =
                 target.and_then(|target| achieve(memory, reach, body, &target))
@@ -392,6 +403,6 @@ pub(crate) fn continue_chain(
         reliability,
         drive: None,
     };
-    let decision = explain(situation, vec![scored], Reason::Chain, execution.action);
+    let decision = explain(situation, &[Cow::Owned(scored)], Reason::Chain, execution.action);
     Some((execution, decision))
 }

@@ -31,18 +31,17 @@ pub(crate) fn surprise(
     let known = |observation: &Observation, absent: bool| {
         bound.is_some_and(|b| b.post.iter().any(|p| p.absent == absent && p.what == *observation))
     };
-    let lasting = before.lasting(rules);
+    let lasted = |o: &Observation| !rules.transient(o.kind()) && before.contains(o);
     let appeared = after
         .observations()
         .iter()
-        .filter(|o| rules.postcondition(o.kind()) && !lasting.contains(o) && !known(o, false))
+        .filter(|o| rules.postcondition(o.kind()) && !lasted(o) && !known(o, false))
         .cloned()
         .collect();
     let vanished = before
-        .context(rules)
         .observations()
         .iter()
-        .filter(|o| !after.contains(o) && !known(o, true))
+        .filter(|o| rules.precondition(o.kind()) && !after.contains(o) && !known(o, true))
         .cloned()
         .collect();
     let missing = bound.is_some_and(|b| {
@@ -180,7 +179,7 @@ fn update(
     let new = surprise(memory, Some(&bound), &execution.before, after, lifted);
     // One execution is one trial: the carrier of a generalised schema has been scored already.
     if execution.carrier != Some(existing) {
-        let scored = score(memory, existing, &Substitution::new(), &execution.before, after, lifted);
+        let scored = score(memory, existing, &bound, &execution.before, after, lifted);
         draft.emit_all(scored);
     }
     add_outcomes(draft, existing, &new);
@@ -197,17 +196,16 @@ fn add_outcomes(draft: &mut Draft<'_>, schema: SchemaId, surprise: &Surprise) {
     }
 }
 
-/// The effect that scores the predictions of `schema` (II-A).
+/// The effect that scores the predictions of `schema`, which reads as `bound` (II-A).
 pub(crate) fn score(
     memory: &Memory,
     schema: SchemaId,
-    binding: &Substitution,
+    bound: &Bound,
     before: &WorldState,
     after: &WorldState,
     lifted: &dyn Fn(TypeId) -> bool,
 ) -> Option<Effect> {
     let content = memory.content();
-    let bound = Bound::new(content, schema, binding)?;
     let seen = |kind: TypeId, held: bool| match (lifted(kind), held) {
         (false, _) => Seen::Constrained,
         (true, true) => Seen::Held,

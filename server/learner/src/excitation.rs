@@ -60,9 +60,7 @@ impl<'a> Resemblance<'a> {
     fn value(&self, id: ObservationId, probability: f64, weight: f64) -> f64 {
         match self.shared(id) {
             0 => 0.0,
-            shared => {
-                value(shared, attention(self.memory, id), probability, weight)
-            }
+            shared => value(shared, attention(self.memory, id), probability, weight),
         }
     }
 
@@ -143,18 +141,16 @@ impl<'a> Generally<'a> {
         let schema = memory.content().schema(id)?;
         let known = schema.generalised()?;
         let with_post = memory.parameters().excite_by_post_conditions;
-        let post = known.post.iter().filter(|p| with_post && !p.absent && !known.pre.contains(&p.what));
+        // What has no property shares none.
+        let excites = |what: &Pattern| !what.terms().is_empty() && !known.pre.contains(what);
+        let post = known.post.iter().filter(|p| with_post && !p.absent && excites(&p.what));
         let associated = schema.associations.iter().filter(|a| is_associated(memory, id, a));
         let associated = associated.map(|association| association.observation).collect();
         Some(Self { memory, id, world, seen, post: post.collect(), associated })
     }
 
     /// Its post-conditions under a binding, where they are no pre-conditions.
-    fn post(
-        &self,
-        binding: &Substitution,
-        places: &[usize],
-    ) -> impl Iterator<Item = (Observation, f64)> {
+    fn post(&self, binding: &Substitution, places: &[usize]) -> impl Iterator<Item = (Observation, f64)> {
         let seen = self.world.observations();
         let is_pre = move |what: &Observation| places.iter().any(|at| seen.get(*at) == Some(what));
         let bound = self.post.iter().filter_map(|post| Some((post.what.apply(binding)?, post.count.ratio())));
@@ -175,7 +171,8 @@ impl<'a> Generally<'a> {
         }
         for (what, probability) in self.post(binding, places) {
             let shared = self.seen.perceived.shared(&what);
-            add(shared, self.memory.attention(&what), probability, reliability);
+            let attention = if shared > 0 { self.memory.attention(&what) } else { 0 };
+            add(shared, attention, probability, reliability);
         }
         let weight = self.memory.parameters().association_weight * reliability;
         for id in &self.associated {

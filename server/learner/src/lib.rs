@@ -20,6 +20,7 @@ pub mod goals;
 mod groups;
 mod habituation;
 mod index;
+mod matched;
 mod matching;
 pub mod memory;
 pub mod notation;

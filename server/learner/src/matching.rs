@@ -128,8 +128,9 @@ pub(crate) fn matches(
         let order: Vec<_> = (0..patterns.len()).collect();
         let mut search = Search::new(patterns, alike, &observations, &places, &order, &mut budget);
         search.extend(0, &mut values, &mut |values, used| {
-            let matched = used.iter().enumerate().filter(|(_, used)| **used).map(|(at, _)| at);
-            found.push((values.substitution(), matched.collect()));
+            let mut matched = Vec::with_capacity(patterns.len());
+            matched.extend(used.iter().enumerate().filter(|(_, used)| **used).map(|(at, _)| at));
+            found.push((values.substitution(), matched));
             found.len() >= limit
         });
     }
@@ -340,7 +341,11 @@ impl Values {
     }
 
     fn substitution(&self) -> Substitution {
-        (0_u8..=u8::MAX).zip(&self.of).filter_map(|(name, value)| Some((Variable(name), (*value)?))).collect()
+        let bound = (0_u8..=u8::MAX).zip(&self.of);
+        Substitution::of(
+            self.bound.len(),
+            bound.filter_map(|(name, value)| Some((Variable(name), (*value)?))),
+        )
     }
 }
 

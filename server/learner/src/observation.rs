@@ -226,19 +226,18 @@ impl Substitution {
         }
     }
 
+    /// Of `count` variables in their order, each once.
+    pub(crate) fn of(count: usize, bound: impl Iterator<Item = (Variable, Value)>) -> Self {
+        let mut bindings = Vec::with_capacity(count);
+        bindings.extend(bound);
+        debug_assert!(bindings.is_sorted_by(|a, b| a.0 < b.0));
+        Self(bindings)
+    }
+
     /// The bindings, ordered by variable.
     #[must_use]
     pub fn bindings(&self) -> &[(Variable, Value)] {
         &self.0
-    }
-}
-
-impl FromIterator<(Variable, Value)> for Substitution {
-    /// Of variables in their order, each once.
-    fn from_iter<I: IntoIterator<Item = (Variable, Value)>>(bound: I) -> Self {
-        let bound: Vec<_> = bound.into_iter().collect();
-        debug_assert!(bound.is_sorted_by(|a, b| a.0 < b.0));
-        Self(bound)
     }
 }
 

@@ -18,6 +18,7 @@ use crate::effect::{Effect, Execution};
 use crate::excitation::Perceived;
 use crate::generalisation;
 use crate::habituation::unhabituated;
+use crate::matched::Matched;
 use crate::memory::Memory;
 use crate::observation::{Observation, Pattern, Substitution, SymbolId, TypeId};
 use crate::parameters::{ParameterError, Parameters};
@@ -93,6 +94,8 @@ pub struct Learner {
     curriculum: Curriculum,
     /// The last search for chains; kept while it holds, and never part of memory.
     reach: Option<Reach>,
+    /// The last matches of laws; likewise.
+    matched: Matched,
 }
 
 impl Learner {
@@ -103,7 +106,12 @@ impl Learner {
     pub fn new(seed: u64, parameters: Parameters, curriculum: Curriculum) -> Result<Self, LearnerError> {
         parameters.check()?;
         curriculum.check()?;
-        Ok(Self { memory: Memory::new(seed, parameters), curriculum, reach: None })
+        Ok(Self {
+            memory: Memory::new(seed, parameters),
+            curriculum,
+            reach: None,
+            matched: Matched::default(),
+        })
     }
 
     /// A learner that goes on from `memory`, with the parameters in it: given the same frames it decides as the
@@ -114,7 +122,7 @@ impl Learner {
     pub fn resume(memory: Memory, curriculum: Curriculum) -> Result<Self, LearnerError> {
         memory.parameters().check()?;
         curriculum.check()?;
-        Ok(Self { memory, curriculum, reach: None })
+        Ok(Self { memory, curriculum, reach: None, matched: Matched::default() })
     }
 
     /// Gives up its curriculum for another, which begins with the next frame, and goes on under other parameters:
@@ -133,7 +141,8 @@ impl Learner {
         draft.emit(Effect::Stage(StageEffect::Left));
         let effects = draft.effects();
         let content = self.memory.content().clone();
-        *self = Self { memory: Memory::restore(content, parameters), curriculum, reach: None };
+        let memory = Memory::restore(content, parameters);
+        *self = Self { memory, curriculum, reach: None, matched: Matched::default() };
         Ok(effects)
     }
 
@@ -218,7 +227,7 @@ impl Learner {
     /// One step. The numbers are those of the cycle in `docs/LEARNING.md`. A frame of a body that was never
     /// declared is answered with [`Output::Hold`] and changes nothing.
     pub fn step(&mut self, frame: &Frame) -> Step {
-        let Learner { memory, curriculum, reach } = self;
+        let Learner { memory, curriculum, reach, matched } = self;
         if usize::from(frame.body.0) >= memory.content().pending.len() {
             return Step { output: Output::Hold, effects: Vec::new(), decision: None };
         }
@@ -279,7 +288,7 @@ impl Learner {
         let (output, decision, execution, random) = pursue(&mut draft, reach, frame.body, &world, &before)
             .unwrap_or_else(|| {
                 let chain = if for_goal { &[][..] } else { &chain };
-                choose(&mut draft, curriculum, reach, frame, novelty, chain)
+                choose(&mut draft, curriculum, (reach, matched), frame, novelty, chain)
             });
         draft.emit(Effect::StepEnded {
             body: frame.body,
@@ -309,11 +318,14 @@ fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifte
         .chain(execution.carrier.map(|carrier| (carrier, &none)))
         .collect();
     let content = draft.memory().content();
-    let bound = execution.schema.and_then(|schema| Bound::new(content, schema, &execution.binding));
+    let reads = |(schema, binding): &(SchemaId, &Substitution)| Bound::new(content, *schema, binding);
+    let bounds: Vec<_> = executed.iter().map(reads).collect();
+    let bound = execution.schema.and_then(|_| bounds.first()?.as_ref());
     // 3 comes before 2 is applied: a schema's surprise is measured against what it knew beforehand.
-    let surprise = creation::surprise(draft.memory(), bound.as_ref(), before, after, &lifted);
-    for (schema, binding) in &executed {
-        let scored = creation::score(draft.memory(), *schema, binding, before, after, &lifted);
+    let surprise = creation::surprise(draft.memory(), bound, before, after, &lifted);
+    for ((schema, _), bound) in executed.iter().zip(&bounds) {
+        let Some(bound) = bound else { continue };
+        let scored = creation::score(draft.memory(), *schema, bound, before, after, &lifted);
         draft.emit_all(scored);
     }
     // 4. Create.
@@ -325,15 +337,17 @@ fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifte
     let mut concerned = executed.clone();
     concerned.extend(created.into_iter().chain(updated).map(|schema| (schema, &none)));
     let content = draft.memory().content();
-    let explained: Vec<_> =
-        concerned.iter().filter_map(|(schema, binding)| Bound::new(content, *schema, binding)).collect();
+    let reads = |(schema, binding): &(SchemaId, &Substitution)| Bound::new(content, *schema, binding);
+    let explained: Vec<_> = concerned.iter().map(reads).collect();
+    let around = WorldState::new(before.observations().iter().chain(after.observations()).cloned());
     for (schema, _) in &concerned {
-        let associated = associate(draft.memory(), *schema, &explained, before, after);
+        let associated = associate(draft.memory(), *schema, &explained, &around);
         draft.emit_all(associated);
     }
     // 6. Attend: to what the executed schema refers to, or the first schema of a primitive.
-    let attending = if executed.is_empty() { concerned } else { executed };
-    let attended = attend(draft.memory(), &attending, before, after);
+    let attending = if executed.is_empty() { concerned.len() } else { executed.len() };
+    let attending = concerned.into_iter().map(|(schema, _)| schema).zip(&explained).take(attending);
+    let attended = attend(draft.memory(), attending, before, after);
     draft.emit_all(attended);
     // 7. Generalise on every new schema, and retire what has failed too often.
     let before_generalising = draft.memory().content().generalised_count;
@@ -375,7 +389,7 @@ fn pursue(
 fn choose(
     draft: &mut Draft<'_>,
     curriculum: &Curriculum,
-    reach: &mut Option<Reach>,
+    (reach, matched): (&mut Option<Reach>, &mut Matched),
     frame: &Frame,
     mut acted: Option<Novelty>,
     chain: &[crate::effect::ChainLink],
@@ -415,7 +429,7 @@ fn choose(
             unhabituated: &wanted,
             executable: &executable,
         };
-        let scored = Choice::new(&situation);
+        let scored = Choice::new(&situation, matched);
         if let Some(novelty) = acted.take() {
             // Only the first turn follows an action; a stage entered here starts its own count.
             let top = scored.top;

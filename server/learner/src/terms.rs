@@ -89,10 +89,14 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// Of no candidate yet, of a decision in `world`.
-    pub(crate) fn new(world: &WorldState) -> Self {
-        let (remembered, candidates, made) = (Vec::new(), Vec::new(), OnceLock::new());
-        Self { world: world.clone(), remembered, candidates, made }
+    /// Of no candidate yet, of a decision in `world`; with room for so many candidates that remember so many observations.
+    pub(crate) fn new(world: &WorldState, candidates: usize, remembered: usize) -> Self {
+        Self {
+            world: world.clone(),
+            remembered: Vec::with_capacity(remembered.min(TERMS_KEPT_MAX)),
+            candidates: Vec::with_capacity(candidates),
+            made: OnceLock::new(),
+        }
     }
 
     /// Adds a candidate: `remember` lists what it remembers, as the schema does.

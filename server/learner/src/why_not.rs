@@ -226,7 +226,7 @@ impl Scale<'_> {
         let reliability = reliability(memory, action);
         let drive = self.drive(id, reliability);
         let drive = drive.map(|value| Drive { role: Role::Habituation, weight: reliability, value });
-        let mut kept = Kept::new(&self.decision.world);
+        let mut kept = Kept::new(&self.decision.world, 1, 0);
         kept.add(drive, |list| excitation::remember(memory, id, &binding, reliability, list));
         let excitation = self.excitation(id, &binding, action, distance);
         let top = self.decision.candidates.first().map_or(0.0, |candidate| candidate.excitation);

@@ -200,6 +200,31 @@ fn equation_1_weighs_associations_by_omega() {
 }
 
 #[test]
+fn a_decision_is_explained_as_of_its_moment() {
+    let mut table = touched_twice();
+    show(&mut table, 1, 4);
+    let frame = table.frame();
+    let mut twin = table.learner.clone();
+    let at_once = twin.step(&frame).decision.unwrap();
+    let told = format!("{at_once:?}");
+    let later = table.learner.step(&frame).decision.unwrap();
+    let before = table.learner.memory().attention(&object(1, 4));
+    // What it was made of goes on changing before anybody asks for its terms.
+    let observations = vec![finger(4), object(1, 4), touch()];
+    for _ in 0..20 {
+        let outcome = Some(ActionOutcome::Done);
+        table.learner.step(&Frame { body: frame.body, outcome, observations: observations.clone() });
+    }
+    assert!(table.learner.memory().attention(&object(1, 4)) > before, "the block was attended to");
+    let terms = later.candidates.iter().flat_map(|candidate| &candidate.terms);
+    let terms = terms.filter(|term| term.pair.as_ref().is_some_and(|(known, _)| *known == object(1, 4)));
+    let terms: Vec<_> = terms.collect();
+    assert!(!terms.is_empty() && terms.iter().all(|term| term.attention == before), "{before}: {terms:?}");
+    assert_eq!(later, at_once);
+    assert_eq!(format!("{later:?}"), told);
+}
+
+#[test]
 fn an_ignored_bystander_keeps_its_interest() {
     let mut table = touched_twice();
     let (familiar, bystander) = (object(1, 4), object(2, 5));

@@ -26,7 +26,7 @@ impl Recording {
         if path.exists() {
             return Err(Failure::Failed(format!("{} is there already: name another file", path.display())));
         }
-        let stream = RecordingStreamBuilder::new(format!("pschema {learner}")).save(path);
+        let stream = RecordingStreamBuilder::new("pschema").recording_name(learner.to_owned()).save(path);
         let stream =
             stream.map_err(|error| Failure::Failed(format!("cannot write {}: {error}", path.display())))?;
         Ok(Self { stream, stage: String::new() })
