@@ -47,12 +47,15 @@ pub struct Seen {
 }
 
 impl Picture<'_> {
-    /// Bytes it takes on the wire; none when it is no picture that may be sent: empty, too large, or with another number
-    /// of bytes than its size says.
+    /// Bytes it takes on the wire; none when it is no picture that may be sent: empty, too large, with another number
+    /// of bytes than its size says, or with a field that is nowhere.
     #[must_use]
     pub fn bytes(&self) -> Option<usize> {
+        let finite =
+            |field: &FieldMark| [field.x_px, field.y_px, field.radius_px].iter().all(|at| at.is_finite());
         length(self.width_px, self.height_px, self.fields.len())
             .filter(|_| pixel_bytes(self.width_px, self.height_px) == Some(self.rgb.len()))
+            .filter(|_| self.fields.iter().all(finite))
     }
 
     /// Its header.
@@ -167,5 +170,8 @@ mod tests {
         assert!(refused(header, &nowhere));
         let short = Picture { width_px: 2, height_px: 2, rgb: &[0; 11], fields: &[] };
         assert_eq!(short.bytes(), None);
+        let nowhere = FieldMark { x_px: 1.0, y_px: 1.0, radius_px: f32::NAN };
+        let lost = Picture { width_px: 2, height_px: 2, rgb: &[0; 12], fields: &[nowhere] };
+        assert_eq!(lost.bytes(), None);
     }
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use pschema_learner::effect::Effect;
 use pschema_learner::progress::StageCommand;
-use pschema_learner::step::LearnerError;
+use pschema_learner::step::{LearnerError, Step};
 use pschema_protocol::domain::{OwnedDomain, Place};
 use pschema_protocol::inspect::{Answer, BodyStatus, Request, StageOrder};
 use pschema_protocol::limits::BODIES_MAX;
@@ -31,8 +31,8 @@ use crate::supervise::Supervisor;
 const SLEEP_MAX: Duration = Duration::from_millis(100);
 /// How long bodies have to come for their farewell when the daemon ends.
 const FAREWELL_MAX: Duration = Duration::from_secs(1);
-/// Frames that one action may take to be decided on: surroundings are arranged first where a trial begins.
-const SINGLE_FRAMES_MAX: u32 = 8;
+/// Steps that one action may take to be decided on: surroundings are arranged first where a trial begins.
+const SINGLE_STEPS_MAX: u32 = 8;
 /// Sessions that are over and still shown.
 const ENDED_KEPT_MAX: usize = 32;
 
@@ -195,6 +195,23 @@ impl Held {
     }
 }
 
+/// One action that is asked of a learner that is held.
+#[derive(Clone, Copy, Debug)]
+struct Single {
+    /// The body that it is asked with: no other may take it.
+    session: u64,
+    /// Steps that there may still be until it is decided on.
+    steps_left: u32,
+}
+
+impl Single {
+    /// What is left of it after a step.
+    fn after(self, step: &Step) -> Option<Self> {
+        let steps_left = self.steps_left.saturating_sub(1);
+        (step.decision.is_none() && steps_left > 0).then_some(Self { steps_left, ..self })
+    }
+}
+
 struct Attached {
     session: Session,
     pid: u32,
@@ -217,9 +234,8 @@ struct Daemon {
     keeper: Keeper<Held>,
     /// The last batch that an order or a step led to.
     batch: u64,
-    /// Frames in which the learner may still decide on the one action that was asked of it while it is held; 0 when none
-    /// was.
-    single: u32,
+    /// The one action that is asked of the learner while it is held, if one is.
+    single: Option<Single>,
     /// Whether bodies that rest are wanted again.
     rouse: bool,
     /// Set when the daemon is ending: when it ends, whether bodies have left or not.
@@ -241,7 +257,7 @@ impl Daemon {
             asked: 0,
             keeper,
             batch: 0,
-            single: 0,
+            single: None,
             rouse: false,
             ends_at: None,
         }
@@ -356,26 +372,24 @@ impl Daemon {
             log_undelivered(reply.send(&Reply::Detach));
             return self.gone(number, "left");
         }
-        // One action while held: it goes on for this frame only. No reply leaves before it is held again, on disk too.
-        let single = self.single > 0 && (!student_attached || Some(body.session.body()) == student);
-        if single {
-            self.order(&StageCommand::Resume);
-        }
-        let Some(body) = self.bodies.get_mut(&number) else { return };
+        // One action while held: it goes on for this frame only. On disk that is one batch, so that whoever finds this memory
+        // again, whenever the daemon died, finds it held.
+        let single = self.single.filter(|single| single.session == number);
+        let resumed = if single.is_some() { self.mind.once(&StageCommand::Resume) } else { Vec::new() };
         let listening = self.mind.is_listening(&body.session, student_attached);
         let served = self.mind.serve(&mut body.session, frame, listening);
         if let Reply::Refused { code, reason } = &served.reply {
             self.refusals.count(Some(number), *code, reason, &mut self.log);
         }
-        let content = self.mind.learner().memory().content();
+        let held = if single.is_some() { self.mind.once(&StageCommand::Hold) } else { Vec::new() };
         if let Some(step) = &served.step {
+            let content = self.mind.learner().memory().content();
             let cause = Cause::Step(body.session.input());
-            self.batch = self.keeper.keep(cause, &step.effects, content);
-        }
-        if single {
-            let decided = served.step.as_ref().is_some_and(|step| step.decision.is_some());
-            self.single = if decided { 0 } else { self.single - 1 };
-            self.order(&StageCommand::Hold);
+            self.batch = match single {
+                None => self.keeper.keep(cause, &step.effects, content),
+                Some(_) => self.keeper.keep(cause, &[&resumed[..], &step.effects, &held].concat(), content),
+            };
+            self.single = single.and_then(|single| single.after(step));
         }
         let decided = began.elapsed();
         let stepped = served.step.is_some().then_some(began);
@@ -421,6 +435,7 @@ impl Daemon {
 
     fn gone(&mut self, session: u64, state: &str) {
         let Some(body) = self.bodies.remove(&session) else { return };
+        self.single = self.single.filter(|single| single.session != session);
         if self.log.takes() {
             tracing::info!(session, body = %body.session.description().name, state, "body gone");
         }
@@ -440,7 +455,9 @@ impl Daemon {
             }
         };
         // Looked at first: an order must not be obeyed and then refused.
-        if self.asking.len() >= JOBS_MAX {
+        // What stops the learner is obeyed however many wait, and its answer may be that they do.
+        let stops = matches!(request, Request::Shutdown | Request::Stage(StageOrder::Hold));
+        if self.asking.len() >= JOBS_MAX && !stops {
             let problem = format!("{JOBS_MAX} questions are waiting: ask again later; nothing was done");
             return reply.answer(encoded(&Answer::Error(problem)));
         }
@@ -473,7 +490,7 @@ impl Daemon {
                 };
                 let effects = self.mind.stage(&command).map_err(|error| failed(error.to_string()))?;
                 self.keep(Cause::Order(&ordered(&command)), &effects);
-                self.single = 0;
+                self.single = None;
                 Ok(())
             }
             Request::Shutdown => {
@@ -523,17 +540,11 @@ impl Daemon {
                     .to_owned(),
             );
         }
-        self.order(&StageCommand::Hold);
-        self.single = SINGLE_FRAMES_MAX;
+        let session = self.shown().map(|body| body.session.number()).ok_or_else(|| NO_BODY.to_owned())?;
+        let effects = self.mind.stage(&StageCommand::Hold).map_err(|error| error.to_string())?;
+        self.keep(Cause::Order("stage step"), &effects);
+        self.single = Some(Single { session, steps_left: SINGLE_STEPS_MAX });
         Ok(())
-    }
-
-    /// Gives the curriculum an order that it always takes.
-    fn order(&mut self, command: &StageCommand) {
-        match self.mind.stage(command) {
-            Ok(effects) => self.keep(Cause::Order(&ordered(command)), &effects),
-            Err(error) => tracing::error!(%error, ?command, "an order was not taken"),
-        }
     }
 
     /// The body that tools ask about: the one that the curriculum leads, or the first attached.

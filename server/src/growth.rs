@@ -60,7 +60,8 @@ mod tests {
     #[test]
     fn steps_are_told_by_the_size_that_memory_had() {
         let mut growth = Growth::default();
-        for (schemas, microseconds) in [(0, 10), (1, 10), (2, 20), (3, 20), (4, 40), (7, 40), (1_000_000, 80)] {
+        for (schemas, microseconds) in [(0, 10), (1, 10), (2, 20), (3, 20), (4, 40), (7, 40), (1_000_000, 80)]
+        {
             growth.count(schemas, Duration::from_micros(microseconds));
         }
         let seen: Vec<_> = growth.rows().iter().map(|row| (row.schemas, row.steps)).collect();

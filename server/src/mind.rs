@@ -235,6 +235,14 @@ impl Mind {
         Ok(effects)
     }
 
+    /// Gives the curriculum an order that it always takes, for one frame or after it.
+    pub(crate) fn once(&mut self, command: &StageCommand) -> Vec<Effect> {
+        self.learner.stage(command).unwrap_or_else(|error| {
+            tracing::error!(%error, ?command, "an order was not taken");
+            Vec::new()
+        })
+    }
+
     /// Takes up a goal, given as patterns as they print: `body` pursues it with at most `actions_max` actions.
     ///
     /// # Errors

@@ -47,7 +47,7 @@ impl PictureOffer {
         self.sent = Some(Instant::now());
         let Some(bytes) = picture.bytes() else {
             return self.give_up(
-                &"the body's picture has no size, too large a size, or another than its bytes have",
+                &"the body's picture has no size, too large a size, another than its bytes have, or a field that is nowhere",
             );
         };
         if let Err(error) = self.try_send(picture, bytes, &picture.header(session, frame)) {
@@ -130,14 +130,19 @@ impl PictureWatch {
 
     /// The newest picture that came since the last call, if any did; with several bodies, of any of them. Never waits.
     ///
+    /// What is no picture is passed over.
+    ///
     /// # Errors
-    /// [`TransportError::Wrong`] for what is no picture; what the transport said.
+    /// What the transport said.
     pub fn newest(&self) -> Result<Option<Seen>, TransportError> {
         let mut newest = None;
         // There is one for each body at most, and bodies may send on meanwhile.
         for _ in 0..crate::limits::BODIES_MAX {
             let Some(sample) = self.subscriber.receive().map_err(setup("receive a picture"))? else { break };
-            newest = Some(read(sample.user_header(), sample.payload()).map_err(TransportError::Wrong)?);
+            match read(sample.user_header(), sample.payload()) {
+                Ok(seen) => newest = Some(seen),
+                Err(refusal) => tracing::debug!(%refusal, "what a body sent is no picture"),
+            }
         }
         Ok(newest)
     }

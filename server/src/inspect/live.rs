@@ -1,6 +1,7 @@
-//! What somebody who watches is shown. Its cost does not grow with memory.
+//! What somebody who watches is shown. Its cost does not grow with the schemas, only with the different observations that
+//! they refer to, which are few.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use pschema_learner::notation;
 use pschema_learner::observation::Observation;
@@ -85,18 +86,23 @@ fn world(view: &View) -> Vec<Perceived> {
     let content = &view.content;
     let shown = &perceived[..perceived.len().min(PERCEIVED_MAX)];
     let before: BTreeSet<&Observation> = view.host.before.iter().collect();
-    let mut attention = vec![0; shown.len()];
-    // There are far fewer observations than schemas, and their index is the learner's alone.
+    let mut wanted: BTreeMap<&Observation, u32> = shown.iter().map(|one| (one, 0)).collect();
+    let mut unknown = wanted.len();
+    // The index of observations is the learner's alone.
     for (known, count) in content.observations.iter().zip(content.attention.iter()) {
-        if let Some(at) = shown.iter().position(|one| one == known) {
-            attention[at] = *count;
+        if unknown == 0 {
+            break;
+        }
+        if let Some(attention) = wanted.get_mut(known) {
+            *attention = *count;
+            unknown -= 1;
         }
     }
-    let perceived = |(one, attention): (&Observation, u32)| Perceived {
+    let perceived = |one: &Observation| Perceived {
         observation: text::observation(&content.vocabulary, one),
         text: notation::observation(&content.vocabulary, one),
         new: !before.contains(one),
-        attention,
+        attention: wanted.get(one).copied().unwrap_or_default(),
     };
-    shown.iter().zip(attention).map(perceived).collect()
+    shown.iter().map(perceived).collect()
 }

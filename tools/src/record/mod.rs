@@ -10,18 +10,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use pschema_protocol::domain::Place;
-use pschema_protocol::inspect::{Answer, Live, LiveQuery, Request, SchemaSummary, TraceRecord};
+use pschema_protocol::inspect::{Answer, Live, LiveQuery, Request, SchemaQuery, SchemaSummary, TraceRecord};
 use pschema_protocol::picture::Seen;
 use pschema_protocol::transport::pictures::PictureWatch;
 
 use crate::failure::Failure;
-use crate::learner::{Learner, unexpected};
+use crate::learner::{Learner, ask_for, unexpected};
 
 pub(crate) use lines::Lines;
 
 /// How long to wait for more when nothing has come.
 const PAUSE: Duration = Duration::from_millis(30);
-/// Newest schemas looked at with each page of steps; more than a page of steps makes.
+/// Newest schemas looked at with each page of steps; should there be more, they are asked for.
 const NEWEST_MAX: u32 = 100;
 
 /// Somewhere that steps are written down.
@@ -80,7 +80,7 @@ pub(crate) fn record(
     stop: &AtomicBool,
 ) -> Result<Recorded, Failure> {
     let mut learner = Learner::connect_at(place)?;
-    let eye = if pictures { Some(PictureWatch::open(place).map_err(Failure::of)?) } else { None };
+    let mut eye = if pictures { Some(PictureWatch::open(place).map_err(Failure::of)?) } else { None };
     let mut recorded = Recorded::default();
     let (mut from, mut known) = (0, None);
     while !stop.load(Ordering::Relaxed) && recorded.steps < steps_max {
@@ -98,10 +98,19 @@ pub(crate) fn record(
         from = live.trace.from + records.len() as u64;
         steps(&live, records, recorders, &mut recorded)?;
         if known.is_some() || from >= live.trace.total {
-            schemas(&live, &mut known, recorders, &mut recorded)?;
+            match schemas(&live, &mut learner, &mut known, recorders, &mut recorded) {
+                Err(Failure::NoDaemon(_)) => break,
+                told => told?,
+            }
         }
-        if let Some(seen) = eye.as_ref().map(PictureWatch::newest).transpose().map_err(Failure::of)?.flatten()
-        {
+        let seen = eye.as_ref().map(PictureWatch::newest).transpose().unwrap_or_else(|error| {
+            tracing::warn!(%error, "no more pictures are recorded");
+            None
+        });
+        if seen.is_none() {
+            eye = None;
+        }
+        if let Some(seen) = seen.flatten() {
             recorders.iter_mut().try_for_each(|recorder| recorder.picture(live.step, &seen))?;
             recorded.pictures += 1;
         }
@@ -133,14 +142,28 @@ fn steps(
 /// Tells the recorders of schemas that were not there before.
 fn schemas(
     live: &Live,
+    learner: &mut Learner,
     known: &mut Option<u32>,
     recorders: &mut [Box<dyn Recorder>],
     recorded: &mut Recorded,
 ) -> Result<(), Failure> {
-    let from = known.replace(live.schemas_total).unwrap_or(live.schemas_total);
-    for schema in live.newest.iter().rev().filter(|schema| schema.id >= from) {
-        recorders.iter_mut().try_for_each(|recorder| recorder.schema(live.step, schema))?;
-        recorded.schemas += 1;
+    let mut from = known.replace(live.schemas_total).unwrap_or(live.schemas_total);
+    while from < live.schemas_total {
+        let oldest_shown = live.newest.last().map_or(u32::MAX, |schema| schema.id);
+        let listed = if from >= oldest_shown {
+            live.newest.iter().rev().filter(|schema| schema.id >= from).cloned().collect()
+        } else {
+            // More were made at once than are shown to those who watch.
+            let query =
+                SchemaQuery { offset: from, limit: live.schemas_total - from, ..SchemaQuery::default() };
+            ask_for!(learner, &Request::Schemas(query), Answer::Schemas)?.schemas
+        };
+        let Some(last) = listed.last().map(|schema| schema.id) else { break };
+        for schema in listed.iter().filter(|schema| schema.id < live.schemas_total) {
+            recorders.iter_mut().try_for_each(|recorder| recorder.schema(live.step, schema))?;
+            recorded.schemas += 1;
+        }
+        from = last.saturating_add(1);
     }
     Ok(())
 }

@@ -95,15 +95,20 @@ impl<'a> Marks<'a> {
     /// Whether what `law` needs or makes is tied to what was marked.
     fn meets(&self, basis: Basis<'_>, law: &Generalised) -> bool {
         let wants = |made: &Pattern| law.pre.iter().any(|wanted| may_both_be(made, wanted));
+        let own = law.pre.len() + law.post.len();
+        if !self.afford(self.laws.len().saturating_mul(own)) {
+            return false;
+        }
         if self.laws.iter().any(|other| {
             made_by_law(other).any(wants)
                 || made_by_law(law).any(|made| other.pre.iter().any(|wanted| may_both_be(made, wanted)))
         }) {
             return true;
         }
-        basis.content.observations.iter().enumerate().any(|(at, observation)| {
+        let mut affordable = basis.content.observations.iter().enumerate().take_while(|_| self.afford(0));
+        affordable.any(|(at, observation)| {
             let (given, wanted) = (marked(&self.given, at), marked(&self.wanted, at));
-            if !(given || wanted) || !self.afford(law.pre.len() + law.post.len()) {
+            if !(given || wanted) || !self.afford(own) {
                 return false;
             }
             let needs = || law.pre.iter().chain(&law.target).any(|pattern| may_be(pattern, observation));

@@ -11,7 +11,7 @@ use super::{Places, count, numbered};
 
 /// Ties listed, at most.
 const EDGES_MAX: usize = 20_000;
-/// Comparisons of a pattern with an observation in one graph: some tenths of a second.
+/// Comparisons of a pattern with an observation, and ties counted, in one graph: some tenths of a second.
 pub(super) const COMPARISONS_MAX: usize = 20_000_000;
 
 /// What ties follow from.
@@ -172,7 +172,11 @@ impl<'a> Ties<'a> {
                 Form::Concrete(concrete) => self.served(self.basis.made(concrete)),
                 Form::Generalised(law) => self.served_by_law(law),
             };
+            self.comparisons = self.comparisons.saturating_add(found.len());
             found.into_iter().for_each(|(to, kind)| self.edges.add(count(at), to, kind));
+            if self.comparisons >= COMPARISONS_MAX {
+                return;
+            }
         }
     }
 
@@ -185,10 +189,15 @@ impl<'a> Ties<'a> {
                 continue;
             }
             let Some(node) = self.places.of(id, schema) else { continue };
-            for (to, kind) in self.served(self.basis.made(concrete)) {
+            let (served, serving) = (self.served(self.basis.made(concrete)), self.serving(concrete));
+            self.comparisons = self.comparisons.saturating_add(served.len() + serving.len());
+            if self.comparisons >= COMPARISONS_MAX {
+                return;
+            }
+            for (to, kind) in served {
                 self.edges.add(node, to, kind);
             }
-            for from in self.serving(concrete) {
+            for from in serving {
                 self.edges.add(from, node, GraphTie::Enables);
             }
             if let Some(parent) = schema.parent.filter(|id| self.places.shown.binary_search(id).is_ok())
@@ -264,6 +273,7 @@ impl<'a> Ties<'a> {
                 }
             }
             for (node, other) in &self.laws {
+                self.comparisons = self.comparisons.saturating_add(other.pre.len());
                 if other.pre.iter().any(|wanted| may_both_be(pattern, wanted)) {
                     found.push((*node, GraphTie::Enables));
                 }

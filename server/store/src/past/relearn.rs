@@ -4,6 +4,7 @@ use pschema_learner::decision::Decision;
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::Memory;
 use pschema_learner::parameters::Parameters;
+use pschema_learner::progress::{StageCommand, StageEffect};
 use pschema_learner::step::{Frame, Learner};
 
 use super::entry;
@@ -40,7 +41,12 @@ pub(super) fn step(
     journalled: &[v1::Effect],
 ) -> Result<Option<Decision>, String> {
     let mut effects = Vec::new();
-    for effect in journalled {
+    // One step that an operator asked for while the learner was held: it went on for this frame alone.
+    let single = is_held(journalled.first(), false) && is_held(journalled.last(), true);
+    if single {
+        effects.extend(learner.stage(&StageCommand::Resume).map_err(|error| error.to_string())?);
+    }
+    for effect in journalled.iter().skip(usize::from(single)) {
         // Words that were heard for the first time are met before the step.
         let v1::Effect::SymbolsMet(symbols) = effect else { break };
         for symbol in symbols {
@@ -49,6 +55,9 @@ pub(super) fn step(
     }
     let step = learner.step(&Frame::from(input));
     effects.extend(step.effects);
+    if single {
+        effects.extend(learner.stage(&StageCommand::Hold).map_err(|error| error.to_string())?);
+    }
     let written: Vec<_> = effects.iter().map(v1::Effect::from).collect();
     match difference(&written, journalled) {
         None => Ok(step.decision),
@@ -56,6 +65,11 @@ pub(super) fn step(
             Err(format!("learning it again does not give what was learnt then: {difference}"))
         }
     }
+}
+
+fn is_held(effect: Option<&v1::Effect>, held: bool) -> bool {
+    let live = effect.cloned().and_then(|effect| Effect::try_from(effect).ok());
+    live == Some(Effect::Stage(StageEffect::Held(held)))
 }
 
 /// The first thing in which two lists of effects differ.

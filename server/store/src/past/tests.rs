@@ -64,9 +64,27 @@ pub(super) fn lived(seed: u64, lives: u32, steps: u64, retention: Retention, cle
         *lived.digests.last_mut().unwrap() = digest(learner.memory().content());
         for step in 0..steps {
             let frame = world.frame();
+            let ordered = |learner: &mut Learner, command| learner.stage(&command).unwrap();
+            // Now and then an operator holds it and asks for this one step, which is one batch.
+            let single = step % 89 == 40;
+            let mut effects = Vec::new();
+            if single {
+                let held = ordered(&mut learner, StageCommand::Hold);
+                append(&mut writer, &learner, crate::Cause::Order("stage step"), &held);
+                *lived.digests.last_mut().unwrap() = digest(learner.memory().content());
+                effects = ordered(&mut learner, StageCommand::Resume);
+            }
             let taken = learner.step(&frame);
-            append(&mut writer, &learner, crate::Cause::Step(&frame), &taken.effects);
+            effects.extend_from_slice(&taken.effects);
+            if single {
+                effects.extend(ordered(&mut learner, StageCommand::Hold));
+            }
+            append(&mut writer, &learner, crate::Cause::Step(&frame), &effects);
             world.follow(&taken.output);
+            if single {
+                let resumed = ordered(&mut learner, StageCommand::Resume);
+                append(&mut writer, &learner, crate::Cause::Order("stage resume"), &resumed);
+            }
             if step % 97 == 50 {
                 for command in [StageCommand::Hold, StageCommand::Resume] {
                     let effects = learner.stage(&command).unwrap();
@@ -176,7 +194,8 @@ fn the_journal_is_listed_from_either_end() {
     );
     assert_eq!(steps(Some(0), Some(0), 9), [0], "the body attached");
     assert!(steps(Some(601), None, 9).is_empty());
-    assert_eq!(steps(Some(0), None, 5_000).len(), 600 + 2 + 2 * 2 * 3);
+    // Each life is declared, and three times given two orders, and three times one before a step and one after it.
+    assert_eq!(steps(Some(0), None, 5_000).len(), 600 + 2 + 2 * 2 * 3 + 2 * 2 * 3);
 
     let (batches, _) = past.batches(Some(1), Some(600), 5_000, true).unwrap();
     assert!(
