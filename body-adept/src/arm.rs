@@ -65,7 +65,10 @@ pub struct Arm {
     phase: Phase,
     /// A person has enabled the arm since this process began.
     enabled: bool,
+    /// High power is this process's to take away: it has turned it on, or had the arm move by itself with it.
     powered_by_us: bool,
+    /// The arm is being calibrated, as far as is known.
+    homing: bool,
     may: May,
     replaying: bool,
     heading: Heading,
@@ -94,6 +97,7 @@ impl Arm {
             phase: Phase::Unconnected,
             enabled: false,
             powered_by_us: false,
+            homing: false,
             may,
             replaying: false,
             heading: OUTWARDS,

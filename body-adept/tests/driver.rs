@@ -18,6 +18,8 @@ mod limits;
 mod meddled;
 #[path = "driver/motion.rs"]
 mod motion;
+#[path = "driver/numbers.rs"]
+mod numbers;
 #[path = "driver/rig.rs"]
 mod rig;
 #[path = "driver/safety.rs"]

@@ -155,3 +155,66 @@ fn values_are_counted_before_they_are_read() {
         assert!(!line.contains(" OR "), "both sides are looked at: {line}");
     }
 }
+
+/// The lines from one that is so to the next that is another.
+fn between<'a>(lines: &'a [String], from: &str, to: &str) -> Vec<&'a str> {
+    let at = lines.iter().position(|line| line == from).unwrap_or_else(|| panic!("{from}"));
+    lines[at + 1..].iter().map(String::as_str).take_while(|line| *line != to).collect()
+}
+
+/// The byte that stops is followed by a line end: it may be all that was missing of the order that was cut short.
+#[test]
+fn the_byte_that_stops_spoils_the_line_that_it_comes_in() {
+    let programs = programs();
+    let stop = between(&programs["ps.serve"], "VALUE 3:", "VALUE 10:");
+    assert_eq!(stop, ["CALL ps.stop(2)", "$line = \"?\""]);
+}
+
+#[test]
+fn only_a_line_whose_sum_is_right_feeds_the_watchdog() {
+    let programs = programs();
+    let feeds = |name: &str| programs[name].iter().filter(|line| *line == "TIMER 1 = 0").count();
+    let fed: Vec<&String> = programs.keys().filter(|name| feeds(name) > 0).collect();
+    assert_eq!(fed, ["ps.line", "ps.setup"]);
+    assert_eq!(feeds("ps.line"), 1);
+    let lines = &programs["ps.line"];
+    let feeding = lines.iter().position(|line| line == "TIMER 1 = 0").unwrap();
+    let refusal =
+        ["CALL ps.unseal($t, s)", "IF NOT s THEN", "CALL ps.say(\"ERR 0 16 checksum\")", "RETURN", "END"];
+    assert_eq!(lines[feeding - refusal.len()..feeding], refusal);
+}
+
+/// A stop may come after an order was taken and before task 0 carries it out.
+#[test]
+fn what_was_stopped_before_it_was_begun_brings_no_power_up_and_calibrates_nothing() {
+    let programs = programs();
+    let robot = &programs["ps.robot"];
+    let power = between(robot, "VALUE 2:", "VALUE 3:");
+    assert_eq!(
+        power,
+        [
+            "IF NOT ps.halt THEN",
+            "ENABLE POWER",
+            "WAIT (STATE(1) >= 4) OR ps.halt",
+            "IF ps.halt THEN",
+            "DISABLE POWER",
+            "END",
+            "END"
+        ]
+    );
+    assert_eq!(between(robot, "VALUE 3:", "END"), ["IF NOT ps.halt THEN", "CALIBRATE"]);
+}
+
+#[test]
+fn nothing_that_moves_or_gives_power_is_begun_while_latched() {
+    let programs = programs();
+    let order = &programs["ps.order"];
+    let refused = order.iter().position(|line| line.starts_with("IF ps.latched OR ")).unwrap();
+    assert!(order[refused + 1].contains(" 11 latched"), "{}", order[refused + 1]);
+    assert_eq!(order[refused + 2], "RETURN");
+    assert!(refused < order.iter().position(|line| line == "ps.go = TRUE").unwrap());
+    // There is no other way to task 0.
+    for (name, lines) in &programs {
+        assert!(name == "ps.order" || !lines.iter().any(|line| line == "ps.go = TRUE"), "{name}");
+    }
+}

@@ -1,6 +1,7 @@
 //! Enabling: power comes up and the arm may be calibrated, both at a person's word. They take seconds, in which it may move by
 //! itself, so that they are watched over and stopped like a motion.
 
+use std::mem;
 use std::sync::atomic::Ordering;
 
 use super::{Arm, Phase};
@@ -22,15 +23,16 @@ impl Arm {
             (Err(Fault::Refused(_)), Some(by)) => Err(Fault::Stopped(by)),
             (ready, _) => ready,
         };
+        let ready = ready.and_then(|(state, joints)| match self.unfit(&state, &joints) {
+            Some(why) => Err(Fault::Other(why)),
+            None => Ok(joints),
+        });
         if let Err(fault) = &ready {
             tracing::warn!(%fault, "not enabled: the arm is stopped, and loses the power that it was given");
             self.make_safe();
         }
         drop(watched);
-        let (state, joints) = ready?;
-        if let Some(why) = self.unfit(&state, &joints) {
-            return Err(Fault::Other(why));
-        }
+        let joints = ready?;
         self.phase = Phase::Active;
         self.enabled = true;
         tracing::info!(?joints, "enabled");
@@ -62,15 +64,22 @@ impl Arm {
         if self.may.home && !controller.state()?.calibrated {
             go_on()?;
             tracing::warn!("calibrating: the arm moves by itself");
+            // Ours as well: braking ends one of a calibration's own motions, only without power it is over for sure.
+            (self.powered_by_us, self.homing) = (true, true);
             controller.calibrate()?;
+            self.homing = false;
         }
         go_on()?;
         Ok((controller.state()?, controller.joints()?))
     }
 
-    /// Stops the arm, whatever it was about to do, and takes the power away that this process has turned on.
+    /// Stops the arm, whatever it was about to do, and takes the power away that this process answers for.
     fn make_safe(&mut self) {
         self.switch.press(Pressed::Trouble);
+        if mem::take(&mut self.homing) {
+            // Before it is known to stand, which takes seconds in which it may go on by itself.
+            self.take_power();
+        }
         let Some(controller) = &mut self.controller else { return };
         if let Err(fault) = controller.halt() {
             tracing::error!(%fault, "not known to stand still: press the emergency stop");

@@ -47,6 +47,8 @@ pub struct ProgramController {
     /// After so long without a line the program stops what it does.
     watchdog: Duration,
     number: u32,
+    /// The highest number of a motion that the program may know of: it takes none but above it.
+    moved: u32,
     held: Vec<u8>,
     ends: VecDeque<(u32, Ended)>,
     motion: Option<u32>,
@@ -72,6 +74,7 @@ impl ProgramController {
             answer_wait,
             watchdog: FOLLOW_EVERY,
             number: 0,
+            moved: 0,
             held: Vec::new(),
             ends: VecDeque::new(),
             motion: None,
@@ -129,6 +132,9 @@ impl ProgramController {
     fn send(&mut self, request: &Request<'_>) -> Result<u32, Fault> {
         let number = self.next_number();
         let text = request.line(number);
+        if matches!(request, Request::Move { .. }) {
+            self.moved = number;
+        }
         if request.may_move() {
             let line = &mut self.line;
             self.attention.order(|| line.send(text.as_bytes()))?;
@@ -315,6 +321,7 @@ impl Controller for ProgramController {
         // of ours.
         if let Some((last, _)) = self.program_state()?.last {
             self.number = self.number.max(last);
+            self.moved = last;
         }
         Ok(format!("pschema.v2 version {VERSION}, watchdog {} ms", greeting.watchdog_ms))
     }
@@ -380,10 +387,11 @@ impl Controller for ProgramController {
     fn begin(&mut self, path: &Permitted) -> Result<(), Fault> {
         self.motion = None;
         self.ends.clear();
-        if self.number + LINES_OF_A_MOTION > NUMBER_MAX {
-            // The program takes motions in ascending numbers only.
+        // The program takes motions in ascending numbers only. Questions since the last may have begun the numbers anew.
+        if self.number < self.moved || self.number + LINES_OF_A_MOTION > NUMBER_MAX {
             self.number = 0;
             self.ask(&Request::Hello, self.answer_wait, program::greeting)?;
+            self.moved = 0;
         }
         self.ordering(|this| this.begin_path(path))
     }

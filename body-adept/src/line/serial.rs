@@ -85,8 +85,9 @@ struct SerialStopper {
 
 impl Stopper for SerialStopper {
     fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError> {
-        // Half an order may have been on its way; the bytes to stop begin so that its rest is no order. A port that
-        // cannot drop it sends it first.
+        // An order may have been on its way, cut short here anywhere, at worst just before its line end: the bytes to stop
+        // begin with one that spoils what came of it, so that no line end completes it. A port that cannot drop it sends
+        // it first.
         self.port.clear(ClearBuffer::Output).ok();
         write(&mut self.port, bytes)
     }

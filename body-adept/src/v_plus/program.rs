@@ -9,7 +9,7 @@ pub const NUMBER_MAX: u32 = 999_999;
 pub const VIAS_MAX: usize = 64;
 /// Longest line in either direction, in bytes.
 pub const LINE_BYTES_MAX: usize = 128;
-/// Stops the arm: the byte that stops without a line, then a line end for whatever was cut short, then the order.
+/// Stops the arm: the byte that stops without a line and spoils whatever it cut short, then its line end, then the order.
 /// Needs no number, no sum and no answer.
 pub const STOP: &[u8] = b"\x03\nSTOP\n";
 

@@ -9,14 +9,18 @@ use pschema_adept::emulator::{Record, Speaks};
 use pschema_adept::line::record::{Recorded, Recorder};
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::line::{Line, LineError};
+use pschema_adept::v_plus::sum;
 use pschema_protocol::body::Outcome;
 
 use crate::meddled::Meddled;
 use crate::rig::{MONITOR, Rig, at, setup, until};
 
+/// Each mode, and what the arm file says of it.
+const MODES: [(Speaks, &[(&str, &str)]); 2] = [(Speaks::Program, &[]), (Speaks::Monitor, MONITOR)];
+
 /// In both modes, an arm as slow as a real one: power takes 2 s to come up, a calibration 3 s.
 fn both() -> [(Rig, Arm); 2] {
-    [(Speaks::Program, &[][..]), (Speaks::Monitor, MONITOR)].map(|(speaks, mode)| {
+    MODES.map(|(speaks, mode)| {
         let rig = Rig::start(speaks, |args| args.fast = 1.0);
         let arm = rig.arm(&setup(mode), Recorder::default(), false);
         (rig, arm)
@@ -65,6 +69,55 @@ fn a_process_told_to_end_stops_a_calibration_and_takes_the_power_away() {
         arm.enable().unwrap();
         assert_eq!(rig.emulator.record().calibrations, 1);
         assert_eq!(arm.go(at(0.5, 0.1)), Outcome::Done);
+    }
+}
+
+/// Braking may end one of a calibration's own motions alone: power goes first, whoever has turned it on.
+#[test]
+fn a_calibration_that_is_stopped_leaves_no_power_on_that_somebody_else_had_turned_on() {
+    for (speaks, mode) in MODES {
+        let rig = Rig::start(speaks, |args| args.fast = 1.0);
+        let power = match speaks {
+            Speaks::Program => format!("{}\n", sum::seal("POWER 999 1")),
+            Speaks::Monitor => "ENABLE POWER\r\n".to_owned(),
+        };
+        let mut line = SerialLine::open(&rig.args.link, 9600).unwrap();
+        line.send(power.as_bytes()).unwrap();
+        until("somebody has turned power on", || rig.emulator.record().powered);
+        drop(line);
+        let recorder = Recorder::create(&rig.recording()).unwrap();
+        let mut arm = rig.arm(&setup(mode), recorder, false);
+        let calibrates = |record: &Record| record.calibrations_begun == 1;
+        let why = disturbed(&rig, &mut arm, calibrates, || rig.stop.store(true, Ordering::SeqCst));
+        assert!(why.contains("told to end"), "{why}");
+        let record = rig.emulator.record();
+        assert_eq!((record.power_ups, record.calibrations, record.powered), (1, 0, false), "{speaks:?}");
+        if speaks == Speaks::Monitor {
+            let said = std::fs::read_to_string(rig.recording()).unwrap();
+            let (_, after) = said.split_once(r#"> "Y\r\n""#).unwrap();
+            let at = |what: &str| after.find(what).unwrap_or_else(|| panic!("no {what} in {after}"));
+            assert!(
+                at(r#"> "DISABLE POWER\r\n""#) < at(r#"> "WHERE\r\n""#),
+                "before it is seen to stand: {after}"
+            );
+        }
+    }
+}
+
+/// One that may not be calibrated, for instance.
+#[test]
+fn an_arm_that_is_not_fit_to_move_loses_the_power_that_it_was_given() {
+    for (speaks, mode) in MODES {
+        let rig = Rig::start(speaks, |_| {});
+        let link = rig.args.link.clone();
+        let open = Box::new(move || Ok(Box::new(SerialLine::open(&link, 9600)?) as Box<dyn Line>));
+        let may = May { moves: true, home: false };
+        let mut arm = arm_on(&setup(mode), open, Recorder::default(), may, Arc::default(), None).unwrap();
+        let why = arm.enable().unwrap_err().to_string();
+        assert!(why.contains("not calibrated"), "{why}");
+        let record = rig.emulator.record();
+        assert_eq!((record.power_ups, record.powered), (1, false), "{speaks:?}");
+        assert_eq!(*arm.phase(), Phase::Inactive);
     }
 }
 
