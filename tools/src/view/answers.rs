@@ -36,10 +36,10 @@ pub(super) fn json(value: &impl Serialize) -> Reply {
     serde_json::to_vec(value).map_err(|error| Failure::of(error).into())
 }
 
-/// An answer of the daemon, or of memory as it was.
-pub(super) fn answer(answer: &Answer) -> Reply {
+/// An answer of the daemon, or of memory as it was; `undecided` says why its last decision can't be told, if so.
+pub(super) fn answer(answer: &Answer, undecided: Option<&str>) -> Reply {
     match answer {
-        Answer::Live(live) => json(&Shown::from(&**live)),
+        Answer::Live(live) => json(&Shown { undecided, ..Shown::from(&**live) }),
         Answer::Schemas(list) => json(list),
         Answer::Schema(schema) => json(&Whole::from(&**schema)),
         Answer::Report(report) => json(report),
@@ -117,6 +117,8 @@ struct Shown<'a> {
     bodies: &'a [pschema_protocol::inspect::BodyStatus],
     world: Vec<Noticed<'a>>,
     decision: Option<Decided<'a>>,
+    /// Why there is no decision, when there was one that can't be made again.
+    undecided: Option<&'a str>,
     newest: &'a [SchemaSummary],
     trace: Trace<'a>,
 }
@@ -146,6 +148,7 @@ impl<'a> From<&'a Live> for Shown<'a> {
             bodies: &live.bodies,
             world: live.world.iter().map(Noticed::from).collect(),
             decision: live.explanation.as_ref().map(Decided::from),
+            undecided: None,
             newest: &live.newest,
             trace: Trace::from(&live.trace),
         }

@@ -54,7 +54,7 @@ impl Connection {
                 })
             }
             answer if about => Err(unexpected(&answer).into()),
-            answer => answers::answer(&answer),
+            answer => answers::answer(&answer, None),
         }
     }
 

@@ -1,16 +1,19 @@
 //! Memory as it was at an earlier step, read from its data directory on a thread of its own.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hyper::StatusCode;
+use pschema_protocol::inspect::SchemaSort;
 use pschema_server::inspect;
 use pschema_server::mind::View;
+use pschema_store::past::PastError;
 
 use super::answers::{self, About};
 use super::question::{Asked, Question};
 use super::work::{Reply, Trouble, Worker};
 use crate::failure::Failure;
+use crate::learner::Asks;
 use crate::past::Remembered;
 
 /// Where memory is on disk, once that is known.
@@ -39,7 +42,16 @@ pub(super) fn begin(directory: Directory) -> Result<Worker, Failure> {
 /// The last moment that was asked about: whoever looks at one asks several questions of it.
 struct Memory {
     directory: Directory,
-    kept: Option<(PathBuf, u64, View)>,
+    kept: Option<Kept>,
+}
+
+/// Memory as it was after a step.
+struct Kept {
+    path: PathBuf,
+    step: u64,
+    view: View,
+    /// Why the last decision can't be made again; then `view` is without it, and tells everything else.
+    undecided: Option<String>,
 }
 
 impl Memory {
@@ -61,31 +73,59 @@ impl Memory {
             Some(step) => step,
             None => last_step(&path)?,
         };
-        let view = self.view(path, step)?;
-        answers::answer(&inspect::answer(view, &question.request()))
+        if matches!(question, Question::WhyNot { .. }) {
+            return why_not(&path, step, question);
+        }
+        let needs_decision = matches!(question, Question::Schemas { sort: SchemaSort::Excitation, .. });
+        let kept = self.kept(path, step)?;
+        match &kept.undecided {
+            Some(problem) if needs_decision => Err(Failure::Failed(problem.clone()).into()),
+            problem => answers::answer(&inspect::answer(&kept.view, &question.request()), problem.as_deref()),
+        }
     }
 
     /// Everything there is to ask of memory after `step`.
-    fn view(&mut self, path: PathBuf, step: u64) -> Result<&View, Trouble> {
-        let kept = self.kept.take().filter(|(known, at, _)| *known == path && *at == step);
+    fn kept(&mut self, path: PathBuf, step: u64) -> Result<&Kept, Trouble> {
+        let kept = self.kept.take().filter(|kept| kept.path == path && kept.step == step);
         let kept = match kept {
             Some(kept) => kept,
-            None => {
-                let remembered = Remembered::open(&path, Some(step))?;
-                let moment = remembered.past().moment_with_decision(Some(step)).map_err(Failure::from)?;
-                (path, step, remembered.view(moment))
-            }
+            None => Kept::rebuilt(path, step)?,
         };
-        Ok(&self.kept.insert(kept).2)
+        Ok(self.kept.insert(kept))
     }
 }
 
-fn last_step(path: &std::path::Path) -> Result<u64, Trouble> {
+impl Kept {
+    fn rebuilt(path: PathBuf, step: u64) -> Result<Self, Trouble> {
+        let remembered = Remembered::open(&path, Some(step))?;
+        let mut moment = remembered.past().moment(Some(step)).map_err(Failure::from)?;
+        // What is known does not depend on whether a decision can be made again: another release may decide otherwise.
+        let undecided = match remembered.past().decision(None, Some(step)) {
+            Ok(decided) => {
+                moment.decision = decided.decision;
+                None
+            }
+            Err(PastError::NeverDecided { .. }) => None,
+            Err(problem) => Some(problem.to_string()),
+        };
+        let view = remembered.view(moment);
+        Ok(Self { path, step, view, undecided })
+    }
+}
+
+/// A decision is weighed once more in memory as it was right after it, which may be some steps before `step`. Nothing of
+/// that is kept: a second memory may be large, and it is seldom asked for.
+fn why_not(path: &Path, step: u64, question: Question) -> Reply {
+    let answer = Remembered::open(path, Some(step))?.ask(&question.request())?;
+    answers::answer(&answer, None)
+}
+
+fn last_step(path: &Path) -> Result<u64, Trouble> {
     let moment = Remembered::open(path, None)?.past().moment(None).map_err(Failure::from)?;
     Ok(moment.step())
 }
 
-fn about(path: &std::path::Path) -> Reply {
+fn about(path: &Path) -> Reply {
     let remembered = Remembered::open(path, None)?;
     let past = remembered.past();
     let files = past.files().map_err(Failure::from)?;

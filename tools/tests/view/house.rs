@@ -125,6 +125,19 @@ impl House {
         data
     }
 
+    /// A life whose curriculum is over: its last step, which is given too, decided nothing.
+    pub(crate) fn finished(&self) -> (PathBuf, u64) {
+        let data = self.path("finished");
+        let arguments =
+            ["server", "--seed", "7", "--curriculum", "exp1-s1", "--data", data.to_str().unwrap()];
+        let daemon = self.start(&arguments);
+        let body = self.start(&["sim", "--seed", "7"]);
+        let ended = self.until(|status| status["stage_state"] == "finished");
+        body.end();
+        daemon.end();
+        (data, ended["step"].as_u64().unwrap())
+    }
+
     pub(crate) fn serve(&self, data: &Path) -> Process {
         self.start(&["server", "--seed", "7", "--data", data.to_str().unwrap()])
     }

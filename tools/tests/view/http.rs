@@ -5,6 +5,7 @@ use std::net::{Ipv4Addr, TcpStream};
 
 use serde_json::Value;
 
+use crate::forged::unlike;
 use crate::house::{Address, House, PATIENCE};
 
 /// What a server sent until it closed.
@@ -221,6 +222,60 @@ fn memory_on_disk_is_looked_into_without_a_daemon_and_takes_no_orders() {
     let (_, answer) = ask(&at, list);
     assert_eq!(answer["schemas"][0]["id"], 3, "{answer}");
     view.end();
+}
+
+fn of(question: &str, until: u64) -> String {
+    format!(r#"{{"question":{question},"until":{until}}}"#)
+}
+
+const LIVE: &str = r#"{"ask":"live","trace_from":0}"#;
+
+#[test]
+fn after_a_step_that_decided_nothing_the_decision_before_it_is_weighed() {
+    let house = House::new();
+    let (life, last) = house.finished();
+    let data = life.to_str().unwrap();
+    let (_view, at) = house.view(&["--data", data]);
+    let (_, live) = ask(&at, &of(LIVE, last));
+    let decided = live["decision"]["step"].as_u64().unwrap();
+    assert!(decided < last, "step {last} decided nothing: {live}");
+    assert_eq!((&live["step"], &live["undecided"]), (&Value::from(last), &Value::Null), "{live}");
+    let (status, answer) = ask(&at, &of(r#"{"ask":"why-not","id":3}"#, last));
+    assert_eq!(status, Some(200), "{answer}");
+    let text = answer["text"].as_str().unwrap();
+    assert!(text.contains(&decided.to_string()), "of step {decided}: {text}");
+    // Memory is still that of the moment, not of the decision.
+    let (_, again) = ask(&at, &of(LIVE, last));
+    assert_eq!(again["step"], last, "{again}");
+}
+
+#[test]
+fn a_decision_that_can_not_be_made_again_hides_nothing_else() {
+    let house = House::new();
+    let life = house.life(60);
+    let last = unlike(&life);
+    let (_view, at) = house.view(&["--data", life.to_str().unwrap()]);
+    let (status, live) = ask(&at, &of(LIVE, last));
+    assert_eq!((status, &live["decision"]), (Some(200), &Value::Null), "{live}");
+    assert!(live["undecided"].as_str().unwrap().contains("can't be explained"), "{live}");
+    assert!(live["schemas_total"].as_u64() > Some(0), "{live}");
+    let list = |sort: &str| {
+        of(&format!(r#"{{"ask":"schemas","generalised":false,"sort":"{sort}","limit":5,"offset":0}}"#), last)
+    };
+    for question in
+        [list("age"), of(r#"{"ask":"show","id":3}"#, last), of(r#"{"ask":"graph","depth":1}"#, last)]
+    {
+        let (status, answer) = ask(&at, &question);
+        assert_eq!(status, Some(200), "{question}: {answer}");
+    }
+    // What is told by the decision alone can't be told.
+    for question in [list("excitation"), of(r#"{"ask":"why-not","id":3}"#, last)] {
+        let (status, answer) = ask(&at, &question);
+        assert_eq!(status, Some(422), "{question}: {answer}");
+        assert!(answer["problem"].as_str().unwrap().contains("can't be explained"), "{answer}");
+    }
+    let (_, before) = ask(&at, &of(LIVE, 60));
+    assert!(before["decision"]["step"].is_u64() && before["undecided"].is_null(), "{before}");
 }
 
 #[test]

@@ -16,6 +16,19 @@ export const askNow = (question) => asked({ question });
 /** Asks a question of the moment that is looked at. */
 export const ask = (question) => asked({ question, until: moment.until });
 
+/**
+ * Makes a function to be called before each of several questions of one kind; what that gives tells, once the answer is
+ * there, whether it is still wanted: nothing was asked since, and the same moment is looked at.
+ */
+export function turns() {
+  let last = 0;
+  return () => {
+    const turn = (last += 1);
+    const { until } = moment;
+    return () => turn === last && until === moment.until;
+  };
+}
+
 async function asked(what) {
   let reply;
   try {

@@ -6,11 +6,11 @@ const panel = byId("why");
 const open = new Set();
 let shownStep = null;
 
-/** Shows a decision; while somebody reads the last one it stays. */
-export function showDecision(decision, force, onSchema) {
+/** Shows a decision, or why there is none; while somebody reads the last one it stays. */
+export function showDecision(decision, undecided, force, onSchema) {
   if (decision === null) {
     shownStep = null;
-    tell(byId("sentence"), "Nothing has been decided yet.");
+    tell(byId("sentence"), undecided ?? "Nothing has been decided yet.");
     tell(byId("why-note"), "");
     byId("candidates").replaceChildren();
     return;

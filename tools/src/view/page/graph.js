@@ -1,13 +1,15 @@
 // The network of schemas, as `pschema graph` draws it; here its nodes can be opened.
 
-import { ask } from "./ask.js";
+import { ask, turns } from "./ask.js";
 import { byId, tell, whole } from "./dom.js";
 
 const form = byId("draw");
 const root = byId("drawing").attachShadow({ mode: "open" });
 let onSchema = () => {};
 let view = null;
-let drawn = false;
+const turn = turns();
+/** Whether a drawing is wanted at all. */
+let wanted = false;
 
 /** Begins; `open` is called with a schema that was picked. */
 export function begin(open) {
@@ -28,22 +30,24 @@ export function around(id) {
   byId("graph").scrollIntoView({ block: "start" });
 }
 
-/** Draws again what is drawn, if anything is: another moment is looked at. */
+/** Draws again what was asked for, if anything was: another moment is looked at. */
 export function again() {
-  if (drawn) show();
+  if (wanted) show();
 }
 
 async function show() {
   const given = form.elements.around.value.trim();
+  const isWanted = turn();
+  wanted = true;
   tell(byId("graph-note"), "Drawing…");
   try {
     const graph = await ask({ ask: "graph", around: given === "" ? null : Number(given), depth: Number(form.elements.depth.value) || 1 });
+    if (!isWanted()) return;
     place(graph);
-    drawn = true;
     tell(byId("graph-note"), `Step ${whole(graph.step)}: ${whole(graph.nodes_total)} schemas, ${whole(graph.shown)} told one by one, `
       + `${whole(graph.edges_total)} ties.${graph.truncated ? " Not all is told: draw around one of them." : ""} Ctrl or Shift with the wheel, or + and −, zoom; drag moves; a node opens.`);
   } catch (trouble) {
-    tell(byId("graph-note"), trouble.message);
+    if (isWanted()) tell(byId("graph-note"), trouble.message);
   }
 }
 

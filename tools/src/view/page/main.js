@@ -45,7 +45,7 @@ function showMoment(live, past) {
     one.new && !past ? el("span", { class: "badge" }, "new") : null,
     el("span", { class: "n" }, `N ${whole(one.attention)}`))));
   showPerceived(perceived);
-  showDecision(live.decision, past, schemas.showOne);
+  showDecision(live.decision, live.undecided, past, schemas.showOne);
   if (!isBeingRead(byId("newest"))) schemas.showNewest(live.newest);
   showFacts(live, past);
 }
@@ -157,12 +157,23 @@ async function showPast(until) {
     if (!about.live) showHeader(live);
     trace.show();
     document.body.dataset.shown = String(live.step);
-    await Promise.all([schemas.list(0), renewOne()]);
-    graph.again();
+    await renewRest();
+    if (moment.until !== until) return;
     tell(byId("when"), `Memory as it was after step ${whole(live.step)}, rebuilt from ${about.directory}.`);
   } catch (trouble) {
+    if (moment.until !== until) return;
     tell(byId("when"), trouble.message);
+    delete document.body.dataset.shown;
+    // Each part says for itself what it can't tell.
+    await renewRest();
   }
+}
+
+/** What was asked for of another moment is asked for again. */
+async function renewRest() {
+  const { until } = moment;
+  await Promise.all([schemas.list(0), renewOne()]);
+  if (moment.until === until) graph.again();
 }
 
 async function renewOne() {
@@ -181,16 +192,14 @@ async function present() {
   tell(byId("rate"), "");
   if (now !== null) showMoment(now, false);
   trace.show();
-  await Promise.all([schemas.list(0), renewOne()]);
-  graph.again();
+  await renewRest();
 }
 
-/** Orders something, and says what came of it; whether it was obeyed. */
+/** Orders something, and says what came of it; whether it was obeyed. What it changed is seen in the next look. */
 async function order(question, done) {
   try {
     await askNow(question);
     tell(byId("ordered"), done);
-    await look();
     return true;
   } catch (trouble) {
     tell(byId("ordered"), trouble.message);

@@ -1,12 +1,16 @@
 // The list of schemas, and one of them whole. The daemon filters, sorts and pages.
 
-import { ask } from "./ask.js";
+import { ask, turns } from "./ask.js";
 import { byId, el, notation, share, tell, whole } from "./dom.js";
 
 const PAGE = 20;
 const form = byId("filter");
+const listTurn = turns();
+const oneTurn = turns();
+const whyTurn = turns();
 let offset = 0;
-let asked = 0;
+/** The schema that is shown, or is about to be. */
+let wantedOne = null;
 let onGraph = () => {};
 
 /** Begins; `graph` is called with a schema whose graph is wanted. */
@@ -25,18 +29,17 @@ export function begin(graph) {
 export async function list(from = offset) {
   const wanted = new FormData(form);
   const given = (name) => String(wanted.get(name) ?? "").trim() || null;
-  const turn = (asked += 1);
+  const isWanted = listTurn();
   try {
     const answer = await ask({
       ask: "schemas", action: given("action"), pre: given("pre"), post: given("post"),
       generalised: wanted.has("generalised"), sort: given("sort") ?? "age", limit: PAGE, offset: from,
     });
-    // An answer to an earlier question has been overtaken.
-    if (turn !== asked) return;
+    if (!isWanted()) return;
     offset = from;
     showList(answer);
   } catch (trouble) {
-    if (turn === asked) tell(byId("schemas-note"), trouble.message);
+    if (isWanted()) tell(byId("schemas-note"), trouble.message);
   }
 }
 
@@ -68,21 +71,23 @@ export function showNewest(schemas) {
 /** Shows one schema whole. */
 export async function showOne(id, quiet = false) {
   const panel = byId("one");
+  const isWanted = oneTurn();
+  wantedOne = id;
+  let parts;
   try {
-    const schema = await ask({ ask: "show", id });
-    byId("whole").replaceChildren(...one(schema));
-    tell(byId("one-title"), `Schema ${schema.id}`);
-    panel.dataset.schema = String(id);
+    parts = one(await ask({ ask: "show", id }));
   } catch (trouble) {
-    byId("whole").replaceChildren(el("p", {}, trouble.message));
-    tell(byId("one-title"), `Schema ${id}`);
+    parts = [el("p", {}, trouble.message)];
   }
+  if (!isWanted()) return;
+  byId("whole").replaceChildren(...parts);
+  tell(byId("one-title"), `Schema ${id}`);
   panel.hidden = false;
   if (!quiet) panel.focus();
 }
 
-/** The schema shown, if one is. */
-export const shownOne = () => (byId("one").hidden ? null : Number(byId("one").dataset.schema));
+/** The schema that is shown or about to be, if one is. */
+export const shownOne = () => wantedOne;
 
 function one(schema) {
   const reasons = el("div", {});
@@ -142,10 +147,13 @@ function written(observation) {
 }
 
 async function whyNot(id, to) {
+  const isWanted = whyTurn();
+  let told;
   try {
-    to.replaceChildren(el("pre", {}, (await ask({ ask: "why-not", id })).text));
+    told = el("pre", {}, (await ask({ ask: "why-not", id })).text);
   } catch (trouble) {
-    to.replaceChildren(el("p", {}, trouble.message));
+    told = el("p", {}, trouble.message);
   }
+  if (isWanted()) to.replaceChildren(told);
 }
 
