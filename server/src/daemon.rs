@@ -470,6 +470,12 @@ impl Daemon {
             Ok(()) => {
                 self.asking.insert(self.asked, (reply, self.batch));
             }
+            // It was obeyed, which is not to be taken for a refusal.
+            Err(_) if stops => {
+                let told =
+                    format!("it is held; {JOBS_MAX} questions are waiting, so no more can be told of it");
+                reply.answer(encoded(&Answer::Error(told)));
+            }
             Err(answer) => reply.answer(answer),
         }
     }

@@ -15,7 +15,7 @@ use pschema_protocol::picture::Seen;
 use pschema_protocol::transport::pictures::PictureWatch;
 
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for, unexpected};
+use crate::learner::{Learner, ask_for};
 
 pub(crate) use lines::Lines;
 
@@ -80,29 +80,36 @@ pub(crate) fn record(
     stop: &AtomicBool,
 ) -> Result<Recorded, Failure> {
     let mut learner = Learner::connect_at(place)?;
-    let mut eye = if pictures { Some(PictureWatch::open(place).map_err(Failure::of)?) } else { None };
+    let eye = if pictures { Some(PictureWatch::open(place).map_err(Failure::of)?) } else { None };
     let mut recorded = Recorded::default();
+    let followed = follow(&mut learner, eye, recorders, steps_max, stop, &mut recorded);
+    // What was written stays, however it ended.
+    recorders.iter_mut().try_for_each(|recorder| recorder.finish())?;
+    match followed {
+        // The daemon has ended, and what it did is written down.
+        Err(Failure::NoDaemon(_)) | Ok(()) => Ok(recorded),
+        Err(failure) => Err(failure),
+    }
+}
+
+fn follow(
+    learner: &mut Learner,
+    mut eye: Option<PictureWatch>,
+    recorders: &mut [Box<dyn Recorder>],
+    steps_max: u64,
+    stop: &AtomicBool,
+    recorded: &mut Recorded,
+) -> Result<(), Failure> {
     let (mut from, mut known) = (0, None);
     while !stop.load(Ordering::Relaxed) && recorded.steps < steps_max {
         let query = LiveQuery { trace_from: from, candidates_max: 1, terms_max: 0, newest_max: NEWEST_MAX };
-        let live = match learner.ask(&Request::Live(query)) {
-            Ok(Answer::Live(live)) => live,
-            Ok(other) => return Err(unexpected(&other)),
-            // It has ended, and what it did is written down.
-            Err(Failure::NoDaemon(_)) => break,
-            Err(failure) => return Err(failure),
-        };
+        let live = ask_for!(learner, &Request::Live(query), Answer::Live)?;
         recorded.steps_missed += live.trace.from.saturating_sub(from);
         let left = usize::try_from(steps_max - recorded.steps).unwrap_or(usize::MAX);
         let records = &live.trace.records[..live.trace.records.len().min(left)];
         from = live.trace.from + records.len() as u64;
-        steps(&live, records, recorders, &mut recorded)?;
-        if known.is_some() || from >= live.trace.total {
-            match schemas(&live, &mut learner, &mut known, recorders, &mut recorded) {
-                Err(Failure::NoDaemon(_)) => break,
-                told => told?,
-            }
-        }
+        steps(&live, records, recorders, recorded)?;
+        schemas(&live, learner, &mut known, recorders, recorded)?;
         let seen = eye.as_ref().map(PictureWatch::newest).transpose().unwrap_or_else(|error| {
             tracing::warn!(%error, "no more pictures are recorded");
             None
@@ -119,8 +126,7 @@ pub(crate) fn record(
             std::thread::sleep(PAUSE);
         }
     }
-    recorders.iter_mut().try_for_each(|recorder| recorder.finish())?;
-    Ok(recorded)
+    Ok(())
 }
 
 fn steps(
