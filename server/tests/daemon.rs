@@ -177,6 +177,10 @@ fn orders_of_tools_are_obeyed_and_mistakes_explained() {
     let mut daemon = Daemon::start(setup(1, free()));
     let mut client = daemon.client();
     assert_eq!(status(&mut client).stage_state, "waiting for a body");
+    // A step that nobody can take now must not be taken by whoever attaches later.
+    let step = client.ask::<_, Answer>(&Request::Stage(StageOrder::Step)).unwrap();
+    assert!(matches!(&step, Answer::Error(problem) if problem.contains("body")), "{step:?}");
+    assert_eq!(status(&mut client).stage_state, "waiting for a body");
     let body = Running::start(&daemon.place, Row::new("row"));
     until(&mut client, |status| status.step > 10);
     assert_eq!(report(&mut client, &Request::Stage(StageOrder::Hold)).stage_state, "held");
