@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use pschema_inspect::{Answer, Request};
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::Place;
-use pschema_protocol::inspect::{Answer, Request};
 
 use crate::watch::Beat;
 

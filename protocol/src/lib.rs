@@ -12,7 +12,6 @@ pub mod decode;
 pub mod description;
 pub mod domain;
 pub mod encode;
-pub mod inspect;
 pub mod limits;
 pub mod message;
 pub mod observed;

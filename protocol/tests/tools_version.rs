@@ -5,9 +5,7 @@
 
 use std::path::PathBuf;
 
-use pschema_protocol::inspect::{
-    Answer, GraphScope, GraphTie, Request, SchemaSort, StageOrder, ValueText, Verdict,
-};
+use pschema_inspect::{Answer, GraphScope, GraphTie, Request, SchemaSort, StageOrder, ValueText, Verdict};
 use pschema_protocol::wire::TOOLS_VERSION;
 use serde_reflection::{Registry, Tracer, TracerConfig};
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use pschema_protocol::inspect::Growth as Row;
+use pschema_inspect::Growth as Row;
 
 use crate::latency::Histogram;
 

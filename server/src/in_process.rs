@@ -4,11 +4,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use pschema_inspect::{Answer, Report, Request};
 use pschema_learner::digest::digest;
 use pschema_learner::progress::{StageCommand, StageCommandError};
 use pschema_learner::step::{Learner, LearnerError};
 use pschema_protocol::body::{Body, BodyLoop, Directive};
-use pschema_protocol::inspect::{Answer, Report, Request};
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::{decode, encode};
 

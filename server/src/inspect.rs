@@ -13,9 +13,9 @@ mod why_not;
 
 use std::collections::BTreeMap;
 
+use pschema_inspect::{Answer, Report, Request, StageSummary, Status};
 use pschema_learner::digest::digest;
 use pschema_learner::progress::StageReport;
-use pschema_protocol::inspect::{Answer, Report, Request, StageSummary, Status};
 
 use crate::growth::resident_bytes;
 use crate::mind::View;

@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_channel};
 use std::thread::JoinHandle;
 
+use pschema_inspect::{Answer, Request};
 use pschema_protocol::codec;
-use pschema_protocol::inspect::{Answer, Request};
 
 use crate::inspect;
 use crate::mind::View;

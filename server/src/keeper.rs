@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use pschema_inspect::Storage;
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::{Content, Memory};
-use pschema_protocol::inspect::Storage;
 use pschema_store::{Cause, Change, Durability, Retention, Store, StoreError};
 
 /// Where and how memory is kept.

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use pschema_inspect::{BodyStatus, RefusalCount, Storage};
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::decision::Decision;
 use pschema_learner::effect::Effect;
@@ -18,7 +19,6 @@ use pschema_learner::schema::SchemaId;
 use pschema_learner::step::{Learner, LearnerError, Step};
 use pschema_learner::vocabulary::BodyId;
 use pschema_learner::vocabulary::limits::SYMBOLS_MAX;
-use pschema_protocol::inspect::{BodyStatus, RefusalCount, Storage};
 use pschema_protocol::message::RawFrame;
 
 use crate::growth::Growth;

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use pschema_protocol::inspect::RefusalCount;
+use pschema_inspect::RefusalCount;
 use pschema_protocol::refusal;
 
 /// Lines that peers may cause in the log within [`WINDOW`].

@@ -12,10 +12,10 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use common::{Row, curriculum, free, setup};
+use pschema_inspect::{Answer, Live, LiveQuery, Report, Request, SchemaQuery, StageOrder, Status};
 use pschema_protocol::body::{Ending, RunError, RunOptions, RunSummary};
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::inspect::{Answer, Live, LiveQuery, Report, Request, SchemaQuery, StageOrder, Status};
 use pschema_server::in_process::run_in_process;
 use pschema_server::{ServerError, Setup, serve};
 

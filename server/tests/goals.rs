@@ -9,13 +9,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use common::{Row, curriculum, free, setup};
+use pschema_inspect::{Answer, Condition, Plan, Prediction, Pursuit, Request, StageOrder, Status, ValueText};
 use pschema_learner::progress::StageCommand;
 use pschema_protocol::body::RunOptions;
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::inspect::{
-    Answer, Condition, Plan, Prediction, Pursuit, Request, StageOrder, Status, ValueText,
-};
 use pschema_server::in_process::{InProcess, Progress};
 use pschema_server::serve;
 

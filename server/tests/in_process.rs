@@ -7,9 +7,9 @@ mod common;
 use std::sync::atomic::AtomicBool;
 
 use common::{FIELDS, Row, curriculum, free, setup};
+use pschema_inspect::{Answer, Report, Request, SchemaQuery, SchemaSort, StageOrder, ValueText};
 use pschema_learner::curriculum::{Argument, Lift, Stage};
 use pschema_learner::progress::StageCommand;
-use pschema_protocol::inspect::{Answer, Report, Request, SchemaQuery, SchemaSort, StageOrder, ValueText};
 use pschema_server::in_process::{InProcess, Progress, run_in_process};
 
 fn run(seed: u64) -> Report {

@@ -7,7 +7,7 @@ mod common;
 use std::collections::BTreeSet;
 
 use common::{FIELDS, Row, curriculum, setup};
-use pschema_protocol::inspect::{
+use pschema_inspect::{
     Answer, Explanation, Graph, GraphQuery, GraphTie, Request, SchemaDetail, SchemaList, SchemaQuery,
     SchemaSort, Verdict, WhyNot,
 };
@@ -85,9 +85,8 @@ fn the_whole_graph_is_what_is_told_of_each_schema() {
     // Every babbled schema brings the finger somewhere, and any place will do for the law's target.
     let carriers = pairs(&|law| {
         let brings = |s: &&SchemaDetail| {
-            let made = |c: &&pschema_protocol::inspect::Condition| {
-                !s.pre.contains(&c.observation) && c.probability >= 0.5
-            };
+            let made =
+                |c: &&pschema_inspect::Condition| !s.pre.contains(&c.observation) && c.probability >= 0.5;
             !general(s)
                 && s.post.iter().filter(made).any(|c| law.target.iter().any(|t| t.kind == c.observation.kind))
         };

@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use common::{Row, free, setup};
+use pschema_inspect::{Answer, Request, Status};
 use pschema_protocol::body::BodyLoop;
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::inspect::{Answer, Request, Status};
 use pschema_protocol::message::RawFrame;
 use pschema_protocol::transport::body_link::BodyLink;
 use pschema_protocol::wire::{WireReply, reply};

@@ -5,8 +5,8 @@
 mod common;
 
 use common::{Row, curriculum, setup};
+use pschema_inspect::{Answer, Request, Status};
 use pschema_learner::curriculum::{Curriculum, Habituation};
-use pschema_protocol::inspect::{Answer, Request, Status};
 use pschema_server::in_process::{InProcess, Progress};
 
 const EXECUTIONS_MIN: u32 = 4;

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{FIELDS, Row, curriculum, free, setup};
-use pschema_protocol::inspect::{Answer, Request, TracePage, TraceRecord};
+use pschema_inspect::{Answer, Request, TracePage, TraceRecord};
 use pschema_server::in_process::{InProcess, Progress};
 
 fn finished(seed: u64) -> InProcess<Row> {

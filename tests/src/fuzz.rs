@@ -5,13 +5,13 @@ use std::cell::{OnceCell, RefCell};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use pschema_inspect::{Answer, GraphQuery, Request, SchemaQuery, SchemaSort, StageOrder};
 use pschema_protocol::body::{Body, BodyLoop, Senses};
 use pschema_protocol::codec;
 use pschema_protocol::decode::{self, CheckedWelcome};
 use pschema_protocol::description::Description;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_protocol::encode;
-use pschema_protocol::inspect::{Answer, GraphQuery, Request, SchemaQuery, SchemaSort, StageOrder};
 use pschema_protocol::message::{RawFrame, RawHello};
 use pschema_protocol::wire::{Record, Text, Welcome, WireProperty, WireReply};
 use pschema_server::in_process::InProcess;

@@ -6,11 +6,11 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 
+use pschema_inspect::{Answer, Request};
 use pschema_protocol::body::BodyLoop;
 use pschema_protocol::client::Client;
 use pschema_protocol::description::Description;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::inspect::{Answer, Request};
 use pschema_protocol::message::RawFrame;
 use pschema_protocol::refusal;
 use pschema_protocol::transport::TransportError;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use pschema_inspect::SchemaSort;
 use pschema_protocol::domain::LearnerName;
-use pschema_protocol::inspect::SchemaSort;
 use pschema_server::config::BodyKind;
 
 use crate::run::Seeds;

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
+use pschema_inspect::{Answer, Request};
 use pschema_protocol::client::{Client, ClientError};
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::inspect::{Answer, Request};
 
 use crate::failure::Failure;
 

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use pschema_inspect::{Answer, Request, SchemaSort};
 use pschema_protocol::domain::LearnerName;
-use pschema_protocol::inspect::{Answer, Request, SchemaSort};
 use pschema_server::inspect;
 use pschema_server::mind::{HostFacts, View};
 use pschema_store::past::{Moment, Past, PastError};

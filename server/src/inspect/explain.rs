@@ -1,9 +1,9 @@
 //! Why an action was chosen.
 
+use pschema_inspect::{ExcitationTerm, Explanation};
 use pschema_learner::decision::{Candidate, Decision, Role, Subject, Term as LearntTerm};
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
-use pschema_protocol::inspect::{self, ExcitationTerm, Explanation};
 
 use super::{goals, text, trace};
 use crate::mind::View;
@@ -60,7 +60,7 @@ fn explanation(content: &Content, decision: &Decision, candidates_max: u32) -> E
     }
 }
 
-pub(super) fn candidate(content: &Content, from: &Candidate) -> inspect::Candidate {
+pub(super) fn candidate(content: &Content, from: &Candidate) -> pschema_inspect::Candidate {
     let (schema, text, binding) = match from.subject {
         Subject::Schema(id) => {
             let text = content.schema(id).map(|schema| notation::schema(content, schema));
@@ -68,7 +68,7 @@ pub(super) fn candidate(content: &Content, from: &Candidate) -> inspect::Candida
         }
         Subject::Primitive(id) => (None, notation::primitive(&content.vocabulary, id), Vec::new()),
     };
-    inspect::Candidate {
+    pschema_inspect::Candidate {
         schema,
         text,
         binding,

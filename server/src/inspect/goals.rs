@@ -1,5 +1,9 @@
 //! Goals: what would happen, how something could be brought about, and how what is pursued is doing.
 
+use pschema_inspect::{
+    Condition, GoalFollowed, GoalSummary, ObservationText, Plan, PlanMade, PlanStep, Prediction, Pursuit,
+    SchemaInUse,
+};
 use pschema_learner::decision::ForGoal;
 use pschema_learner::effect::ChainLink;
 use pschema_learner::goals::{self, Goal};
@@ -12,10 +16,6 @@ use pschema_learner::pursuit::{Because, Ending};
 use pschema_learner::schema::PostCondition;
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::world_state::WorldState;
-use pschema_protocol::inspect::{
-    Condition, GoalFollowed, GoalSummary, ObservationText, Plan, PlanMade, PlanStep, Prediction, Pursuit,
-    SchemaInUse,
-};
 
 use super::{schemas, text};
 use crate::mind::View;

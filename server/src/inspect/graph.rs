@@ -7,12 +7,12 @@ mod whole;
 
 use std::collections::BTreeMap;
 
+use pschema_inspect::{
+    Graph, GraphCluster, GraphEdge, GraphNode, GraphQuery, GraphScope, Plan, SchemaSummary,
+};
 use pschema_learner::memory::Content;
 use pschema_learner::observation::TypeId;
 use pschema_learner::schema::{Form, ObservationId, Schema, SchemaId, signature};
-use pschema_protocol::inspect::{
-    Graph, GraphCluster, GraphEdge, GraphNode, GraphQuery, GraphScope, Plan, SchemaSummary,
-};
 
 use super::{goals, no_schema, schemas};
 use crate::mind::View;

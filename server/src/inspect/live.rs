@@ -3,9 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use pschema_inspect::{Candidate, ExcitationTerm, Live, LiveQuery, Perceived, SchemaSummary};
 use pschema_learner::notation;
 use pschema_learner::observation::Observation;
-use pschema_protocol::inspect::{Candidate, ExcitationTerm, Live, LiveQuery, Perceived, SchemaSummary};
 
 use super::{counts, explain, goals, schemas, stage, stage_name, text, trace};
 use crate::growth::resident_bytes;

@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BinaryHeap};
 
+use pschema_inspect::{SchemaDetail, SchemaList, SchemaQuery, SchemaSort, SchemaSummary};
 use pschema_learner::decision::Subject;
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, Pattern, PropertyId, Term};
 use pschema_learner::schema::{Form, ObservationId, Schema, SchemaId};
-use pschema_protocol::inspect::{SchemaDetail, SchemaList, SchemaQuery, SchemaSort, SchemaSummary};
 
 use super::{LIST_MAX, text};
 use crate::mind::View;

@@ -1,9 +1,9 @@
 //! How near the present stage is to its end: saturation (paper, II-F), habituation (II-G) and trials.
 
+use pschema_inspect::{HabituationStatus, SaturationStatus, TrialStatus};
 use pschema_learner::curriculum::{Habituation, Stage};
 use pschema_learner::schema::Schema;
 use pschema_learner::world_state::WorldState;
-use pschema_protocol::inspect::{HabituationStatus, SaturationStatus, TrialStatus};
 
 use crate::mind::View;
 

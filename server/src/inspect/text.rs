@@ -1,12 +1,12 @@
 //! Observations, patterns and bindings as tools get them.
 
+use pschema_inspect::{Condition, ObservationText, ValueText};
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, Pattern, PropertyId, Substitution, Term, Value, Variable};
 use pschema_learner::probability::Count;
 use pschema_learner::schema::{Generalised, SchemaId};
 use pschema_learner::vocabulary::{ValueKind, Vocabulary, bin_middle};
-use pschema_protocol::inspect::{Condition, ObservationText, ValueText};
 
 pub(super) fn observation(vocabulary: &Vocabulary, from: &Observation) -> ObservationText {
     pattern(vocabulary, &Pattern::from(from))

@@ -1,10 +1,10 @@
 //! What was decided in each step, page by page.
 
+use pschema_inspect::{TracePage, TraceRecord, TracedDecision};
 use pschema_learner::decision::Reason;
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, TypeId, Value};
 use pschema_learner::vocabulary::Vocabulary;
-use pschema_protocol::inspect::{TracePage, TraceRecord, TracedDecision};
 use pschema_protocol::limits::ANSWER_BYTES_MAX;
 
 use super::text;

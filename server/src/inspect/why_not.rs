@@ -1,12 +1,12 @@
 //! Why a schema was not executed.
 
+use pschema_inspect::{Difference, Lacking, Verdict, WhyNot};
 use pschema_learner::decision::Decision;
 use pschema_learner::memory::{Content, Memory};
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, Term};
 use pschema_learner::schema::SchemaId;
 use pschema_learner::why_not::{self, WeighError, Weighed};
-use pschema_protocol::inspect::{Difference, Lacking, Verdict, WhyNot};
 
 use super::{explain, goals, no_schema, schemas, text, trace};
 use crate::mind::View;
@@ -65,7 +65,7 @@ fn told(view: &View, decision: &Decision, id: u32, weighed: &Weighed) -> Option<
     })
 }
 
-fn observations(content: &Content, list: &[Observation]) -> Vec<pschema_protocol::inspect::ObservationText> {
+fn observations(content: &Content, list: &[Observation]) -> Vec<pschema_inspect::ObservationText> {
     list.iter().map(|one| text::observation(&content.vocabulary, one)).collect()
 }
 

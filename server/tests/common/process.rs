@@ -9,13 +9,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use pschema_inspect::{Answer, Request, Status};
 use pschema_learner::memory::Memory;
 use pschema_learner::parameters::Parameters;
 use pschema_protocol::body::{Body, Outcome, RunOptions, Senses};
 use pschema_protocol::client::Client;
 use pschema_protocol::description::{Action, Description};
 use pschema_protocol::domain::{LearnerName, OwnedDomain, Place, RuntimeDir};
-use pschema_protocol::inspect::{Answer, Request, Status};
 use pschema_server::{Setup, config};
 use pschema_store::Options;
 

@@ -9,10 +9,10 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use pschema_inspect::{Answer, Request};
 use pschema_protocol::body::{RunOptions, run};
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::inspect::{Answer, Request};
 use pschema_tests::Row;
 use tracing::field::{Field, Visit};
 use tracing::{Event, Subscriber};

@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
+use pschema_inspect::{Answer, GraphQuery, Request, SchemaQuery, SchemaSort};
 use pschema_learner::decision::{Decision, Subject};
 use pschema_protocol::codec;
-use pschema_protocol::inspect::{Answer, GraphQuery, Request, SchemaQuery, SchemaSort};
 use pschema_server::inspect;
 use pschema_server::mind::{HostFacts, View};
 use serde::Serialize;

@@ -3,8 +3,8 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
+use pschema_inspect::{Answer, Pursuit, Request};
 use pschema_protocol::domain::LearnerName;
-use pschema_protocol::inspect::{Answer, Pursuit, Request};
 
 use crate::cli::AchieveArgs;
 use crate::failure::Failure;

@@ -1,7 +1,7 @@
 //! `pschema explain`.
 
+use pschema_inspect::{Answer, Request};
 use pschema_protocol::domain::LearnerName;
-use pschema_protocol::inspect::{Answer, Request};
 
 use crate::cli::ExplainArgs;
 use crate::failure::Failure;

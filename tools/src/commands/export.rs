@@ -5,8 +5,8 @@ use std::io::{self, BufWriter, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
+use pschema_inspect::{Answer, Request};
 use pschema_protocol::domain::LearnerName;
-use pschema_protocol::inspect::{Answer, Request};
 use pschema_store::past::Past;
 use pschema_store::past::export::{ExportError, Lines};
 

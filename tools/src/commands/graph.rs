@@ -2,8 +2,8 @@
 
 use std::io::Write;
 
+use pschema_inspect::{Answer, Graph, GraphQuery, Request};
 use pschema_protocol::domain::LearnerName;
-use pschema_protocol::inspect::{Answer, Graph, GraphQuery, Request};
 
 use crate::cli::{GraphArgs, GraphFormat};
 use crate::failure::Failure;

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use pschema_protocol::inspect::{Answer, Request};
+use pschema_inspect::{Answer, Request};
 use pschema_store::past::Made;
 use serde::Serialize;
 

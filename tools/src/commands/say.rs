@@ -1,7 +1,7 @@
 //! `pschema say WORD...`.
 
+use pschema_inspect::{Answer, Request};
 use pschema_protocol::domain::LearnerName;
-use pschema_protocol::inspect::{Answer, Request};
 
 use crate::cli::SayArgs;
 use crate::failure::Failure;

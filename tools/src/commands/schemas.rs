@@ -1,7 +1,7 @@
 //! `pschema schemas`.
 
+use pschema_inspect::{Answer, Request, SchemaQuery};
 use pschema_protocol::domain::LearnerName;
-use pschema_protocol::inspect::{Answer, Request, SchemaQuery};
 
 use crate::cli::SchemasArgs;
 use crate::failure::Failure;

@@ -1,7 +1,7 @@
 //! `pschema stage [show|next|hold|resume|set NAME]`.
 
+use pschema_inspect::{Answer, Request, StageOrder};
 use pschema_protocol::domain::LearnerName;
-use pschema_protocol::inspect::{Answer, Request, StageOrder};
 
 use crate::cli::{DataArgs, StageArgs, StageCommand};
 use crate::failure::Failure;

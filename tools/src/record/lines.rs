@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use pschema_protocol::inspect::{SchemaSummary, TraceRecord};
+use pschema_inspect::{SchemaSummary, TraceRecord};
 use pschema_protocol::picture::Seen;
 use serde::Serialize;
 

@@ -9,8 +9,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use pschema_inspect::{Answer, Live, LiveQuery, Request, SchemaQuery, SchemaSummary, TraceRecord};
 use pschema_protocol::domain::Place;
-use pschema_protocol::inspect::{Answer, Live, LiveQuery, Request, SchemaQuery, SchemaSummary, TraceRecord};
 use pschema_protocol::picture::Seen;
 use pschema_protocol::transport::pictures::PictureWatch;
 

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use pschema_protocol::inspect::{SchemaSummary, TraceRecord};
+use pschema_inspect::{SchemaSummary, TraceRecord};
 use pschema_protocol::picture::Seen;
 use re_sdk::{RecordingStream, RecordingStreamBuilder};
 use re_sdk_types::AsComponents;

@@ -1,6 +1,6 @@
 //! `explain` for people: a sentence first, then the sum that made it so.
 
-use pschema_protocol::inspect::{Candidate, ExcitationTerm, Explanation, ObservationText, ValueText};
+use pschema_inspect::{Candidate, ExcitationTerm, Explanation, ObservationText, ValueText};
 
 use super::goals;
 use super::schema::wrapped;

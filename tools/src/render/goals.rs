@@ -1,6 +1,6 @@
 //! `predict`, `plan` and `achieve` for people.
 
-use pschema_protocol::inspect::{
+use pschema_inspect::{
     Condition, GoalFollowed, ObservationText, Plan, PlanMade, Prediction, Pursuit, SchemaInUse,
 };
 

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use pschema_protocol::inspect::*;
+use pschema_inspect::*;
 use serde::Serialize;
 
 use super::{explanation, figures, goals, json, json_goals, schema, status, why_not};

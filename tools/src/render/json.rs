@@ -1,7 +1,7 @@
 //! The JSON of `--json`: what a daemon answers, with observations as objects. Field names never change meaning;
 //! `docs/CLI.md` documents them.
 
-use pschema_protocol::inspect::{
+use pschema_inspect::{
     Candidate, Condition, ExcitationTerm, Explanation, ObservationText, SchemaDetail, ValueText,
 };
 use serde::ser::SerializeMap;

@@ -1,6 +1,6 @@
 //! The JSON of `predict`, `plan` and `achieve`.
 
-use pschema_protocol::inspect::{self, SchemaInUse};
+use pschema_inspect::SchemaInUse;
 use serde::Serialize;
 
 use super::json::{Counted, Observation, Values, all};
@@ -35,8 +35,8 @@ pub(crate) struct Prediction<'a> {
     outcomes: Vec<Counted<'a>>,
 }
 
-impl<'a> From<&'a inspect::Prediction> for Prediction<'a> {
-    fn from(p: &'a inspect::Prediction) -> Self {
+impl<'a> From<&'a pschema_inspect::Prediction> for Prediction<'a> {
+    fn from(p: &'a pschema_inspect::Prediction) -> Self {
         Self {
             body: &p.body,
             action: &p.action,
@@ -71,8 +71,8 @@ struct Step<'a> {
     probability: f64,
 }
 
-impl<'a> From<&'a inspect::PlanStep> for Step<'a> {
-    fn from(s: &'a inspect::PlanStep) -> Self {
+impl<'a> From<&'a pschema_inspect::PlanStep> for Step<'a> {
+    fn from(s: &'a pschema_inspect::PlanStep) -> Self {
         Self {
             schema: (&s.schema).into(),
             relies_on: all(&s.relies_on),
@@ -83,8 +83,8 @@ impl<'a> From<&'a inspect::PlanStep> for Step<'a> {
     }
 }
 
-impl<'a> From<&'a inspect::Plan> for Plan<'a> {
-    fn from(p: &'a inspect::Plan) -> Self {
+impl<'a> From<&'a pschema_inspect::Plan> for Plan<'a> {
+    fn from(p: &'a pschema_inspect::Plan) -> Self {
         Self {
             body: &p.body,
             goal: &p.goal,
@@ -121,8 +121,8 @@ struct PlanMade<'a> {
     search_truncated: bool,
 }
 
-impl<'a> From<&'a inspect::PlanMade> for PlanMade<'a> {
-    fn from(p: &'a inspect::PlanMade) -> Self {
+impl<'a> From<&'a pschema_inspect::PlanMade> for PlanMade<'a> {
+    fn from(p: &'a pschema_inspect::PlanMade) -> Self {
         Self {
             after_actions: p.after_actions,
             because: &p.because,
@@ -133,8 +133,8 @@ impl<'a> From<&'a inspect::PlanMade> for PlanMade<'a> {
     }
 }
 
-impl<'a> From<&'a inspect::Pursuit> for Pursuit<'a> {
-    fn from(p: &'a inspect::Pursuit) -> Self {
+impl<'a> From<&'a pschema_inspect::Pursuit> for Pursuit<'a> {
+    fn from(p: &'a pschema_inspect::Pursuit) -> Self {
         Self {
             number: p.number,
             body: &p.body,
@@ -158,8 +158,8 @@ pub(super) struct Followed<'a> {
     probability: f64,
 }
 
-impl<'a> From<&'a inspect::GoalFollowed> for Followed<'a> {
-    fn from(f: &'a inspect::GoalFollowed) -> Self {
+impl<'a> From<&'a pschema_inspect::GoalFollowed> for Followed<'a> {
+    fn from(f: &'a pschema_inspect::GoalFollowed) -> Self {
         Self { goal: &f.goal, chain: all(&f.chain), at: f.at, probability: f.probability }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use pschema_protocol::inspect::{BodyStatus, Status};
+use pschema_inspect::{BodyStatus, Status};
 
 /// What a family of samples is.
 #[derive(Clone, Copy)]
@@ -171,7 +171,7 @@ fn bodies(page: &mut Page<'_>, bodies: &[BodyStatus]) {
 mod tests {
     use std::collections::BTreeSet;
 
-    use pschema_protocol::inspect::Storage;
+    use pschema_inspect::Storage;
 
     use super::*;
     use crate::render::golden::a_status;

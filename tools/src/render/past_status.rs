@@ -1,6 +1,6 @@
 //! `status --data`: what a daemon's `status` says, as far as it is about memory, of memory as it was.
 
-use pschema_protocol::inspect::{GoalSummary, HabituationStatus, SaturationStatus, Status, TrialStatus};
+use pschema_inspect::{GoalSummary, HabituationStatus, SaturationStatus, Status, TrialStatus};
 use pschema_store::past::Files;
 use serde::Serialize;
 

@@ -1,6 +1,6 @@
 //! `schemas` and `show` for people.
 
-use pschema_protocol::inspect::{Condition, SchemaDetail, SchemaList, SchemaSummary};
+use pschema_inspect::{Condition, SchemaDetail, SchemaList, SchemaSummary};
 
 use super::table::{Columns, WIDTH};
 use super::words::{condition, count, notation, plain, probability, schema_sentence, side};

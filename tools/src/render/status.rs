@@ -1,8 +1,6 @@
 //! `status` and `stage` for people.
 
-use pschema_protocol::inspect::{
-    BodyStatus, Growth, HabituationStatus, Report, SaturationStatus, Status, TrialStatus,
-};
+use pschema_inspect::{BodyStatus, Growth, HabituationStatus, Report, SaturationStatus, Status, TrialStatus};
 
 use super::goals;
 use super::schema::wrapped;

@@ -1,7 +1,7 @@
 //! A run told to a person, stage by stage, as its reports come in. Stages are recognised by what they do
 //! (nothing arranged: babbling; nothing learnt: measuring), not by their names.
 
-use pschema_protocol::inspect::{Report, StageSummary};
+use pschema_inspect::{Report, StageSummary};
 
 use super::words::{count, plain};
 

@@ -1,6 +1,6 @@
 //! `explain --why-not` for people and programs: what stood in a schema's way, then both sides of the comparison.
 
-use pschema_protocol::inspect::{Candidate, Difference, Lacking, SchemaInUse, Verdict, WhyNot};
+use pschema_inspect::{Candidate, Difference, Lacking, SchemaInUse, Verdict, WhyNot};
 use serde::Serialize;
 
 use super::explanation::{bound_text, named, perceived, shown, sum, terms};

@@ -1,6 +1,6 @@
 //! Small things in words: observations, schemas, probabilities, durations.
 
-use pschema_protocol::inspect::{Condition, ObservationText, SchemaDetail, ValueText};
+use pschema_inspect::{Condition, ObservationText, SchemaDetail, ValueText};
 
 /// Text of others (names of bodies, words heard) without what would steer a terminal.
 pub(crate) fn plain(text: &str) -> String {

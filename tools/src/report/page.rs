@@ -1,7 +1,7 @@
 //! The page: everything in one file, without scripts and without anything from elsewhere.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use pschema_protocol::inspect::SchemaDetail;
+use pschema_inspect::SchemaDetail;
 
 use crate::render::comparison::{COMPARED, Line, footnote, lines, shown};
 use crate::render::schema::capital;

@@ -1,6 +1,6 @@
 //! The figures of a run, as `experiment --json` prints them.
 
-use pschema_protocol::inspect::{Report, StageSummary};
+use pschema_inspect::{Report, StageSummary};
 use pschema_server::config;
 use serde::Serialize;
 

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use pschema_protocol::inspect::{Answer, Report, Request};
+use pschema_inspect::{Answer, Report, Request};
 use pschema_server::ServerArgs;
 use pschema_server::config;
 use pschema_server::in_process::{InProcess, InProcessError, Progress};

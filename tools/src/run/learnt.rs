@@ -1,6 +1,6 @@
 //! What a run left in memory that is worth showing.
 
-use pschema_protocol::inspect::{Answer, Request, SchemaDetail, SchemaQuery, SchemaSort};
+use pschema_inspect::{Answer, Request, SchemaDetail, SchemaQuery, SchemaSort};
 
 use crate::failure::Failure;
 use crate::learner::{Asks, ask_for};

@@ -1,6 +1,6 @@
 //! What a curriculum's `[[experiment.measure]]` tables ask to be read off a run.
 
-use pschema_protocol::inspect::{Answer, Report, Request, SchemaQuery, StageSummary};
+use pschema_inspect::{Answer, Report, Request, SchemaQuery, StageSummary};
 use pschema_server::config::{self, Of};
 use serde::Serialize;
 

@@ -1,6 +1,6 @@
 //! All that is known of a run when it is over.
 
-use pschema_protocol::inspect::Report;
+use pschema_inspect::Report;
 use pschema_server::config;
 
 use crate::failure::Failure;

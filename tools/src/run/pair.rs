@@ -7,8 +7,8 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use pschema_inspect::{Answer, Report, Request};
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::inspect::{Answer, Report, Request};
 use pschema_server::config;
 use tempfile::TempDir;
 

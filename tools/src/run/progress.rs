@@ -1,7 +1,7 @@
 //! How a run is going: a bar on a terminal, nothing but finished stages elsewhere.
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
-use pschema_protocol::inspect::Report;
+use pschema_inspect::Report;
 
 use crate::output;
 use crate::render::story::{Doing, doing};

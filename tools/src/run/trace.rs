@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use pschema_protocol::inspect::{Answer, ObservationText, Request, TracePage, TraceRecord, ValueText};
+use pschema_inspect::{Answer, ObservationText, Request, TracePage, TraceRecord, ValueText};
 use pschema_server::config;
 
 use crate::failure::Failure;

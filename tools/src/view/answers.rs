@@ -1,7 +1,7 @@
 //! What is answered, as the page reads it.
 
 use hyper::StatusCode;
-use pschema_protocol::inspect::{
+use pschema_inspect::{
     Answer, Candidate, ExcitationTerm, Explanation, Live, Perceived, SchemaDetail, SchemaSummary, TracePage,
     TraceRecord,
 };
@@ -102,10 +102,10 @@ struct Shown<'a> {
     curriculum: &'a str,
     stage: &'a str,
     stage_state: &'a str,
-    saturation: &'a Option<pschema_protocol::inspect::SaturationStatus>,
-    habituation: &'a Option<pschema_protocol::inspect::HabituationStatus>,
-    trial: &'a Option<pschema_protocol::inspect::TrialStatus>,
-    goal: &'a Option<pschema_protocol::inspect::GoalSummary>,
+    saturation: &'a Option<pschema_inspect::SaturationStatus>,
+    habituation: &'a Option<pschema_inspect::HabituationStatus>,
+    trial: &'a Option<pschema_inspect::TrialStatus>,
+    goal: &'a Option<pschema_inspect::GoalSummary>,
     schemas_total: u32,
     schemas_generalised: u32,
     steps_per_s: f64,
@@ -114,7 +114,7 @@ struct Shown<'a> {
     commit_latency_us_p50: f64,
     commit_latency_us_p99: f64,
     memory_bytes: u64,
-    bodies: &'a [pschema_protocol::inspect::BodyStatus],
+    bodies: &'a [pschema_inspect::BodyStatus],
     world: Vec<Noticed<'a>>,
     decision: Option<Decided<'a>>,
     /// Why there is no decision, when there was one that can't be made again.

@@ -1,8 +1,8 @@
 //! Asking the daemon, on a thread of its own: one connection, made again when the daemon is another.
 
 use hyper::StatusCode;
+use pschema_inspect::Answer;
 use pschema_protocol::domain::Place;
-use pschema_protocol::inspect::Answer;
 
 use super::answers::{self, About};
 use super::question::{Asked, Question};

@@ -1,6 +1,6 @@
 //! What the page may ask and order. Closed: what is not here can't be asked.
 
-use pschema_protocol::inspect::{GraphQuery, LiveQuery, Request, SchemaQuery, SchemaSort, StageOrder};
+use pschema_inspect::{GraphQuery, LiveQuery, Request, SchemaQuery, SchemaSort, StageOrder};
 use serde::Deserialize;
 
 /// Candidates of a decision that the page shows.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hyper::StatusCode;
-use pschema_protocol::inspect::SchemaSort;
+use pschema_inspect::SchemaSort;
 use pschema_server::inspect;
 use pschema_server::mind::View;
 use pschema_store::past::PastError;

@@ -3,10 +3,10 @@
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
-use pschema_protocol::domain::Place;
-use pschema_protocol::inspect::{
+use pschema_inspect::{
     Answer, Live, Report, Request, SchemaDetail, SchemaQuery, SchemaSort, StageOrder, TracePage,
 };
+use pschema_protocol::domain::Place;
 
 use super::eyes::Eyes;
 use super::state::News;

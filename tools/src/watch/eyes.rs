@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
+use pschema_inspect::BodyStatus;
 use pschema_protocol::domain::Place;
-use pschema_protocol::inspect::BodyStatus;
 use pschema_protocol::transport::pictures::PictureWatch;
 
 use super::state::News;

@@ -18,7 +18,7 @@ mod tests;
 mod theme;
 
 use clap::ValueEnum;
-use pschema_protocol::inspect::LiveQuery;
+use pschema_inspect::LiveQuery;
 
 pub(crate) use once::once;
 pub(crate) use terminal::watch;

@@ -1,6 +1,6 @@
 //! A learner made up for the tests: what a daemon could have answered after the first touches.
 
-use pschema_protocol::inspect::*;
+use pschema_inspect::*;
 use pschema_protocol::picture::FieldMark;
 
 use super::Page;

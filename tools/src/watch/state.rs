@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use pschema_protocol::inspect::{BodyStatus, Live, SchemaDetail, SchemaList, TracePage, TraceRecord};
+use pschema_inspect::{BodyStatus, Live, SchemaDetail, SchemaList, TracePage, TraceRecord};
 use pschema_protocol::picture::FieldMark;
 
 use super::{Page, Pane, STEPS_KEPT_MAX, Wish};

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use pschema_protocol::inspect::{LiveQuery, TracePage};
+use pschema_inspect::{LiveQuery, TracePage};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use pschema_inspect::GraphTie;
 use pschema_learner::memory::Content;
 use pschema_learner::observation::{Observation, Pattern, Term};
 use pschema_learner::schema::{Concrete, Form, Generalised, ObservationId, Schema, SchemaId};
-use pschema_protocol::inspect::GraphTie;
 
 use super::{Places, count, numbered};
 

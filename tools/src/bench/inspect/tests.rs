@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use pschema_inspect::{Answer, Candidate, Explanation, Request, Verdict, WhyNot};
 use pschema_learner::schema::SchemaId;
-use pschema_protocol::inspect::{Answer, Candidate, Explanation, Request, Verdict, WhyNot};
 use pschema_server::inspect;
 use serde_json::Value;
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use pschema_protocol::inspect::{Graph, GraphTie};
+use pschema_inspect::{Graph, GraphTie};
 
 use super::{Look, heading, looks, parts, tie, told};
 

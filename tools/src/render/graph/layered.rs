@@ -1,7 +1,7 @@
 //! A small graph: cards in layers, ties going downwards as far as they can (after Sugiyama, Tagawa & Toda 1981: break
 //! cycles, longest paths, neighbours near each other).
 
-use pschema_protocol::inspect::{Graph, GraphTie};
+use pschema_inspect::{Graph, GraphTie};
 
 use super::layout::Rect;
 

@@ -1,6 +1,6 @@
 //! Where things are drawn. Lengths are in units of the picture, about a pixel each.
 
-use pschema_protocol::inspect::Graph;
+use pschema_inspect::Graph;
 
 use super::layered;
 use super::lines::{Line, each, gathered};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use pschema_protocol::inspect::{Graph, GraphTie};
+use pschema_inspect::{Graph, GraphTie};
 
 /// Lines of one kind between a cluster and one node that are drawn one by one.
 const TO_ONE_MAX: usize = 8;
@@ -31,7 +31,7 @@ pub(crate) struct Line {
 /// A line for each tie.
 pub(crate) fn each(graph: &Graph) -> Vec<Line> {
     let index = |at: u32| usize::try_from(at).ok().filter(|at| *at < graph.nodes.len()).map(End::Node);
-    let line = |edge: &pschema_protocol::inspect::GraphEdge| {
+    let line = |edge: &pschema_inspect::GraphEdge| {
         Some(Line { from: index(edge.from)?, to: index(edge.to)?, kind: edge.kind, count: edge.count })
     };
     graph.edges.iter().filter_map(line).collect()

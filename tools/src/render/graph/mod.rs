@@ -12,7 +12,7 @@ pub(crate) mod svg;
 #[cfg(test)]
 mod tests;
 
-use pschema_protocol::inspect::{Graph, GraphNode, GraphTie};
+use pschema_inspect::{Graph, GraphNode, GraphTie};
 
 use super::words::{count, plain, side};
 
@@ -131,7 +131,7 @@ pub(crate) fn told(graph: &Graph, node: &GraphNode) -> String {
 
 /// What the picture is of, in a line.
 pub(crate) fn heading(graph: &Graph) -> String {
-    use pschema_protocol::inspect::GraphScope;
+    use pschema_inspect::GraphScope;
     let shown = match u64::from(graph.shown) == graph.nodes_total {
         true => count(graph.nodes_total, "schema"),
         false => format!("{} of {}", graph.shown, count(graph.nodes_total, "schema")),

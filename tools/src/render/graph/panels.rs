@@ -1,6 +1,6 @@
 //! A large graph: a panel for each cluster, with a cell for each of its nodes, and the panels side by side.
 
-use pschema_protocol::inspect::{Graph, GraphTie};
+use pschema_inspect::{Graph, GraphTie};
 
 use super::layout::{Panel, Rect};
 use crate::render::words::{count, plain};

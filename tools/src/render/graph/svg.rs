@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use pschema_protocol::inspect::{Graph, GraphNode, GraphTie};
+use pschema_inspect::{Graph, GraphNode, GraphTie};
 
 use super::layout::{Layout, Rect, layout};
 use super::lines::{End, Line};

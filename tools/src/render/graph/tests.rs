@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use pschema_protocol::inspect::*;
+use pschema_inspect::*;
 
 use super::layout::{Layout, Rect, layout};
 use super::lines::{End, gathered};

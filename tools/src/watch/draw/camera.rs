@@ -1,6 +1,6 @@
 //! What the camera sees, as letters in the fields that it divides the picture into (paper, III-A).
 
-use pschema_protocol::inspect::{ObservationText, Perceived, ValueText};
+use pschema_inspect::{ObservationText, Perceived, ValueText};
 use pschema_protocol::picture::FieldMark;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;

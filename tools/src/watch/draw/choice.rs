@@ -1,6 +1,6 @@
 //! What could have been done, with the terms of equation (1) that made it more or less exciting.
 
-use pschema_protocol::inspect::{Candidate, ExcitationTerm, Explanation};
+use pschema_inspect::{Candidate, ExcitationTerm, Explanation};
 use ratatui::style::Style;
 
 use super::super::state::State;

@@ -1,7 +1,7 @@
 //! Excitation over time, as in the paper's figure 6: above, that of the most excited schema at each step; below, when
 //! a touching schema was executed, and when it touched, when words were heard and things were put down.
 
-use pschema_protocol::inspect::TraceRecord;
+use pschema_inspect::TraceRecord;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

@@ -1,6 +1,6 @@
 //! One schema, and what changes of it while it is looked at.
 
-use pschema_protocol::inspect::{Condition, SchemaDetail};
+use pschema_inspect::{Condition, SchemaDetail};
 use ratatui::style::Style;
 
 use super::super::state::{Followed, State};

@@ -1,6 +1,6 @@
 //! The learner: its stage, how near that is to its end, what it costs, and its bodies.
 
-use pschema_protocol::inspect::{BodyStatus, Live};
+use pschema_inspect::{BodyStatus, Live};
 use ratatui::style::Style;
 
 use super::super::state::State;

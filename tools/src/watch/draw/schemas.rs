@@ -1,6 +1,6 @@
 //! Schemas: the newest, and the most used.
 
-use pschema_protocol::inspect::SchemaSummary;
+use pschema_inspect::SchemaSummary;
 use ratatui::style::Style;
 
 use super::super::state::State;
