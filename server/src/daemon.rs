@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use pschema_inspect::{Answer, BodyStatus, Request, StageOrder};
 use pschema_learner::effect::Effect;
 use pschema_learner::progress::StageCommand;
-use pschema_learner::step::{LearnerError, Step};
+use pschema_learner::{LearnerError, Step};
 use pschema_protocol::domain::{OwnedDomain, Place};
 use pschema_protocol::limits::BODIES_MAX;
 use pschema_protocol::message::{CheckedHello, RawFrame, RawHello, Reply};

@@ -7,7 +7,7 @@ use std::time::Instant;
 use pschema_inspect::{Answer, Report, Request};
 use pschema_learner::digest::digest;
 use pschema_learner::progress::{StageCommand, StageCommandError};
-use pschema_learner::step::{Learner, LearnerError};
+use pschema_learner::{Learner, LearnerError};
 use pschema_protocol::body::{Body, BodyLoop, Directive};
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::{decode, encode};

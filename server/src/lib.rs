@@ -21,7 +21,7 @@ mod supervise;
 mod trace;
 pub mod translate;
 
-use pschema_learner::step::LearnerError;
+use pschema_learner::LearnerError;
 use pschema_protocol::domain::DomainError;
 use pschema_protocol::transport::TransportError;
 

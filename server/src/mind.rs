@@ -14,11 +14,11 @@ use pschema_learner::notation::{self, PatternError};
 use pschema_learner::observation::Observation;
 use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::{StageCommand, StageCommandError, StageEffect};
-use pschema_learner::pursuit::{self, PursueError, PursuitEffect};
+use pschema_learner::pursuit::{PursueError, PursuitEffect};
 use pschema_learner::schema::SchemaId;
-use pschema_learner::step::{Learner, LearnerError, Step};
 use pschema_learner::vocabulary::BodyId;
 use pschema_learner::vocabulary::limits::SYMBOLS_MAX;
+use pschema_learner::{Learner, LearnerError, Step};
 use pschema_protocol::message::RawFrame;
 
 use crate::growth::Growth;
@@ -421,7 +421,7 @@ fn log(content: &Content, effects: &[Effect]) {
                 tracing::info!(schema = schema.unwrap_or_default(), step = content.step, "generalised");
             }
             Effect::Pursuit(PursuitEffect::Begun { goal, actions_max, .. }) => {
-                tracing::info!(goal = %pursuit::text(content, goal), actions_max, step = content.step, "goal taken up");
+                tracing::info!(goal = %notation::goal(&content.vocabulary, goal), actions_max, step = content.step, "goal taken up");
             }
             Effect::Pursuit(PursuitEffect::Ended(ending)) => {
                 tracing::info!(?ending, step = content.step, "goal over");

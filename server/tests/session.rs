@@ -5,8 +5,8 @@
 mod common;
 
 use common::{FINGER, OBJECT, Row, TOUCH, curriculum, free, setup};
+use pschema_learner::Learner;
 use pschema_learner::digest::digest;
-use pschema_learner::step::Learner;
 use pschema_protocol::body::{Body, BodyLoop, Outcome, SensedObservation};
 use pschema_protocol::description::{ObservationType, Value};
 use pschema_protocol::message::{CheckedHello, RawFrame, Reply, Report};

@@ -14,13 +14,13 @@ use std::time::{Duration, Instant};
 
 use rustix::time::{ClockId, clock_gettime};
 
+use pschema_learner::Output;
 use pschema_learner::curriculum::{
     Afterwards, Argument, Curriculum, Lift, Pool, Saturation, SceneCommand, Stage,
 };
 use pschema_learner::observation::Observation;
 use pschema_learner::parameters::Parameters;
 use pschema_learner::random::Random;
-use pschema_learner::step::Output;
 
 #[path = "../tests/common/mod.rs"]
 mod common;

@@ -1,44 +1,19 @@
 //! The schema learner: pure, deterministic, no I/O.
+//!
+//! Three storeys, each of which imports only from itself and from those below it: [`nouns`](self#reexports), the things that
+//! learning is about, as plain data; `memory`, what is known and what makes it fast to ask, with the only place that
+//! changes it; `cycle`, what is done with a frame, in the order of the paper.
 #![forbid(unsafe_code)]
 
-mod association;
-mod attention;
-mod babbling;
-mod bound;
-mod chaining;
-mod choice;
-pub mod chunks;
-mod creation;
-pub mod curriculum;
-pub mod decision;
-pub mod digest;
-mod draft;
-pub mod effect;
-mod excitation;
-mod generalisation;
-pub mod goals;
-mod groups;
-mod habituation;
-mod index;
-mod matched;
-mod matching;
+mod cycle;
 pub mod memory;
-pub mod notation;
-pub mod observation;
-mod outline;
-mod pages;
-pub mod parameters;
-pub mod plan;
-pub mod probability;
-pub mod progress;
-pub mod pursuit;
-pub mod random;
-pub mod schema;
-mod search;
-mod stages;
-pub mod step;
-mod target_action;
-mod terms;
-pub mod vocabulary;
-pub mod why_not;
-pub mod world_state;
+mod nouns;
+
+pub use cycle::learner::{Learner, LearnerError};
+pub use cycle::{goals, plan, why_not};
+pub use memory::{chunks, digest, notation};
+pub use nouns::frame::{ActionOutcome, Frame, Output, Step};
+pub use nouns::{
+    curriculum, decision, effect, effect_error, execution, frame, observation, parameters, probability,
+    progress, pursuit, random, schema, vocabulary, world_state,
+};

@@ -10,7 +10,7 @@ use pschema_learner::notation;
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, Value};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::schema::{Schema, SchemaId};
-use pschema_learner::step::{ActionOutcome, Frame, Learner, Output, Step};
+use pschema_learner::{ActionOutcome, Frame, Learner, Output, Step};
 
 fn new(fields: i64) -> Table {
     Table::new(7, fields, fields, free(), Parameters::default())

@@ -8,7 +8,7 @@ use pschema_learner::notation;
 use pschema_learner::observation::{Pattern, PropertyId, SymbolId, Term, Value, Variable};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::schema::{Form, SchemaId};
-use pschema_learner::step::{ActionOutcome, Frame, Output};
+use pschema_learner::{ActionOutcome, Frame, Output};
 
 /// A learner that has babbled postures 0 to 5: `∅ / move(f) / finger in field f`.
 fn babbled() -> Table {

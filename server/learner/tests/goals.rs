@@ -9,9 +9,9 @@ use pschema_learner::notation::parse_goal;
 use pschema_learner::observation::{Observation, Pattern};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::plan::{Plan, plan as search};
-use pschema_learner::step::{ActionOutcome, Frame, Output};
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::world_state::WorldState;
+use pschema_learner::{ActionOutcome, Frame, Output};
 
 /// Lets `table` live where what happens is `world(state, action) -> state`, for `steps` steps.
 fn live(

@@ -25,8 +25,8 @@ use pschema_learner::memory::{Content, Memory};
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
 use pschema_learner::progress::StageCommand;
 use pschema_learner::random::Random;
-use pschema_learner::step::{ActionOutcome, Frame, Learner, Output, Step};
 use pschema_learner::vocabulary::BodyId;
+use pschema_learner::{ActionOutcome, Frame, Learner, Output, Step};
 use worlds::World;
 
 /// A learner that has been told of every body of the set-up, and the effects of that.

@@ -11,14 +11,14 @@ use pschema_learner::curriculum::Curriculum;
 use pschema_learner::decision::Reason;
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
-use pschema_learner::goals::GOAL_PATTERNS_MAX;
 use pschema_learner::memory::Memory;
 use pschema_learner::notation::parse_goal;
 use pschema_learner::observation::{Observation, Pattern};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::StageCommand;
+use pschema_learner::pursuit::GOAL_PATTERNS_MAX;
 use pschema_learner::pursuit::{Because, Ending, GOAL_ACTIONS_MAX, PursueError, Pursuit};
-use pschema_learner::step::{ActionOutcome, Frame, Output, Step};
+use pschema_learner::{ActionOutcome, Frame, Output, Step};
 
 /// A blue block on a row of fields. Action `n` pushes it from one field to another, whatever `pushes[n]` says.
 struct Row {

@@ -41,7 +41,7 @@ use compare::Pair;
 use plans::{Setup, setup};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use pschema_learner::step::Frame;
+use pschema_learner::Frame;
 use pschema_learner::vocabulary::BodyId;
 use worlds::World;
 

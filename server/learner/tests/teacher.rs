@@ -5,6 +5,7 @@
 mod common;
 
 use common::{Table, WORD, stage};
+use pschema_learner::Frame;
 use pschema_learner::curriculum::{
     Absence, Afterwards, Argument, Curriculum, Pool, SceneCommand, Stage, Until, Utterance,
 };
@@ -12,7 +13,6 @@ use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
 use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::{StageCommand, StageEffect, StageReport};
-use pschema_learner::step::Frame;
 
 /// More steps than any lesson takes.
 const PATIENCE: usize = 1_000;

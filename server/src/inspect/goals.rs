@@ -5,14 +5,14 @@ use pschema_inspect::{
     SchemaInUse,
 };
 use pschema_learner::decision::ForGoal;
-use pschema_learner::effect::ChainLink;
-use pschema_learner::goals::{self, Goal};
+use pschema_learner::execution::ChainLink;
+use pschema_learner::goals;
 use pschema_learner::memory::{Content, Memory};
 use pschema_learner::notation;
 use pschema_learner::observation::Observation;
 use pschema_learner::plan;
 use pschema_learner::probability::Count;
-use pschema_learner::pursuit::{Because, Ending};
+use pschema_learner::pursuit::{Because, Ending, GOAL_PATTERNS_MAX, Goal};
 use pschema_learner::schema::PostCondition;
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::world_state::WorldState;
@@ -58,8 +58,8 @@ pub(super) fn plan(view: &View, patterns: &[String]) -> Result<Plan, String> {
     let (body, world) = here(view)?;
     let content = &view.content;
     let goal = notation::parse_goal(&content.vocabulary, patterns).map_err(|error| error.to_string())?;
-    if goal.is_empty() || goal.len() > goals::GOAL_PATTERNS_MAX {
-        return Err(format!("a goal has 1 to {} patterns, not {}", goals::GOAL_PATTERNS_MAX, goal.len()));
+    if goal.is_empty() || goal.len() > GOAL_PATTERNS_MAX {
+        return Err(format!("a goal has 1 to {} patterns, not {}", GOAL_PATTERNS_MAX, goal.len()));
     }
     let memory = Memory::restore(content.clone(), view.parameters.clone());
     let plan::Found { plan, truncated } = plan::plan(&memory, body, &world, &goal);

@@ -4,13 +4,13 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use pschema_learner::Frame;
 use pschema_learner::curriculum::{Afterwards, Curriculum, Lift, Stage};
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::Memory;
 use pschema_learner::observation::{Observation, PropertyId, TypeId, Value};
 use pschema_learner::parameters::Parameters;
-use pschema_learner::step::Frame;
 use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, PrimitiveId, ValueKind,
 };

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
+use pschema_learner::Frame;
 use pschema_learner::effect::Effect;
-use pschema_learner::step::Frame;
 
 use crate::format::v1;
 

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use pschema_learner::step::LearnerError;
+use pschema_learner::LearnerError;
 
 use crate::codec::CodecError;
 use crate::format::v1::Impossible;

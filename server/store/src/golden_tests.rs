@@ -8,6 +8,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pschema_learner::Learner;
 use pschema_learner::curriculum::{
     Absence, Afterwards, Argument, Curriculum, Habituation, Lift, Pool, Saturation, SceneCommand, Stage,
     Until, Utterance,
@@ -17,7 +18,6 @@ use pschema_learner::effect::Effect;
 use pschema_learner::observation::{Pattern, PropertyId, Term, TypeId, Value};
 use pschema_learner::parameters::{Parameters, TypeOverride};
 use pschema_learner::progress::StageCommand;
-use pschema_learner::step::Learner;
 use pschema_learner::vocabulary::BodyId;
 
 use crate::error::StoreError;

@@ -3,13 +3,13 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use pschema_learner::Learner;
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
 use pschema_learner::observation::{Pattern, PropertyId, Term, TypeId, Value};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::StageCommand;
 use pschema_learner::random::Random;
-use pschema_learner::step::Learner;
 use pschema_learner::vocabulary::BodyId;
 
 use crate::error::StoreError;

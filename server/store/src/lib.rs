@@ -34,10 +34,10 @@ mod writer;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pschema_learner::Learner;
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::memory::Memory;
 use pschema_learner::parameters::Parameters;
-use pschema_learner::step::Learner;
 
 pub use change::{Cause, Change, Durability};
 pub use codec::CodecError;

@@ -8,10 +8,10 @@ use pschema_learner::effect::Effect;
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::random::Random;
-use pschema_learner::step::{ActionOutcome, Frame, Learner, Output, Step};
 use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, ValueKind,
 };
+use pschema_learner::{ActionOutcome, Frame, Learner, Output, Step};
 
 use crate::error::StoreError;
 use crate::format::v1;

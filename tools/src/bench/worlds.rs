@@ -5,10 +5,10 @@ use pschema_learner::curriculum::{Afterwards, Curriculum, Lift, Stage};
 use pschema_learner::observation::{Observation, PropertyId, TypeId, Value};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::random::Random;
-use pschema_learner::step::{ActionOutcome, Frame, Learner, LearnerError, Output};
 use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, ValueKind,
 };
+use pschema_learner::{ActionOutcome, Frame, Learner, LearnerError, Output};
 
 /// The learner's observation types, as they are declared.
 const FINGER: TypeId = TypeId(0);

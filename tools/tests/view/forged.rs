@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use pschema_learner::parameters::Parameters;
-use pschema_learner::step::{ActionOutcome, Frame};
 use pschema_learner::vocabulary::BodyId;
+use pschema_learner::{ActionOutcome, Frame};
 use pschema_store::{Cause, Change, Options, bench};
 
 /// Takes steps in the memory in `data` up to one that decides, and writes down more for it than it learnt; gives the

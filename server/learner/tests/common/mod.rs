@@ -6,10 +6,10 @@ use pschema_learner::curriculum::{
 };
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
 use pschema_learner::parameters::Parameters;
-use pschema_learner::step::{ActionOutcome, Frame, Learner, Output, Step};
 use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, ValueKind,
 };
+use pschema_learner::{ActionOutcome, Frame, Learner, Output, Step};
 
 pub const FINGER: TypeId = TypeId(0);
 pub const OBJECT: TypeId = TypeId(1);

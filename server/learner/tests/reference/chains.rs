@@ -1,6 +1,6 @@
 //! Chains and the achievement of targets: a plain Dijkstra over contexts, made anew in every step.
 
-use pschema_learner::effect::ChainLink;
+use pschema_learner::execution::ChainLink;
 use pschema_learner::observation::{Observation, Substitution};
 use pschema_learner::schema::SchemaId;
 use pschema_learner::vocabulary::PrimitiveId;

@@ -1,13 +1,13 @@
 //! What must hold of any step and of any memory.
 
 use proptest::prelude::*;
+use pschema_learner::Frame;
 use pschema_learner::decision::{CANDIDATES_KEPT_MAX, Decision, Reason};
-use pschema_learner::effect::Execution;
+use pschema_learner::execution::Execution;
 use pschema_learner::memory::Content;
 use pschema_learner::observation::{Observation, Substitution};
 use pschema_learner::probability::Count;
 use pschema_learner::schema::{ASSOCIATIONS_MAX, Form, POST_CONDITIONS_MAX, SchemaId};
-use pschema_learner::step::Frame;
 
 /// What a schema refers to under a binding, as far as attention may rise by it.
 fn mentions(content: &Content, schema: SchemaId, binding: &Substitution, wanted: &Observation) -> bool {

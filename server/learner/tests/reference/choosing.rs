@@ -1,7 +1,7 @@
 //! Step 9 of the cycle: candidates, their excitation (equation 1), and the choice among them.
 
 use pschema_learner::decision::Subject;
-use pschema_learner::effect::{ChainLink, Execution};
+use pschema_learner::execution::{ChainLink, Execution};
 use pschema_learner::observation::{Observation, Substitution};
 use pschema_learner::schema::SchemaId;
 use pschema_learner::vocabulary::PrimitiveId;

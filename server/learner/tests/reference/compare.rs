@@ -7,7 +7,7 @@ use pschema_learner::probability::Count;
 use pschema_learner::progress::{StageCommand, StageEffect};
 use pschema_learner::pursuit::PursuitEffect;
 use pschema_learner::schema::{Form, PostCondition};
-use pschema_learner::step::{Frame, Learner, Output};
+use pschema_learner::{Frame, Learner, Output};
 
 use super::learner::Reference;
 use super::plans::{GoalOrder, Setup};

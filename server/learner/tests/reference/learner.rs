@@ -2,12 +2,13 @@
 //! every step. Slow, and plain enough to be checked by reading.
 
 use pschema_learner::curriculum::Curriculum;
-use pschema_learner::effect::{ChainLink, Effect, Execution};
+use pschema_learner::effect::Effect;
+use pschema_learner::execution::{ChainLink, Execution};
 use pschema_learner::observation::{Observation, TypeId};
 use pschema_learner::parameters::Parameters;
-use pschema_learner::step::{ActionOutcome, Frame, Output};
 use pschema_learner::vocabulary::Declaration;
 use pschema_learner::world_state::WorldState;
+use pschema_learner::{ActionOutcome, Frame, Output};
 
 use super::learning::Made;
 use super::memory::Memory;

@@ -1,6 +1,7 @@
 //! Steps 2 to 6 of the cycle: score, surprise, create, associate, attend.
 
-use pschema_learner::effect::{Effect, Execution, Seen};
+use pschema_learner::effect::{Effect, Seen};
+use pschema_learner::execution::Execution;
 use pschema_learner::observation::{Observation, Substitution};
 use pschema_learner::probability::Count;
 use pschema_learner::schema::{ASSOCIATIONS_MAX, SchemaId};

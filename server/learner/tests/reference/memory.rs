@@ -2,7 +2,8 @@
 //! effects to them.
 
 use pschema_learner::curriculum::Curriculum;
-use pschema_learner::effect::{Effect, Execution, Seen};
+use pschema_learner::effect::{Effect, Seen};
+use pschema_learner::execution::Execution;
 use pschema_learner::observation::{Observation, Pattern};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::probability::Count;

@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use pschema_learner::effect::{ChainLink, Effect, Execution};
+use pschema_learner::ActionOutcome;
+use pschema_learner::effect::Effect;
+use pschema_learner::execution::{ChainLink, Execution};
 use pschema_learner::observation::{Observation, Pattern, Substitution, Term, Value, Variable};
 use pschema_learner::plan::CHAINS_WEIGHED_MAX;
 use pschema_learner::probability::Count;
 use pschema_learner::pursuit::{Because, Ending, PlanMade, PursuitEffect};
 use pschema_learner::schema::SchemaId;
-use pschema_learner::step::ActionOutcome;
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::world_state::WorldState;
 

@@ -5,9 +5,9 @@ use pschema_learner::effect::Effect;
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
 use pschema_learner::progress::{StageCommand, StageCommandError, StageEffect};
 use pschema_learner::schema::SchemaId;
-use pschema_learner::step::{ActionOutcome, Frame};
 use pschema_learner::vocabulary::BodyId;
 use pschema_learner::world_state::WorldState;
+use pschema_learner::{ActionOutcome, Frame};
 
 use super::learner::Reference;
 use super::learning::Made;

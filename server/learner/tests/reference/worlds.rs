@@ -4,10 +4,10 @@
 use pschema_learner::curriculum::{Argument, SceneCommand};
 use pschema_learner::observation::{Observation, PropertyId, TypeId, Value};
 use pschema_learner::random::Random;
-use pschema_learner::step::{ActionOutcome, Output};
 use pschema_learner::vocabulary::{
     Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, PrimitiveId, ValueKind,
 };
+use pschema_learner::{ActionOutcome, Output};
 
 /// Property names, shared by all types: type `t` has the first so many of them.
 pub(crate) const PROPERTIES: [&str; 3] = ["place", "colour", "size"];

@@ -7,8 +7,8 @@ use pschema_learner::notation;
 use pschema_learner::observation::{Observation, Pattern};
 use pschema_learner::progress::StageEffect;
 use pschema_learner::pursuit::{Because, Ending, PursuitEffect};
-use pschema_learner::step::{ActionOutcome, Frame};
 use pschema_learner::vocabulary::{BodyId, Vocabulary};
+use pschema_learner::{ActionOutcome, Frame};
 
 use crate::format::v1::{Cause, Record};
 use crate::frame::HEAD_LEN;

@@ -20,8 +20,8 @@ use std::sync::Arc;
 
 use pschema_learner::decision::Decision;
 use pschema_learner::observation::Observation;
-use pschema_learner::step::{Frame, Learner};
 use pschema_learner::vocabulary::BodyId;
+use pschema_learner::{Frame, Learner};
 
 use crate::codec;
 use crate::error::StoreError;

@@ -5,7 +5,7 @@ use pschema_learner::effect::Effect;
 use pschema_learner::memory::Memory;
 use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::{StageCommand, StageEffect};
-use pschema_learner::step::{Frame, Learner};
+use pschema_learner::{Frame, Learner};
 
 use super::entry;
 use super::guarded;

@@ -8,7 +8,7 @@ use pschema_learner::digest::digest;
 use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::StageCommand;
 use pschema_learner::random::Random;
-use pschema_learner::step::{Frame, Learner};
+use pschema_learner::{Frame, Learner};
 
 use super::*;
 use crate::journal::{Sizes, segment_name};

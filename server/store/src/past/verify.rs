@@ -2,10 +2,10 @@
 
 use std::ops::ControlFlow;
 
+use pschema_learner::Learner;
 use pschema_learner::digest::digest;
 use pschema_learner::memory::Memory;
 use pschema_learner::parameters::Parameters;
-use pschema_learner::step::Learner;
 
 use super::{Past, PastError, READ_AGAIN_MAX, Tail, is_gone, relearn};
 use crate::codec;

@@ -1,6 +1,7 @@
 //! Effects, and the execution that a step leaves behind.
 
 use pschema_learner::effect as live;
+use pschema_learner::execution;
 use pschema_learner::observation::{self as seen};
 use pschema_learner::schema::SchemaId;
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
@@ -117,13 +118,13 @@ impl From<Seen> for live::Seen {
     }
 }
 
-impl From<&live::ChainLink> for ChainLink {
-    fn from(link: &live::ChainLink) -> Self {
+impl From<&execution::ChainLink> for ChainLink {
+    fn from(link: &execution::ChainLink) -> Self {
         Self { schema: link.schema.0, binding: (&link.binding).into(), carrier: number(link.carrier) }
     }
 }
 
-impl From<ChainLink> for live::ChainLink {
+impl From<ChainLink> for execution::ChainLink {
     fn from(link: ChainLink) -> Self {
         Self {
             schema: SchemaId(link.schema),
@@ -133,8 +134,8 @@ impl From<ChainLink> for live::ChainLink {
     }
 }
 
-impl From<&live::Execution> for Execution {
-    fn from(execution: &live::Execution) -> Self {
+impl From<&execution::Execution> for Execution {
+    fn from(execution: &execution::Execution) -> Self {
         Self {
             schema: number(execution.schema),
             binding: (&execution.binding).into(),
@@ -147,7 +148,7 @@ impl From<&live::Execution> for Execution {
     }
 }
 
-impl From<Execution> for live::Execution {
+impl From<Execution> for execution::Execution {
     fn from(execution: Execution) -> Self {
         Self {
             schema: execution.schema.map(SchemaId),

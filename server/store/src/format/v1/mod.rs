@@ -10,7 +10,7 @@ mod setting;
 mod stage;
 mod vocabulary;
 
-use pschema_learner::step;
+use pschema_learner::frame;
 use pschema_learner::vocabulary::BodyId;
 use serde::{Deserialize, Serialize};
 
@@ -86,25 +86,25 @@ pub(crate) enum Outcome {
     TimedOut,
 }
 
-impl From<&step::Frame> for Input {
-    fn from(step::Frame { body, outcome, observations }: &step::Frame) -> Self {
+impl From<&frame::Frame> for Input {
+    fn from(frame::Frame { body, outcome, observations }: &frame::Frame) -> Self {
         let outcome = outcome.map(|outcome| match outcome {
-            step::ActionOutcome::Done => Outcome::Done,
-            step::ActionOutcome::Refused => Outcome::Refused,
-            step::ActionOutcome::Failed => Outcome::Failed,
-            step::ActionOutcome::TimedOut => Outcome::TimedOut,
+            frame::ActionOutcome::Done => Outcome::Done,
+            frame::ActionOutcome::Refused => Outcome::Refused,
+            frame::ActionOutcome::Failed => Outcome::Failed,
+            frame::ActionOutcome::TimedOut => Outcome::TimedOut,
         });
         Self { body: body.0, outcome, observations: list(observations) }
     }
 }
 
-impl From<Input> for step::Frame {
+impl From<Input> for frame::Frame {
     fn from(Input { body, outcome, observations }: Input) -> Self {
         let outcome = outcome.map(|outcome| match outcome {
-            Outcome::Done => step::ActionOutcome::Done,
-            Outcome::Refused => step::ActionOutcome::Refused,
-            Outcome::Failed => step::ActionOutcome::Failed,
-            Outcome::TimedOut => step::ActionOutcome::TimedOut,
+            Outcome::Done => frame::ActionOutcome::Done,
+            Outcome::Refused => frame::ActionOutcome::Refused,
+            Outcome::Failed => frame::ActionOutcome::Failed,
+            Outcome::TimedOut => frame::ActionOutcome::TimedOut,
         });
         Self { body: BodyId(body), outcome, observations: back(observations) }
     }

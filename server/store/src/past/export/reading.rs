@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use pschema_learner::chunks::Chunks;
-use pschema_learner::effect::{ChainLink, Execution};
+use pschema_learner::execution::{ChainLink, Execution};
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
 use pschema_learner::observation::{self as seen, PropertyId, Substitution, SymbolId, Term, TypeId};

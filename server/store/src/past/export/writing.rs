@@ -1,7 +1,7 @@
 //! Memory to lines.
 
 use pschema_learner::digest::digest;
-use pschema_learner::effect::{ChainLink, Execution};
+use pschema_learner::execution::{ChainLink, Execution};
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
 use pschema_learner::observation::{self as seen, Substitution, Term};

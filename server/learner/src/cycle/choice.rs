@@ -1,0 +1,409 @@
+//! Choosing what to do: "the schema with the highest excitation value is then selected for execution"
+//! (paper, II-C), and its resolution to a primitive.
+
+use std::borrow::Cow;
+use std::cell::OnceCell;
+
+use crate::cycle::babbling;
+use crate::cycle::chaining::{self, Access, Reach, achieve};
+use crate::cycle::excitation::{self, Generally, Perceived, Resemblance, Seen};
+use crate::cycle::match_cache::Matched;
+use crate::memory::Memory;
+use crate::memory::instance::Bound;
+use crate::nouns::decision::{CANDIDATES_KEPT_MAX, Candidate, Decision, Reason, Role, Subject};
+use crate::nouns::execution::{ChainLink, Execution};
+use crate::nouns::observation::Substitution;
+use crate::nouns::random::Random;
+use crate::nouns::schema::SchemaId;
+use crate::nouns::terms::{Drive, Kept};
+use crate::nouns::vocabulary::{BodyId, PrimitiveId};
+use crate::nouns::world_state::WorldState;
+
+/// A generalised schema under a binding, or any candidate that is to be shown.
+#[derive(Clone, Debug)]
+struct Scored {
+    subject: Subject,
+    binding: Substitution,
+    /// What its pre-conditions are under a binding, as places of the world state; none if that is not known.
+    places: Option<Vec<usize>>,
+    carrier: Option<SchemaId>,
+    access: Option<Access>,
+    distance: u32,
+    excitation: f64,
+    reliability: f64,
+    drive: Option<Drive>,
+}
+
+/// A candidate, in the order in which equals are drawn from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Which {
+    Concrete(SchemaId),
+    /// As an index into the generalised ones.
+    Generalised(usize),
+    Primitive(PrimitiveId),
+}
+
+/// Everything that could be done now. There may be tens of thousands: of concrete schemas and primitives only the
+/// excitation is kept.
+#[derive(Clone, Debug)]
+pub(crate) struct Choice {
+    concrete: Vec<(f64, SchemaId)>,
+    generalised: Vec<Scored>,
+    primitives: Vec<(f64, PrimitiveId)>,
+    /// The highest excitation; 0 when nothing is exciting.
+    pub(crate) top: f64,
+}
+
+/// What is to be decided about.
+pub(crate) struct Situation<'a> {
+    pub(crate) body: BodyId,
+    pub(crate) world: &'a WorldState,
+    pub(crate) perceived: &'a Perceived,
+    pub(crate) reach: &'a Reach,
+    /// Schemas that the stage still asks to be tried (II-G), ordered.
+    pub(crate) unhabituated: &'a [SchemaId],
+    /// Concrete schemas that can be executed here, ordered.
+    pub(crate) executable: &'a [SchemaId],
+}
+
+impl Choice {
+    /// Scores everything that could be done.
+    pub(crate) fn new(memory: &Memory, situation: &Situation<'_>, matched: &mut Matched) -> Self {
+        let mut concrete = concrete(memory, situation);
+        let generalised = generalised(memory, situation, matched);
+        let primitives = primitives(memory, situation);
+        if concrete.is_empty() && generalised.is_empty() && primitives.is_empty() {
+            // Nothing resembles anything known: every executable schema is as good as any other.
+            let executable = situation.executable.iter();
+            concrete = executable
+                .filter_map(|id| Some((access(memory, situation, *id).map(|_| 0.0)?, *id)))
+                .collect();
+        }
+        let mut choice = Self { concrete, generalised, primitives, top: 0.0 };
+        choice.top = choice.all().map(|(excitation, _)| excitation).fold(0.0, f64::max);
+        choice
+    }
+
+    /// All of them, first those that are mostly the most exciting.
+    fn all(&self) -> impl Iterator<Item = (f64, Which)> + '_ {
+        let concrete = self.concrete.iter().map(|(excitation, id)| (*excitation, Which::Concrete(*id)));
+        let generalised = self.generalised.iter().enumerate();
+        let generalised = generalised.map(|(at, scored)| (scored.excitation, Which::Generalised(at)));
+        let primitives = self.primitives.iter().map(|(excitation, id)| (*excitation, Which::Primitive(*id)));
+        generalised.chain(primitives).chain(concrete)
+    }
+
+    /// Takes the most excited candidate, drawing among equals, and resolves it to a primitive.
+    pub(crate) fn decide(
+        &self,
+        memory: &Memory,
+        situation: &Situation<'_>,
+        random: &mut Random,
+    ) -> Option<(Execution, Decision)> {
+        let mut best = Vec::new();
+        self.all().filter(|(excitation, _)| *excitation == self.top).for_each(|(_, which)| best.push(which));
+        best.sort_unstable();
+        let chosen = *best.get(random.below(best.len()))?;
+        let execution = resolve(memory, situation, &*self.scored(memory, situation, self.top, chosen)?)?;
+        let reason = if best.len() > 1 { Reason::Tie } else { Reason::Excitation };
+        let (shown, at) = self.most_excited(memory, situation, chosen);
+        let mut decision = explain(memory, situation, &shown, reason, execution.action);
+        decision.chosen = at;
+        decision.ties = best.len();
+        decision.candidates_total = self.concrete.len() + self.generalised.len() + self.primitives.len();
+        Some((execution, decision))
+    }
+
+    /// The candidates to be shown, the most excited first (of equals the chosen one), and where the chosen one is.
+    fn most_excited(
+        &self,
+        memory: &Memory,
+        situation: &Situation<'_>,
+        chosen: Which,
+    ) -> (Vec<Cow<'_, Scored>>, usize) {
+        let first = |a: &(f64, Which), b: &(f64, Which)| {
+            let rest = |which: Which| (which != chosen, which);
+            b.0.total_cmp(&a.0).then_with(|| rest(a.1).cmp(&rest(b.1)))
+        };
+        let mut kept: Vec<(f64, Which)> = Vec::with_capacity(CANDIDATES_KEPT_MAX + 1);
+        self.all().for_each(|candidate| {
+            let full = kept.len() == CANDIDATES_KEPT_MAX;
+            if full && kept.last().is_some_and(|last| first(last, &candidate).is_lt()) {
+                return;
+            }
+            let at = kept.partition_point(|known| first(known, &candidate).is_lt());
+            kept.truncate(CANDIDATES_KEPT_MAX - 1);
+            kept.insert(at, candidate);
+        });
+        let at = kept.iter().position(|(_, which)| *which == chosen).unwrap_or(0);
+        (kept.into_iter().filter_map(|(e, which)| self.scored(memory, situation, e, which)).collect(), at)
+    }
+
+    /// A candidate with all that it takes to show or resolve it.
+    fn scored(
+        &self,
+        memory: &Memory,
+        situation: &Situation<'_>,
+        excitation: f64,
+        which: Which,
+    ) -> Option<Cow<'_, Scored>> {
+        let (subject, action) = match which {
+            Which::Concrete(id) => (Subject::Schema(id), memory.index().outline(id)?.action),
+            Which::Generalised(at) => return self.generalised.get(at).map(Cow::Borrowed),
+            Which::Primitive(primitive) => (Subject::Primitive(primitive), primitive),
+        };
+        let reliability = memory.content().reliability(action);
+        let value = memory.parameters().babbling_excitation * reliability;
+        let (access, drive) = match which {
+            Which::Concrete(id) => {
+                let wanting = situation.unhabituated.binary_search(&id).is_ok();
+                let drive = Drive { role: Role::Habituation, weight: reliability, value };
+                (access(memory, situation, id), wanting.then_some(drive))
+            }
+            _ => (None, Some(Drive { role: Role::Babbling, weight: reliability, value })),
+        };
+        let distance = access.map_or(1, |access| access.preceding + 1);
+        Some(Cow::Owned(Scored {
+            subject,
+            binding: Substitution::new(),
+            places: None,
+            carrier: None,
+            access,
+            distance,
+            excitation,
+            reliability,
+            drive,
+        }))
+    }
+}
+
+/// The decision for the first of these candidates.
+fn explain(
+    memory: &Memory,
+    situation: &Situation<'_>,
+    shown: &[Cow<'_, Scored>],
+    reason: Reason,
+    action: PrimitiveId,
+) -> Decision {
+    let terms = keep(memory, situation, shown).terms();
+    let candidates_total = shown.len();
+    let candidates = shown.iter().zip(terms).map(|(scored, terms)| Candidate {
+        subject: scored.subject,
+        binding: scored.binding.clone(),
+        distance: scored.distance,
+        excitation: scored.excitation,
+        terms,
+    });
+    Decision {
+        step: memory.content().step + 1,
+        body: situation.body,
+        world: situation.world.clone(),
+        candidates: candidates.collect(),
+        candidates_total,
+        chosen: 0,
+        ties: 1,
+        reason,
+        action,
+        search_truncated: situation.reach.truncated,
+        goal: None,
+    }
+}
+
+/// What the terms of these candidates will be made of.
+fn keep(memory: &Memory, situation: &Situation<'_>, shown: &[Cow<'_, Scored>]) -> Kept {
+    let Situation { world, perceived, .. } = *situation;
+    let seen = OnceCell::new();
+    let seen = || seen.get_or_init(|| Seen::new(memory, world, perceived));
+    // The one that was needed last: there are often many bindings of one law.
+    let mut law: Option<Generally<'_>> = None;
+    // Most are remembered by little more than their pre-conditions.
+    let remembered = shown.iter().map(|scored| scored.places.as_ref().map_or(0, Vec::len) + 2);
+    let mut kept = Kept::new(world, shown.len(), remembered.sum());
+    for scored in shown {
+        let Scored { subject, binding, places, reliability, drive, .. } = &**scored;
+        kept.add(*drive, |list| match (*subject, places) {
+            (Subject::Schema(id), Some(places)) => {
+                if law.as_ref().is_none_or(|law| law.id != id) {
+                    law = Generally::new(memory, id, world, seen());
+                }
+                law.iter().for_each(|law| law.remember(binding, places, *reliability, list));
+            }
+            (Subject::Schema(id), None) => excitation::remember(memory, id, binding, *reliability, list),
+            (Subject::Primitive(_), _) => (),
+        });
+    }
+    kept
+}
+
+/// How a concrete schema can be made executable; none if it can't, or not by this body.
+fn access(memory: &Memory, situation: &Situation<'_>, id: SchemaId) -> Option<Access> {
+    let Situation { body, reach, .. } = *situation;
+    let outline = memory.index().outline(id)?;
+    memory.content().vocabulary.can_do(body, outline.action).then(|| reach.way(outline.group)).flatten()
+}
+
+/// Concrete schemas with any excitation.
+fn concrete(memory: &Memory, situation: &Situation<'_>) -> Vec<(f64, SchemaId)> {
+    let unhabituated = situation.unhabituated;
+    let index = memory.index();
+    let resemblance = Resemblance::new(memory, situation.world);
+    let reliabilities = reliabilities(memory, situation.body);
+    let drive = memory.parameters().babbling_excitation;
+    let mut found = Vec::with_capacity(situation.executable.len());
+    for (access, group) in situation.reach.ways(index.groups()) {
+        let distance = f64::from(access.preceding + 1);
+        let reliable = resemblance.of_pre(&group.pre, 1.0);
+        for id in &group.schemas {
+            let Some(outline) = index.outline(*id) else { continue };
+            let Some(reliability) = reliabilities.get(outline.action.0 as usize).copied().flatten() else {
+                continue;
+            };
+            let pre = if reliability == 1.0 { reliable } else { resemblance.of_pre(&group.pre, reliability) };
+            let mut sum = resemblance.sum(*id, outline, pre, reliability);
+            if !unhabituated.is_empty() && unhabituated.binary_search(id).is_ok() {
+                sum += drive * reliability;
+            }
+            let excitation = sum / distance;
+            if excitation > 0.0 {
+                found.push((excitation, *id));
+            }
+        }
+    }
+    found
+}
+
+/// The reliability of each primitive, by number; none for what the body does not have.
+fn reliabilities(memory: &Memory, body: BodyId) -> Vec<Option<f64>> {
+    let vocabulary = &memory.content().vocabulary;
+    let mut known = vec![None; vocabulary.primitives().len()];
+    for primitive in vocabulary.bodies().get(usize::from(body.0)).iter().flat_map(|b| &b.repertoire) {
+        if let Some(known) = known.get_mut(primitive.0 as usize) {
+            *known = Some(memory.content().reliability(*primitive));
+        }
+    }
+    known
+}
+
+/// Generalised schemas, once for each binding that the world state gives. A concrete schema with the same
+/// pre-conditions and action, example or counter-example, stands in for them: "in any cases where counter
+/// examples exist that contradict generalised solutions these are selected instead" (IV-A).
+fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut Matched) -> Vec<Scored> {
+    let Situation { body, world, perceived, reach, .. } = *situation;
+    let index = memory.index();
+    let mut found = Vec::new();
+    if index.generalised().is_empty() {
+        return found;
+    }
+    let seen = Seen::new(memory, world, perceived);
+    for id in index.generalised() {
+        let Some(generalised) = memory.content().schema(*id).and_then(|s| s.generalised()) else { continue };
+        let Some(generally) = Generally::new(memory, *id, world, &seen) else { continue };
+        for (binding, places) in matched.of(index, *id, generalised, world) {
+            let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
+            let Some(chaining::Achievement { carrier, access }) =
+                target.and_then(|target| achieve(memory, reach, body, &target))
+            else {
+                continue;
+            };
+            let Some(action) = index.outline(carrier).map(|outline| outline.action) else { continue };
+            let groups = index.groups();
+            let known = || groups.exact(groups.with_pre(&seen.ids(&places)?)?, action);
+            if access.preceding == 0 && known().is_some() {
+                continue;
+            }
+            let reliability = memory.content().reliability(action);
+            let sum = generally.sum(&binding, &places, reliability);
+            let distance = access.preceding + 1;
+            let excitation = sum / f64::from(distance);
+            let (subject, carrier, access) = (Subject::Schema(*id), Some(carrier), Some(access));
+            if sum > 0.0 {
+                let drive = None;
+                found.push(Scored {
+                    subject,
+                    binding,
+                    places: Some(places),
+                    carrier,
+                    access,
+                    distance,
+                    excitation,
+                    reliability,
+                    drive,
+                });
+            }
+        }
+    }
+    found
+}
+
+/// Primitives that no schema covers here, with the drive to try them.
+fn primitives(memory: &Memory, situation: &Situation<'_>) -> Vec<(f64, PrimitiveId)> {
+    let uncovered = babbling::uncovered(memory, situation.body, situation.executable).into_iter();
+    let drive = memory.parameters().babbling_excitation;
+    uncovered.map(|primitive| (drive * memory.content().reliability(primitive), primitive)).collect()
+}
+
+/// What has to be sent to execute the candidate: its own primitive, or the first of a chain to it.
+fn resolve(memory: &Memory, situation: &Situation<'_>, scored: &Scored) -> Option<Execution> {
+    let schema = match scored.subject {
+        Subject::Primitive(action) => {
+            return Some(Execution {
+                schema: None,
+                binding: Substitution::new(),
+                carrier: None,
+                action,
+                before: situation.world.clone(),
+                chain: Vec::new(),
+                for_goal: false,
+            });
+        }
+        Subject::Schema(schema) => schema,
+    };
+    let last = ChainLink { schema, binding: scored.binding.clone(), carrier: scored.carrier };
+    let mut chain = scored.access.map_or(Vec::new(), |access| situation.reach.chain(access));
+    chain.push(last);
+    begin(memory, situation.world, chain)
+}
+
+/// The execution of the first link of `chain` in `world`.
+fn begin(memory: &Memory, world: &WorldState, mut chain: Vec<ChainLink>) -> Option<Execution> {
+    if chain.is_empty() {
+        return None;
+    }
+    let ChainLink { schema, binding, carrier } = chain.remove(0);
+    let action = memory.content().schema(carrier.unwrap_or(schema))?.concrete()?.action;
+    let before = world.clone();
+    Some(Execution { schema: Some(schema), binding, carrier, action, before, chain, for_goal: false })
+}
+
+/// Goes on with a chain begun before, if the present outcome allows its next schema.
+pub(crate) fn continue_chain(
+    memory: &Memory,
+    situation: &Situation<'_>,
+    chain: &[ChainLink],
+) -> Option<(Execution, Decision)> {
+    let next = chain.first()?;
+    let holds = |schema: SchemaId, binding: &Substitution| {
+        Bound::new(memory.content(), schema, binding).is_some_and(|b| situation.world.satisfies(&b.pre))
+    };
+    let retired =
+        memory.content().schema(next.schema)?.generalised().is_some_and(|generalised| generalised.retired);
+    let allowed = !retired
+        && holds(next.schema, &next.binding)
+        && next.carrier.is_none_or(|carrier| holds(carrier, &Substitution::new()));
+    let execution = allowed.then(|| begin(memory, situation.world, chain.to_vec())).flatten()?;
+    let reliability = memory.content().reliability(execution.action);
+    let sum = excitation::sum(memory, next.schema, &next.binding, situation.perceived, reliability);
+    let scored = Scored {
+        subject: Subject::Schema(next.schema),
+        binding: next.binding.clone(),
+        places: None,
+        carrier: next.carrier,
+        access: None,
+        distance: 1,
+        excitation: sum,
+        reliability,
+        drive: None,
+    };
+    let decision = explain(memory, situation, &[Cow::Owned(scored)], Reason::Chain, execution.action);
+    Some((execution, decision))
+}

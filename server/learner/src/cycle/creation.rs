@@ -1,0 +1,232 @@
+//! Schema creation (paper, II-D and figure 1): what was not predicted is remembered.
+
+use crate::memory::Memory;
+use crate::memory::draft::Draft;
+use crate::memory::instance::Bound;
+use crate::nouns::effect::{Effect, Seen};
+use crate::nouns::execution::Execution;
+use crate::nouns::observation::{Observation, Substitution, TypeId};
+use crate::nouns::schema::{Form, POST_CONDITIONS_MAX, SCHEMAS_MAX, SchemaId};
+use crate::nouns::world_state::WorldState;
+
+/// What happened that the executed schema does not know.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Surprise {
+    /// Observed now; neither before nor predicted: the relative complement of II-D.
+    pub(crate) appeared: Vec<Observation>,
+    /// Part of the context before, gone now, and its loss was not predicted.
+    pub(crate) vanished: Vec<Observation>,
+    /// Whether something predicted did not happen.
+    pub(crate) missing: bool,
+}
+
+/// Compares `after` with `before` and the schema's predictions.
+pub(crate) fn surprise(
+    memory: &Memory,
+    bound: Option<&Bound>,
+    before: &WorldState,
+    after: &WorldState,
+    lifted: &dyn Fn(TypeId) -> bool,
+) -> Surprise {
+    let rules = memory.rules();
+    let known = |observation: &Observation, absent: bool| {
+        bound.is_some_and(|b| b.post.iter().any(|p| p.absent == absent && p.what == *observation))
+    };
+    let lasted = |o: &Observation| !rules.transient(o.kind()) && before.contains(o);
+    let appeared = after
+        .observations()
+        .iter()
+        .filter(|o| rules.postcondition(o.kind()) && !lasted(o) && !known(o, false))
+        .cloned()
+        .collect();
+    let vanished = before
+        .observations()
+        .iter()
+        .filter(|o| rules.precondition(o.kind()) && !after.contains(o) && !known(o, true))
+        .cloned()
+        .collect();
+    let missing = bound.is_some_and(|b| {
+        b.predicted(memory.parameters()).any(|p| lifted(p.what.kind()) && after.contains(&p.what) == p.absent)
+    });
+    Surprise { appeared, vanished, missing }
+}
+
+/// What came of a step's experience: which schema now stands for it, and whether it is new.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Creation {
+    /// The schema made.
+    pub(crate) created: Option<SchemaId>,
+    /// The schema, other than the one executed, that took the new outcome.
+    pub(crate) updated: Option<SchemaId>,
+    /// Whether the schema made is a counter-example.
+    pub(crate) counter_example: bool,
+}
+
+/// Makes the schema, or adds the outcome, that the surprise calls for.
+pub(crate) fn create(
+    draft: &mut Draft<'_>,
+    execution: &Execution,
+    surprise: &Surprise,
+    after: &WorldState,
+    lifted: &dyn Fn(TypeId) -> bool,
+) -> Creation {
+    let memory = draft.memory();
+    let context = execution.before.context(memory.rules());
+    let Some(executed) = execution.schema else {
+        return create_first(draft, execution, &context, after, lifted);
+    };
+    let generalised =
+        memory.content().schema(executed).is_some_and(|s| matches!(s.form, Form::Generalised(_)));
+    let contradicts = (generalised && surprise.missing).then_some(executed);
+    if surprise.appeared.is_empty() && surprise.vanished.is_empty() && contradicts.is_none() {
+        return Creation::default();
+    }
+    // "If the observations present prior to the execution of the schema are the same as the
+    // pre-conditions to the schema then the new outcome is added" (II-D). What a generalised schema did
+    // not predict concerns this binding only, so it always goes to a concrete schema.
+    let pre: Vec<_> = context.observations().iter().collect();
+    let exact = memory.index().exact(&pre, execution.action);
+    if exact == Some(executed) {
+        add_outcomes(draft, executed, surprise);
+        return Creation::default();
+    }
+    if let Some(existing) = exact {
+        update(draft, existing, execution, after, lifted);
+        return Creation { updated: Some(existing), ..Creation::default() };
+    }
+    if is_full(memory) {
+        return Creation::default();
+    }
+    let post = outcome(memory, &context, after, after.observations().iter());
+    let created = next_id(draft);
+    draft.emit(Effect::Created {
+        pre: context.observations().to_vec(),
+        action: execution.action,
+        post,
+        parent: Some(executed),
+        contradicts,
+    });
+    Creation { created: Some(created), updated: None, counter_example: contradicts.is_some() }
+}
+
+/// A primitive that no schema covered here: its first schema is what is new, in this context.
+fn create_first(
+    draft: &mut Draft<'_>,
+    execution: &Execution,
+    context: &WorldState,
+    after: &WorldState,
+    lifted: &dyn Fn(TypeId) -> bool,
+) -> Creation {
+    let memory = draft.memory();
+    let pre: Vec<_> = context.observations().iter().collect();
+    if let Some(existing) = memory.index().exact(&pre, execution.action) {
+        // Another body tried the same in the meantime.
+        update(draft, existing, execution, after, lifted);
+        return Creation { updated: Some(existing), ..Creation::default() };
+    }
+    if is_full(memory) {
+        return Creation::default();
+    }
+    let lasting = execution.before.lasting(memory.rules());
+    let new = after.observations().iter().filter(|o| !lasting.contains(o) || context.contains(o));
+    let post = outcome(memory, context, after, new);
+    let created = next_id(draft);
+    draft.emit(Effect::Created {
+        pre: context.observations().to_vec(),
+        action: execution.action,
+        post,
+        parent: None,
+        contradicts: None,
+    });
+    Creation { created: Some(created), ..Creation::default() }
+}
+
+fn is_full(memory: &Memory) -> bool {
+    memory.content().schemas.len() >= SCHEMAS_MAX
+}
+
+fn next_id(draft: &Draft<'_>) -> SchemaId {
+    SchemaId(u32::try_from(draft.memory().content().schemas.len()).unwrap_or(u32::MAX))
+}
+
+/// `seen` as post-conditions, and what is gone from the context as absences, in canonical order.
+fn outcome<'a>(
+    memory: &Memory,
+    context: &WorldState,
+    after: &WorldState,
+    seen: impl Iterator<Item = &'a Observation>,
+) -> Vec<(Observation, bool)> {
+    let gone = context.observations().iter().filter(|o| !after.contains(o));
+    let mut post: Vec<_> = seen
+        .filter(|o| memory.rules().postcondition(o.kind()))
+        .map(|o| (o.clone(), false))
+        .chain(gone.map(|o| (o.clone(), true)))
+        .collect();
+    post.sort_unstable();
+    post.truncate(POST_CONDITIONS_MAX);
+    post
+}
+
+/// The schema with just this context and action takes the experience as an execution of its own.
+fn update(
+    draft: &mut Draft<'_>,
+    existing: SchemaId,
+    execution: &Execution,
+    after: &WorldState,
+    lifted: &dyn Fn(TypeId) -> bool,
+) {
+    let memory = draft.memory();
+    let Some(bound) = Bound::new(memory.content(), existing, &Substitution::new()) else { return };
+    let new = surprise(memory, Some(&bound), &execution.before, after, lifted);
+    // One execution is one trial: the carrier of a generalised schema has been scored already.
+    if execution.carrier != Some(existing) {
+        let scored = score(memory, existing, &bound, &execution.before, after, lifted);
+        draft.emit_all(scored);
+    }
+    add_outcomes(draft, existing, &new);
+}
+
+fn add_outcomes(draft: &mut Draft<'_>, schema: SchemaId, surprise: &Surprise) {
+    let known =
+        draft.memory().content().schema(schema).and_then(|s| s.concrete()).map_or(0, |c| c.post.len());
+    let room = POST_CONDITIONS_MAX.saturating_sub(known);
+    let appeared = surprise.appeared.iter().map(|o| (o, false));
+    let vanished = surprise.vanished.iter().map(|o| (o, true));
+    for (observation, absent) in appeared.chain(vanished).take(room) {
+        draft.emit(Effect::OutcomeAdded { schema, observation: observation.clone(), absent });
+    }
+}
+
+/// The effect that scores the predictions of `schema`, which reads as `bound` (II-A).
+pub(crate) fn score(
+    memory: &Memory,
+    schema: SchemaId,
+    bound: &Bound,
+    before: &WorldState,
+    after: &WorldState,
+    lifted: &dyn Fn(TypeId) -> bool,
+) -> Option<Effect> {
+    let content = memory.content();
+    let seen = |kind: TypeId, held: bool| match (lifted(kind), held) {
+        (false, _) => Seen::Constrained,
+        (true, true) => Seen::Held,
+        (true, false) => Seen::Missed,
+    };
+    let post: Vec<_> =
+        bound.post.iter().map(|p| seen(p.what.kind(), after.contains(&p.what) != p.absent)).collect();
+    let success = bound
+        .post
+        .iter()
+        .zip(&post)
+        .all(|(p, seen)| *seen != Seen::Missed || !bound.predicts(p, memory.parameters()));
+    let associations = content
+        .schema(schema)?
+        .associations
+        .iter()
+        .map(|association| {
+            let observation = content.observation(association.observation);
+            seen(observation.kind(), before.contains(observation) || after.contains(observation))
+        })
+        .collect();
+    Some(Effect::Executed { schema, success, post, associations })
+}

@@ -1,0 +1,152 @@
+//! Goals: what they are, whether they hold, and what a primitive would do here. How to bring one about is in
+//! [`crate::cycle::plan`].
+
+use crate::cycle::stages;
+use crate::memory::instance::Bound;
+use crate::memory::{Content, Memory};
+use crate::nouns::curriculum::Curriculum;
+use crate::nouns::observation::{MATCH_ATTEMPTS_MAX, Observation, Pattern, Substitution, Term};
+use crate::nouns::pursuit::Goal;
+use crate::nouns::schema::{Concrete, PostCondition, SchemaId};
+use crate::nouns::vocabulary::{BodyId, PrimitiveId};
+use crate::nouns::world_state::WorldState;
+
+/// What a primitive is expected to do here.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prediction {
+    /// The schema that says so: of those that hold here, the one with the most pre-conditions; of equals a
+    /// concrete one, then the one executed most, then the oldest.
+    pub schema: SchemaId,
+    /// Its binding, when it is generalised.
+    pub binding: Substitution,
+    /// Each outcome with its count; rarer ones included.
+    pub outcomes: Vec<PostCondition<Observation>>,
+}
+
+/// The world state that these observations make in the present stage, which may not lift all of their types.
+#[must_use]
+pub fn perceived(content: &Content, curriculum: &Curriculum, observations: &[Observation]) -> WorldState {
+    let at = content.progress.stage.min(curriculum.stages.len().saturating_sub(1));
+    let stage = curriculum.stages.get(at);
+    let lifted = stage.map_or_else(Vec::new, |stage| stages::lifted(&content.vocabulary, stage));
+    WorldState::new(observations.iter().filter(|o| stages::is_lifted(&lifted, o.kind())).cloned())
+}
+
+/// Whether `world` has a match for every pattern of `goal`.
+#[must_use]
+pub fn holds(goal: &Goal, world: &WorldState) -> bool {
+    let all: Vec<_> = world.observations().iter().map(|o| (o, 1.0)).collect();
+    best_match(goal, &all).is_some()
+}
+
+/// Whether `observation` matches `pattern` by itself.
+pub(crate) fn fits(pattern: &Pattern, observation: &Observation) -> bool {
+    extended(pattern, observation, &Substitution::new()).is_some()
+}
+
+/// `binding` with what it takes to make `pattern` match `observation`.
+fn extended(pattern: &Pattern, observation: &Observation, binding: &Substitution) -> Option<Substitution> {
+    if pattern.kind() != observation.kind() {
+        return None;
+    }
+    let mut binding = binding.clone();
+    let mut terms = pattern.terms().iter();
+    let agrees = terms.all(|(property, term)| {
+        let seen = observation.properties().iter().find(|(known, _)| known == property);
+        seen.is_some_and(|(_, value)| match term {
+            Term::Constant(constant) => constant == value,
+            Term::Variable(variable) => binding.bind(*variable, *value),
+        })
+    });
+    agrees.then_some(binding)
+}
+
+/// Observations that together match `goal`, one for each pattern, as indexes into `options`, and the product of
+/// their probabilities (each counted once): the most probable such choice, of equals the first.
+pub(crate) fn best_match(goal: &Goal, options: &[(&Observation, f64)]) -> Option<(f64, Vec<usize>)> {
+    let mut search = Search { goal, options, budget: MATCH_ATTEMPTS_MAX, best: None };
+    search.extend(&mut Vec::new(), &Substitution::new(), 1.0);
+    search.best
+}
+
+struct Search<'a> {
+    goal: &'a Goal,
+    options: &'a [(&'a Observation, f64)],
+    budget: usize,
+    best: Option<(f64, Vec<usize>)>,
+}
+
+impl Search<'_> {
+    fn extend(&mut self, taken: &mut Vec<usize>, binding: &Substitution, probability: f64) {
+        // Products only fall, so that what is no better already never will be.
+        if probability <= 0.0 || self.best.as_ref().is_some_and(|(best, _)| probability <= *best) {
+            return;
+        }
+        let Some(pattern) = self.goal.get(taken.len()) else {
+            self.best = Some((probability, taken.clone()));
+            return;
+        };
+        for (at, (observation, likely)) in self.options.iter().enumerate() {
+            if self.budget == 0 {
+                return;
+            }
+            self.budget -= 1;
+            if let Some(binding) = extended(pattern, observation, binding) {
+                let factor = if taken.contains(&at) { 1.0 } else { *likely };
+                taken.push(at);
+                self.extend(taken, &binding, probability * factor);
+                taken.pop();
+            }
+        }
+    }
+}
+
+/// What `action` would do in `world`; none if nothing that is known holds here.
+#[must_use]
+pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: PrimitiveId) -> Option<Prediction> {
+    if !memory.content().vocabulary.can_do(body, action) {
+        return None;
+    }
+    let content = memory.content();
+    let here: Vec<(SchemaId, &Concrete)> = memory
+        .index()
+        .with_action(action)
+        .iter()
+        .filter_map(|id| Some((*id, content.schema(*id)?.concrete()?)))
+        .filter(|(_, concrete)| world.satisfies(concrete.pre.iter().map(|o| content.observation(*o))))
+        .collect();
+    let none = Substitution::new();
+    let mut known: Vec<(SchemaId, Substitution, Bound)> = here
+        .iter()
+        .filter_map(|(id, _)| Some((*id, none.clone(), Bound::new(content, *id, &none)?)))
+        .collect();
+    for id in memory.index().generalised() {
+        let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
+        for binding in memory.index().bindings(*id, generalised, world.observations()) {
+            let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
+            let achieved =
+                target.is_some_and(|target| here.iter().any(|(_, c)| predicts(memory, c, &target)));
+            if let Some(bound) = achieved.then(|| Bound::new(content, *id, &binding)).flatten() {
+                known.push((*id, binding, bound));
+            }
+        }
+    }
+    known
+        .into_iter()
+        .max_by_key(|(id, _, bound)| {
+            let schema = content.schema(*id);
+            let concrete = schema.is_some_and(|s| s.concrete().is_some());
+            let executions = schema.map_or(0, |s| s.executions.trials);
+            (bound.pre.len(), concrete, executions, std::cmp::Reverse(*id))
+        })
+        .map(|(schema, binding, bound)| Prediction { schema, binding, outcomes: bound.post })
+}
+
+/// Whether `concrete` predicts all of `target`.
+fn predicts(memory: &Memory, concrete: &Concrete, target: &[Observation]) -> bool {
+    target.iter().all(|wanted| {
+        let id = memory.index().id(wanted);
+        let post = concrete.post.iter().find(|post| Some(post.what) == id && !post.absent);
+        post.is_some_and(|post| memory.parameters().predicts(post.count))
+    })
+}

@@ -1,0 +1,24 @@
+//! Habituation (paper, II-G): before the next constraint is lifted, each schema of the stage is tried until
+//! its outcomes are known, so that noise is not put down to what comes next.
+
+use crate::memory::Memory;
+use crate::nouns::curriculum::Habituation;
+use crate::nouns::schema::SchemaId;
+
+/// Those of the `executable` schemas that were made since `first_step` and are not yet known well enough.
+pub(crate) fn unhabituated(
+    memory: &Memory,
+    rule: &Habituation,
+    first_step: u64,
+    executable: &[SchemaId],
+) -> Vec<SchemaId> {
+    let wanting = |id: &SchemaId| {
+        memory.content().schema(*id).is_some_and(|schema| {
+            let (low, high) = schema.executions.interval();
+            schema.created_step >= first_step
+                && schema.executions.trials < rule.executions_min
+                && high - low > rule.interval_max
+        })
+    };
+    executable.iter().copied().filter(wanting).collect()
+}

@@ -1,0 +1,161 @@
+//! The learner: a memory, and the curriculum that it is led through.
+
+use crate::cycle::step::{self, Caches};
+use crate::cycle::{pursue, stages};
+use crate::memory::Memory;
+use crate::memory::draft::Draft;
+use crate::nouns::curriculum::{Curriculum, CurriculumError};
+use crate::nouns::effect::Effect;
+use crate::nouns::frame::{Frame, Step};
+use crate::nouns::observation::{Pattern, SymbolId};
+use crate::nouns::parameters::{ParameterError, Parameters};
+use crate::nouns::progress::{StageCommand, StageCommandError, StageEffect};
+use crate::nouns::pursuit::PursueError;
+use crate::nouns::vocabulary::{BodyId, Declaration, DeclarationError};
+
+/// Why a learner can't be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LearnerError {
+    /// A parameter is out of range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The curriculum can't be followed.
+    #[error(transparent)]
+    Curriculum(#[from] CurriculumError),
+}
+
+/// A learner: memory, and the curriculum that it follows.
+#[derive(Clone, Debug)]
+pub struct Learner {
+    memory: Memory,
+    curriculum: Curriculum,
+    caches: Caches,
+}
+
+impl Learner {
+    /// A learner that knows nothing. `seed` decides its draws.
+    ///
+    /// # Errors
+    /// When a parameter is out of range, or the curriculum can't be followed.
+    pub fn new(seed: u64, parameters: Parameters, curriculum: Curriculum) -> Result<Self, LearnerError> {
+        parameters.check()?;
+        curriculum.check()?;
+        Ok(Self { memory: Memory::new(seed, parameters), curriculum, caches: Caches::default() })
+    }
+
+    /// A learner that goes on from `memory`, with the parameters in it: given the same frames it decides as the
+    /// learner would have that the memory was taken of.
+    ///
+    /// # Errors
+    /// When a parameter is out of range, or the curriculum can't be followed.
+    pub fn resume(memory: Memory, curriculum: Curriculum) -> Result<Self, LearnerError> {
+        memory.parameters().check()?;
+        curriculum.check()?;
+        Ok(Self { memory, curriculum, caches: Caches::default() })
+    }
+
+    /// Gives up its curriculum for another, which begins with the next frame, and goes on under other parameters:
+    /// what it has learnt stays.
+    ///
+    /// # Errors
+    /// When a parameter is out of range, or the curriculum can't be followed; nothing is changed then.
+    pub fn change(
+        &mut self,
+        parameters: Parameters,
+        curriculum: Curriculum,
+    ) -> Result<Vec<Effect>, LearnerError> {
+        parameters.check()?;
+        curriculum.check()?;
+        let mut draft = Draft::new(&mut self.memory);
+        draft.emit(Effect::Stage(StageEffect::Left));
+        let effects = draft.effects();
+        let content = self.memory.content().clone();
+        let memory = Memory::restore(content, parameters);
+        *self = Self { memory, curriculum, caches: Caches::default() };
+        Ok(effects)
+    }
+
+    /// Its memory, to go on from.
+    #[must_use]
+    pub fn into_memory(self) -> Memory {
+        self.memory
+    }
+
+    /// What it knows.
+    #[must_use]
+    pub fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    /// What it is led through.
+    #[must_use]
+    pub fn curriculum(&self) -> &Curriculum {
+        &self.curriculum
+    }
+
+    /// Takes in what a body declares of itself.
+    ///
+    /// # Errors
+    /// When it contradicts what is known; memory is then as it was.
+    pub fn declare(&mut self, declaration: Declaration) -> Result<(BodyId, Vec<Effect>), DeclarationError> {
+        self.memory.content().vocabulary.check(&declaration)?;
+        let name = declaration.body.clone();
+        let mut draft = Draft::new(&mut self.memory);
+        draft.emit(Effect::Declared(Box::new(declaration)));
+        let effects = draft.effects();
+        let body = self.memory.content().vocabulary.body_named(&name);
+        Ok((body.unwrap_or(BodyId(u16::MAX)), effects))
+    }
+
+    /// The number of a symbol, a word for instance; new symbols are taken in.
+    pub fn symbol(&mut self, name: &str) -> (SymbolId, Vec<Effect>) {
+        let mut draft = Draft::new(&mut self.memory);
+        if draft.memory().content().vocabulary.symbol_named(name).is_none() {
+            draft.emit(Effect::SymbolsMet(vec![name.to_owned()]));
+        }
+        let id = draft.memory().content().vocabulary.symbol_named(name);
+        (id.unwrap_or(SymbolId(u32::MAX)), draft.effects())
+    }
+
+    /// Obeys an operator's developmental control.
+    ///
+    /// # Errors
+    /// When there is no such stage; memory is then as it was.
+    pub fn stage(&mut self, command: &StageCommand) -> Result<Vec<Effect>, StageCommandError> {
+        let mut draft = Draft::new(&mut self.memory);
+        stages::command(&mut draft, &self.curriculum, command)?;
+        Ok(draft.effects())
+    }
+
+    /// Takes up a goal: `body` pursues it, with at most `actions_max` actions, until it holds or nothing known
+    /// leads there. One goal at a time.
+    ///
+    /// # Errors
+    /// When it can't be pursued; memory is then as it was.
+    pub fn pursue(
+        &mut self,
+        body: BodyId,
+        goal: Vec<Pattern>,
+        actions_max: u32,
+    ) -> Result<Vec<Effect>, PursueError> {
+        let mut draft = Draft::new(&mut self.memory);
+        pursue::begin(&mut draft, &self.curriculum, body, goal, actions_max)?;
+        Ok(draft.effects())
+    }
+
+    /// Calls off the goal that is pursued.
+    ///
+    /// # Errors
+    /// When none is.
+    pub fn cancel_goal(&mut self) -> Result<Vec<Effect>, PursueError> {
+        let mut draft = Draft::new(&mut self.memory);
+        pursue::cancel(&mut draft)?;
+        Ok(draft.effects())
+    }
+
+    /// One step of the cycle in `docs/LEARNING.md`. A frame of a body that was never declared is answered with
+    /// [`Output::Hold`](crate::Output::Hold) and changes nothing.
+    pub fn step(&mut self, frame: &Frame) -> Step {
+        step::step(&mut self.memory, &self.curriculum, &mut self.caches, frame)
+    }
+}

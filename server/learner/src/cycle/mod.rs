@@ -1,0 +1,22 @@
+//! The cycle: what is done with a frame. `step.rs` reads as the numbered list of the paper, and each of its steps is a file.
+
+mod association;
+mod attention;
+mod babbling;
+mod carrier;
+mod chaining;
+mod choice;
+mod creation;
+mod excitation;
+mod generalisation;
+pub mod goals;
+mod habituation;
+pub(crate) mod learner;
+mod match_cache;
+pub mod plan;
+mod pursue;
+mod search;
+mod stages;
+mod step;
+mod target_action;
+pub mod why_not;

@@ -1,0 +1,314 @@
+//! Plans: the chain of schemas that brings a goal about, and with what probability. Only what the goal and the
+//! later schemas of the chain rely on counts (paper, II-A): that a ball may fall does not matter to who
+//! moves a block.
+
+use std::collections::BTreeSet;
+
+use crate::cycle::babbling::executable;
+use crate::cycle::chaining::{Access, Reach};
+use crate::cycle::goals::{best_match, fits, holds};
+use crate::memory::Memory;
+use crate::memory::instance::Bound;
+use crate::nouns::execution::ChainLink;
+use crate::nouns::observation::{Observation, Substitution};
+use crate::nouns::pursuit::Goal;
+use crate::nouns::schema::{ObservationId, PostCondition, SchemaId};
+use crate::nouns::vocabulary::{BodyId, PrimitiveId};
+use crate::nouns::world_state::WorldState;
+
+/// Chains weighed for one plan; a search that comes to it says so.
+pub const CHAINS_WEIGHED_MAX: usize = 1_024;
+
+/// A way to bring a goal about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// What to execute, in order; nothing when the goal holds already.
+    pub steps: Vec<PlanStep>,
+    /// The probability that it brings the goal about: the product of those of the steps.
+    pub probability: f64,
+}
+
+/// What a search for a plan came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// The best plan; none if nothing known leads there.
+    pub plan: Option<Plan>,
+    /// Whether the search used up its budget, so that there may be a better one.
+    pub truncated: bool,
+}
+
+/// One schema of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanStep {
+    /// The schema, its binding, and what carries out its target when it is generalised.
+    pub link: ChainLink,
+    /// The primitive to be sent.
+    pub action: PrimitiveId,
+    /// The outcomes that the goal or later steps rely on: as observed, or (an absence) as *not* to happen.
+    pub relies_on: Vec<PostCondition<Observation>>,
+    /// Of a generalised schema, the outcomes of its carrier that are its target.
+    pub through: Vec<PostCondition<Observation>>,
+    /// Reliability of the primitive: how surely the body carries it out.
+    pub reliability: f64,
+    /// `reliability` times the probabilities of what it goes through and of what is relied on.
+    pub probability: f64,
+}
+
+impl Plan {
+    /// The schemas, without what they rely on.
+    #[must_use]
+    pub fn chain(&self) -> Vec<ChainLink> {
+        self.steps.iter().map(|step| step.link.clone()).collect()
+    }
+}
+
+/// The most probable way to bring `goal` about from `world`; of equals the shortest, then the one whose last
+/// schema is oldest, then the first found. Events of `world` are over: they hold no goal.
+#[must_use]
+pub fn plan(memory: &Memory, body: BodyId, world: &WorldState, goal: &Goal) -> Found {
+    plan_along(memory, body, world, goal, &Reach::search(memory, body, world))
+}
+
+/// As [`plan`], along a search that was made from `world`.
+pub(crate) fn plan_along(
+    memory: &Memory,
+    body: BodyId,
+    world: &WorldState,
+    goal: &Goal,
+    reach: &Reach,
+) -> Found {
+    if holds(goal, &world.lasting(memory.rules())) {
+        return Found { plan: Some(Plan { steps: Vec::new(), probability: 1.0 }), truncated: false };
+    }
+    let wanted = wanted(memory, goal);
+    let start = world.context(memory.rules());
+    let mut found = Found { plan: None, truncated: reach.truncated };
+    let mut weighed = 0;
+    for access in reach.all() {
+        // Nothing longer is better than what is certain.
+        let certain = found.plan.as_ref().filter(|best| best.probability >= 1.0);
+        if certain.is_some_and(|best| reach.chain(access).len() >= best.steps.len()) {
+            continue;
+        }
+        let context = reach.context(access);
+        let concrete = concrete_finals(memory, body, context, &wanted).into_iter();
+        for last in concrete.chain(generalised_finals(memory, body, reach, access, goal)) {
+            if weighed == CHAINS_WEIGHED_MAX {
+                found.truncated = true;
+                return found;
+            }
+            weighed += 1;
+            let mut chain = reach.chain(access);
+            chain.push(last);
+            let weighed = weigh(memory, &start, &chain, goal);
+            if let Some(plan) = weighed.filter(|plan| found.plan.as_ref().is_none_or(|best| plan.beats(best)))
+            {
+                found.plan = Some(plan);
+            }
+        }
+    }
+    found
+}
+
+impl Plan {
+    fn beats(&self, other: &Self) -> bool {
+        let last = |plan: &Self| plan.steps.last().map(|step| step.link.schema);
+        let shape = |plan: &Self| (plan.steps.len(), last(plan));
+        match self.probability.total_cmp(&other.probability) {
+            std::cmp::Ordering::Equal => shape(self) < shape(other),
+            order => order.is_gt(),
+        }
+    }
+}
+
+fn link(schema: SchemaId, binding: Substitution, carrier: Option<SchemaId>) -> ChainLink {
+    ChainLink { schema, binding, carrier }
+}
+
+/// Observations that match a pattern of the goal, by number.
+fn wanted(memory: &Memory, goal: &Goal) -> Vec<ObservationId> {
+    let known = memory.content().observations.iter();
+    let mut ids: Vec<_> = known
+        .filter(|o| goal.iter().any(|pattern| fits(pattern, o)))
+        .filter_map(|o| memory.index().id(o))
+        .collect();
+    ids.sort_unstable();
+    ids
+}
+
+/// Concrete schemas that can be executed in `context` and predict something `wanted`, by number: a plan does not
+/// end with what has no part in the goal.
+fn concrete_finals(
+    memory: &Memory,
+    body: BodyId,
+    context: &WorldState,
+    wanted: &[ObservationId],
+) -> Vec<ChainLink> {
+    let content = memory.content();
+    let has_part = |id: &SchemaId| {
+        let concrete = content.schema(*id).and_then(|schema| schema.concrete());
+        concrete.is_some_and(|concrete| {
+            let mut caused = concrete.post.iter().filter(|post| !post.absent);
+            caused.any(|post| {
+                wanted.binary_search(&post.what).is_ok() && memory.parameters().predicts(post.count)
+            })
+        })
+    };
+    let executable = executable(memory, body, &memory.index().known_ids(context)).into_iter();
+    executable.filter(has_part).map(|id| link(id, Substitution::new(), None)).collect()
+}
+
+fn generalised_finals(
+    memory: &Memory,
+    body: BodyId,
+    reach: &Reach,
+    access: Access,
+    goal: &Goal,
+) -> Vec<ChainLink> {
+    let content = memory.content();
+    let mut found = Vec::new();
+    for id in memory.index().generalised() {
+        let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
+        for binding in memory.index().bindings(*id, generalised, reach.context(access).observations()) {
+            let Some(bound) = Bound::new(content, *id, &binding) else { continue };
+            if !has_part(memory, &bound, goal) {
+                continue;
+            }
+            let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
+            let carried = target.and_then(|target| reach.carrier(memory, body, &target, access));
+            let Some((carrier, _)) = carried else { continue };
+            let pre: Vec<_> = bound.pre.iter().collect();
+            let action = content.schema(carrier).and_then(|s| s.concrete()).map(|c| c.action);
+            // An example or counter-example stands in for it (IV-A).
+            if action.is_some_and(|action| memory.index().exact(&pre, action).is_none()) {
+                found.push(link(*id, binding, Some(carrier)));
+            }
+        }
+    }
+    found
+}
+
+/// Whether the schema predicts anything of the goal.
+fn has_part(memory: &Memory, bound: &Bound, goal: &Goal) -> bool {
+    let mut caused = bound.predicted(memory.parameters()).filter(|post| !post.absent);
+    caused.any(|post| goal.iter().any(|pattern| fits(pattern, &post.what)))
+}
+
+/// One link of a chain in the context that the links before it lead to.
+struct Placed {
+    link: ChainLink,
+    bound: Bound,
+    action: PrimitiveId,
+    reliability: f64,
+    through: Vec<PostCondition<Observation>>,
+    /// Its own pre-conditions and its carrier's.
+    pre: Vec<Observation>,
+    context: WorldState,
+}
+
+/// The chain as a plan, if it can bring the goal about from `start`. Goes backwards from the goal: what the goal
+/// needs of the last schema or of what was there before it, then what the schemas before have to leave behind.
+fn weigh(memory: &Memory, start: &WorldState, chain: &[ChainLink], goal: &Goal) -> Option<Plan> {
+    let mut placed = place(memory, start, chain)?;
+    let last = placed.pop()?;
+    let (relies_on, kept) = brings_about(memory, &last, goal)?;
+    let mut needed: BTreeSet<Observation> = kept.into_iter().collect();
+    let mut steps = vec![step(&last, relies_on)];
+    needed.extend(last.pre);
+    for before in placed.into_iter().rev() {
+        let relies_on: Vec<_> = needed.iter().filter_map(|o| outcome(&before.bound, o).cloned()).collect();
+        for made in relies_on.iter().filter(|post| !post.absent && !before.context.contains(&post.what)) {
+            needed.remove(&made.what);
+        }
+        steps.push(step(&before, relies_on));
+        needed.extend(before.pre);
+    }
+    steps.reverse();
+    let probability = steps.iter().map(|step| step.probability).product();
+    (probability > 0.0).then_some(Plan { steps, probability })
+}
+
+fn step(placed: &Placed, relies_on: Vec<PostCondition<Observation>>) -> PlanStep {
+    let Placed { link, action, reliability, through, .. } = placed;
+    let needs = through.iter().chain(&relies_on);
+    let probability = needs.fold(*reliability, |product, post| product * likely(post));
+    let (link, through) = (link.clone(), through.clone());
+    PlanStep { link, action: *action, relies_on, through, reliability: *reliability, probability }
+}
+
+/// The probability that what is relied on holds: that it happens, or of an absence that it does not.
+fn likely(post: &PostCondition<Observation>) -> f64 {
+    if post.absent { 1.0 - post.count.ratio() } else { post.count.ratio() }
+}
+
+fn place(memory: &Memory, start: &WorldState, chain: &[ChainLink]) -> Option<Vec<Placed>> {
+    let content = memory.content();
+    let mut context = start.clone();
+    let mut placed = Vec::new();
+    for link in chain {
+        let bound = Bound::new(content, link.schema, &link.binding)?;
+        let carrier = content.schema(link.carrier.unwrap_or(link.schema))?.concrete()?;
+        let mut pre = bound.pre.clone();
+        if link.carrier.is_some() {
+            pre.extend(carrier.pre.iter().map(|o| content.observation(*o).clone()));
+        }
+        let mut through = Vec::new();
+        if let Some(generalised) = content.schema(link.schema)?.generalised() {
+            for pattern in generalised.target.iter() {
+                let wanted = pattern.apply(&link.binding)?;
+                let id = memory.index().id(&wanted)?;
+                let post = carrier.post.iter().find(|post| post.what == id && !post.absent)?;
+                through.push(PostCondition { what: wanted, absent: false, count: post.count });
+            }
+        }
+        let after = after(memory, &context, &bound);
+        let before = std::mem::replace(&mut context, after);
+        let (link, action) = (link.clone(), carrier.action);
+        let reliability = memory.content().reliability(action);
+        placed.push(Placed { link, bound, action, reliability, through, pre, context: before });
+    }
+    Some(placed)
+}
+
+/// The context after `bound` in `context`, if all comes about that it predicts.
+fn after(memory: &Memory, context: &WorldState, bound: &Bound) -> WorldState {
+    let mut after = context.observations().to_vec();
+    let precondition = |post: &&PostCondition<Observation>| memory.rules().precondition(post.what.kind());
+    for post in bound.predicted(memory.parameters()).filter(precondition) {
+        match (post.absent, context.contains(&post.what)) {
+            (true, true) => after.retain(|o| *o != post.what),
+            (false, false) => after.push(post.what.clone()),
+            _ => (),
+        }
+    }
+    WorldState::new(after)
+}
+
+/// What `bound` does to `observation`, if it was ever seen to do anything: make it hold or leave it, rather than
+/// end it.
+fn outcome<'a>(bound: &'a Bound, observation: &Observation) -> Option<&'a PostCondition<Observation>> {
+    let of = |absent| bound.post.iter().find(|p| p.absent == absent && p.what == *observation);
+    of(false).or_else(|| of(true))
+}
+
+type Reliance = (Vec<PostCondition<Observation>>, Vec<Observation>);
+
+/// What the goal needs of the last schema: outcomes that it relies on, and observations that must be there
+/// before, for the schema leaves them.
+fn brings_about(memory: &Memory, last: &Placed, goal: &Goal) -> Option<Reliance> {
+    let Placed { bound, context, .. } = last;
+    let wanted = |o: &Observation| goal.iter().any(|pattern| fits(pattern, o));
+    let caused = bound.predicted(memory.parameters()).filter(|p| !p.absent && wanted(&p.what));
+    let caused: Vec<_> = caused.map(|post| (&post.what, post.count.ratio())).collect();
+    let kept = context.observations().iter().filter(|o| wanted(o) && !caused.iter().any(|(c, _)| c == o));
+    let kept = kept.map(|o| {
+        // What no outcome speaks of stays as it is.
+        (o, outcome(bound, o).map_or(1.0, likely))
+    });
+    let options: Vec<_> = caused.iter().copied().chain(kept).collect();
+    let (_, chosen) = best_match(goal, &options)?;
+    let chosen: BTreeSet<_> = chosen.into_iter().filter_map(|at| options.get(at)).map(|(o, _)| *o).collect();
+    let relied = chosen.iter().filter_map(|o| outcome(bound, o).cloned());
+    let before = chosen.iter().filter(|o| context.contains(o)).map(|o| (*o).clone());
+    Some((relied.collect(), before.collect()))
+}

@@ -1,0 +1,177 @@
+//! Pursuing a goal: the plan's next schema is executed until the goal holds, a new plan is made when a step's
+//! outcome does not allow the next, and it ends when nothing known leads there or its actions are used up.
+//! What is being pursued is part of memory.
+
+use crate::cycle::chaining::Reach;
+use crate::cycle::choice::{self, Situation};
+use crate::cycle::excitation::Perceived;
+use crate::cycle::goals::holds;
+use crate::cycle::plan::plan_along;
+use crate::cycle::stages;
+use crate::memory::Memory;
+use crate::memory::draft::Draft;
+use crate::memory::notation;
+use crate::nouns::curriculum::Curriculum;
+use crate::nouns::decision::{Decision, ForGoal, Reason};
+use crate::nouns::effect::Effect;
+use crate::nouns::execution::{ChainLink, Execution};
+use crate::nouns::frame::ActionOutcome;
+use crate::nouns::observation::Pattern;
+use crate::nouns::pursuit::{
+    Because, Ending, GOAL_ACTIONS_MAX, GOAL_PATTERNS_MAX, Goal, PlanMade, PursueError, Pursuit, PursuitEffect,
+};
+use crate::nouns::vocabulary::BodyId;
+use crate::nouns::world_state::WorldState;
+
+/// Takes up a goal.
+pub(crate) fn begin(
+    draft: &mut Draft<'_>,
+    curriculum: &Curriculum,
+    body: BodyId,
+    goal: Vec<Pattern>,
+    actions_max: u32,
+) -> Result<(), PursueError> {
+    let content = draft.memory().content();
+    if goal.is_empty() {
+        return Err(PursueError::Empty);
+    }
+    if goal.len() > GOAL_PATTERNS_MAX {
+        return Err(PursueError::Long { given: goal.len() });
+    }
+    if !(1..=GOAL_ACTIONS_MAX).contains(&actions_max) {
+        return Err(PursueError::Actions { given: actions_max });
+    }
+    let known = content.vocabulary.bodies().get(usize::from(body.0));
+    if known.is_none_or(|known| known.repertoire.is_empty()) {
+        return Err(PursueError::Body);
+    }
+    if let Some(pursuit) = content.pursuit.as_ref().filter(|pursuit| pursuit.under_way()) {
+        return Err(PursueError::Busy {
+            number: pursuit.number,
+            goal: notation::goal(&content.vocabulary, &pursuit.goal),
+        });
+    }
+    if content.progress.held {
+        return Err(PursueError::Held);
+    }
+    if let Some(pattern) = constrained(draft.memory(), curriculum, &goal) {
+        let kind = content.vocabulary.types().get(usize::from(pattern.kind().0));
+        let kind = kind.map(|kind| kind.declared.name.clone()).unwrap_or_default();
+        let stage = stages::present(draft.memory(), curriculum).name.clone();
+        return Err(PursueError::Constrained { stage, kind });
+    }
+    draft.emit(Effect::Pursuit(PursuitEffect::Begun { body, goal, actions_max }));
+    Ok(())
+}
+
+/// Calls the goal off that is pursued.
+pub(crate) fn cancel(draft: &mut Draft<'_>) -> Result<(), PursueError> {
+    let pursuit = draft.memory().content().pursuit.as_ref();
+    if !pursuit.is_some_and(Pursuit::under_way) {
+        return Err(PursueError::Nothing);
+    }
+    draft.emit(Effect::Pursuit(PursuitEffect::Ended(Ending::Cancelled)));
+    Ok(())
+}
+
+/// A pattern of `goal` whose type the present stage does not lift.
+fn constrained<'a>(memory: &Memory, curriculum: &Curriculum, goal: &'a Goal) -> Option<&'a Pattern> {
+    let lifted = stages::lifted(&memory.content().vocabulary, stages::present(memory, curriculum));
+    goal.iter().find(|pattern| !stages::is_lifted(&lifted, pattern.kind()))
+}
+
+/// What a frame of the pursuing body means for the goal. Events count only right after an action: what is felt
+/// before anything was done was not brought about.
+pub(crate) fn observed(
+    draft: &mut Draft<'_>,
+    curriculum: &Curriculum,
+    body: BodyId,
+    world: &WorldState,
+    after_action: bool,
+) {
+    let memory = draft.memory();
+    let Some(pursuit) = memory.content().pursuit_of(body) else { return };
+    let lasting;
+    let counted = if after_action {
+        world
+    } else {
+        lasting = world.lasting(memory.rules());
+        &lasting
+    };
+    let ending = if constrained(memory, curriculum, &pursuit.goal).is_some() {
+        Ending::Constrained
+    } else if holds(&pursuit.goal, counted) {
+        Ending::Achieved
+    } else if pursuit.actions >= pursuit.actions_max {
+        Ending::ActionsUsedUp
+    } else {
+        return;
+    };
+    draft.emit(Effect::Pursuit(PursuitEffect::Ended(ending)));
+}
+
+/// What came of the execution before, for the choice of the next.
+pub(crate) struct Before<'a> {
+    /// How the body says it went, if it was sent out for the goal.
+    pub(crate) outcome: Option<ActionOutcome>,
+    /// What was left of the plan.
+    pub(crate) chain: &'a [ChainLink],
+}
+
+/// The next execution for the goal that `body` pursues: the plan's next schema if the outcome allows it, else the
+/// first of a new plan. None, and the goal is given up, if nothing known leads there.
+pub(crate) fn next(
+    draft: &mut Draft<'_>,
+    body: BodyId,
+    world: &WorldState,
+    reach: &Reach,
+    before: &Before<'_>,
+) -> Option<(Execution, Decision)> {
+    let perceived = &Perceived::new(world);
+    let memory = draft.memory();
+    let situation = Situation { body, world, perceived, reach, unhabituated: &[], executable: &[] };
+    let goal = memory.content().pursuit_of(body)?.goal.clone();
+    let mut planned = None;
+    let chosen = choice::continue_chain(memory, &situation, before.chain).or_else(|| {
+        let found = plan_along(memory, body, world, &goal, reach);
+        let plan = found.plan?;
+        let chosen = choice::continue_chain(memory, &situation, &plan.chain())?;
+        let pursuit = memory.content().pursuit_of(body)?;
+        planned = Some(PlanMade {
+            after_actions: pursuit.actions,
+            because: because(pursuit, before),
+            chain: plan.chain(),
+            probability: plan.probability,
+            truncated: found.truncated,
+        });
+        Some(chosen)
+    });
+    if let Some(planned) = planned {
+        draft.emit(Effect::Pursuit(PursuitEffect::Planned(planned)));
+    }
+    let Some((mut execution, mut decision)) = chosen else {
+        draft.emit(Effect::Pursuit(PursuitEffect::Ended(Ending::NothingLeadsThere)));
+        return None;
+    };
+    draft.emit(Effect::Pursuit(PursuitEffect::Acted));
+    execution.for_goal = true;
+    decision.reason = Reason::Goal;
+    let current = draft.memory().content().pursuit_of(body).and_then(|pursuit| pursuit.plans.last());
+    decision.goal = current.map(|plan| ForGoal {
+        goal,
+        chain: plan.chain.clone(),
+        at: plan.chain.len().saturating_sub(execution.chain.len() + 1),
+        probability: plan.probability,
+    });
+    Some((execution, decision))
+}
+
+fn because(pursuit: &Pursuit, before: &Before<'_>) -> Because {
+    match before.outcome {
+        _ if pursuit.plans_made == 0 => Because::First,
+        None => Because::Interrupted,
+        Some(ActionOutcome::Done) if before.chain.is_empty() => Because::NotReached,
+        Some(ActionOutcome::Done) => Because::NextNotAllowed,
+        Some(_) => Because::NotCarriedOut,
+    }
+}

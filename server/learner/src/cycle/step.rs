@@ -1,0 +1,301 @@
+//! The cycle: one frame in, one decision out (paper, II).
+//!
+//! A step is a deterministic function of the frame and of memory. It changes memory only by the effects
+//! that it returns, through [`Memory::apply`]; applying them to a copy of the earlier memory gives the same
+//! memory. No clock, no I/O, no thread; the only randomness is the seeded generator in memory.
+
+use std::borrow::Cow;
+
+use crate::cycle::association::{associate, happened};
+use crate::cycle::attention::attend;
+use crate::cycle::babbling::executable;
+use crate::cycle::chaining::Reach;
+use crate::cycle::choice::{self, Choice, Situation};
+use crate::cycle::creation::{self, Creation};
+use crate::cycle::excitation::Perceived;
+use crate::cycle::generalisation;
+use crate::cycle::habituation::unhabituated;
+use crate::cycle::match_cache::Matched;
+use crate::cycle::pursue;
+use crate::cycle::stages::{self, Demand, Novelty, is_lifted};
+use crate::memory::Memory;
+use crate::memory::draft::Draft;
+use crate::memory::instance::Bound;
+use crate::nouns::curriculum::Curriculum;
+use crate::nouns::decision::Decision;
+use crate::nouns::effect::Effect;
+use crate::nouns::execution::{ChainLink, Execution};
+use crate::nouns::frame::{ActionOutcome, Frame, Output, Step};
+use crate::nouns::observation::{Substitution, TypeId};
+use crate::nouns::progress::StageEffect;
+use crate::nouns::random::Random;
+use crate::nouns::schema::SchemaId;
+use crate::nouns::vocabulary::BodyId;
+use crate::nouns::world_state::WorldState;
+
+/// What the steps before found out and the next may still use. It follows from memory and from what was perceived, and is
+/// never part of memory.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Caches {
+    /// The last search for chains.
+    reach: Option<Reach>,
+    /// The last matches of laws.
+    matched: Matched,
+}
+
+/// One step. The numbers are those of the cycle in `docs/LEARNING.md`.
+pub(crate) fn step(memory: &mut Memory, curriculum: &Curriculum, caches: &mut Caches, frame: &Frame) -> Step {
+    let body = frame.body;
+    let Some(pending) = memory.content().pending.get(usize::from(body.0)).cloned() else {
+        return Step { output: Output::Hold, effects: Vec::new(), decision: None };
+    };
+    let mut draft = Draft::new(memory);
+    // 1. A frame arrives.
+    stages::begin(&mut draft, curriculum, body);
+    let student = draft.memory().content().progress.student == Some(body);
+    let frame = &*hear(&mut draft, curriculum, student, frame);
+    let (world, lifted) = lift(draft.memory(), curriculum, frame);
+    // 2 to 7. Learn from the execution that it ends.
+    let for_goal = pending.as_ref().is_some_and(|execution| execution.for_goal);
+    let outcome = frame.outcome;
+    if pending.is_none() && student {
+        arranged(&mut draft, outcome);
+    }
+    let (acted, chain) = match pending {
+        Some(execution) => end(&mut draft, curriculum, *execution, outcome, &world, &lifted),
+        None => (None, Vec::new()),
+    };
+    // 8. Where the curriculum stands.
+    let novelty = acted.filter(|_| student && !for_goal);
+    if let Some(novelty) = novelty {
+        stages::acted(&mut draft, curriculum, novelty, &world);
+    }
+    pursue::observed(&mut draft, curriculum, body, &world, acted.is_some());
+    // 9 and 10. Choose, and resolve to a primitive: for the goal, if one is pursued.
+    let before = pursue::Before { outcome: outcome.filter(|_| for_goal), chain: &chain };
+    let turn = pursue(&mut draft, &mut caches.reach, body, &world, &before).unwrap_or_else(|| {
+        let chain = if for_goal { &[][..] } else { &chain };
+        choose(&mut draft, curriculum, caches, frame, novelty, chain)
+    });
+    let Turn { output, decision, execution, random } = turn;
+    draft.emit(Effect::StepEnded { body, random: random.state(), pending: execution.map(Box::new) });
+    Step { output, effects: draft.effects(), decision }
+}
+
+/// The frame with what a teacher says in it. While a goal is pursued the curriculum waits, its teacher included.
+fn hear<'a>(
+    draft: &mut Draft<'_>,
+    curriculum: &Curriculum,
+    student: bool,
+    frame: &'a Frame,
+) -> Cow<'a, Frame> {
+    if !student || draft.memory().content().pursuit_of(frame.body).is_some() {
+        return Cow::Borrowed(frame);
+    }
+    let heard = stages::spoken(draft, curriculum, &frame.observations);
+    if heard.is_empty() {
+        return Cow::Borrowed(frame);
+    }
+    let mut frame = frame.clone();
+    frame.observations.extend(heard);
+    Cow::Owned(frame)
+}
+
+/// Takes account of what came of arranging the surroundings, if that was asked of the student.
+fn arranged(draft: &mut Draft<'_>, outcome: Option<ActionOutcome>) {
+    let failed = outcome.is_some_and(|outcome| outcome != ActionOutcome::Done);
+    if failed && draft.memory().content().progress.trial_open {
+        let reason = "the body could not arrange its surroundings as the curriculum asks".to_owned();
+        draft.emit(Effect::Stage(StageEffect::Stuck(reason)));
+    }
+}
+
+/// Steps 2 to 7: what was made of the execution that the frame ends and what is left of its chain, if it was carried out.
+fn end(
+    draft: &mut Draft<'_>,
+    curriculum: &Curriculum,
+    execution: Execution,
+    outcome: Option<ActionOutcome>,
+    world: &WorldState,
+    lifted: &[bool],
+) -> (Option<Novelty>, Vec<ChainLink>) {
+    let learning = stages::present(draft.memory(), curriculum).learning;
+    if let Some(outcome) = outcome.filter(|_| learning) {
+        let carried_out = outcome == ActionOutcome::Done;
+        draft.emit(Effect::Attempted { primitive: execution.action, carried_out });
+    }
+    if outcome != Some(ActionOutcome::Done) {
+        return (None, Vec::new());
+    }
+    let novelty = if learning { learn(draft, &execution, world, lifted) } else { Novelty::default() };
+    (Some(novelty), execution.chain)
+}
+
+/// The world state under the constraints of the present stage, and which types it lifts.
+fn lift(memory: &Memory, curriculum: &Curriculum, frame: &Frame) -> (WorldState, Vec<bool>) {
+    let lifted = stages::lifted(&memory.content().vocabulary, stages::present(memory, curriculum));
+    let seen = frame.observations.iter().filter(|observation| is_lifted(&lifted, observation.kind()));
+    (WorldState::new(seen.cloned()), lifted)
+}
+
+/// Steps 2 to 7: what an execution that was carried out teaches.
+fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifted: &[bool]) -> Novelty {
+    let lifted = |kind: TypeId| is_lifted(lifted, kind);
+    let before = &execution.before;
+    let none = Substitution::new();
+    let executed: Vec<(SchemaId, &Substitution)> = execution
+        .schema
+        .map(|schema| (schema, &execution.binding))
+        .into_iter()
+        .chain(execution.carrier.map(|carrier| (carrier, &none)))
+        .collect();
+    let content = draft.memory().content();
+    let reads = |(schema, binding): &(SchemaId, &Substitution)| Bound::new(content, *schema, binding);
+    let bounds: Vec<_> = executed.iter().map(reads).collect();
+    let bound = execution.schema.and_then(|_| bounds.first()?.as_ref());
+    // 3 comes before 2 is applied: a schema's surprise is measured against what it knew beforehand.
+    let surprise = creation::surprise(draft.memory(), bound, before, after, &lifted);
+    for ((schema, _), bound) in executed.iter().zip(&bounds) {
+        let Some(bound) = bound else { continue };
+        let scored = creation::score(draft.memory(), *schema, bound, before, after, &lifted);
+        draft.emit_all(scored);
+    }
+    // 4. Create.
+    let Creation { created, updated, counter_example } =
+        creation::create(draft, execution, &surprise, after, &lifted);
+    // 5. Associate.
+    let happened = happened(draft.memory(), before, after);
+    draft.emit_all(happened);
+    let mut concerned = executed.clone();
+    concerned.extend(created.into_iter().chain(updated).map(|schema| (schema, &none)));
+    let content = draft.memory().content();
+    let reads = |(schema, binding): &(SchemaId, &Substitution)| Bound::new(content, *schema, binding);
+    let explained: Vec<_> = concerned.iter().map(reads).collect();
+    let around = WorldState::new(before.observations().iter().chain(after.observations()).cloned());
+    for (schema, _) in &concerned {
+        let associated = associate(draft.memory(), *schema, &explained, &around);
+        draft.emit_all(associated);
+    }
+    // 6. Attend: to what the executed schema refers to, or the first schema of a primitive.
+    let attending = if executed.is_empty() { concerned.len() } else { executed.len() };
+    let attending = concerned.into_iter().map(|(schema, _)| schema).zip(&explained).take(attending);
+    let attended = attend(draft.memory(), attending, before, after);
+    draft.emit_all(attended);
+    // 7. Generalise on every new schema, and retire what has failed too often.
+    let before_generalising = draft.memory().content().generalised_count;
+    if let Some(seed) = created.filter(|_| draft.memory().parameters().generalisation) {
+        let generalised = generalisation::generalise(draft.memory(), seed);
+        draft.emit_all(generalised);
+    }
+    if let Some(generalised) = execution.schema.filter(|id| generalisation::refuted(draft.memory(), *id)) {
+        draft.emit(Effect::Retired { generalised });
+    }
+    Novelty {
+        concrete: u32::from(created.is_some()),
+        generalised: draft.memory().content().generalised_count - before_generalising,
+        counter_examples: u32::from(counter_example),
+    }
+}
+
+/// What a step comes to: what the body is to do and why, and the state from which the generator goes on.
+struct Turn {
+    output: Output,
+    decision: Option<Decision>,
+    execution: Option<Execution>,
+    random: Random,
+}
+
+impl Turn {
+    /// The body is to act.
+    fn acting((execution, decision): (Execution, Decision), random: Random) -> Self {
+        let output = Output::Act(execution.action);
+        Self { output, decision: Some(decision), execution: Some(execution), random }
+    }
+
+    /// The body is to do something else, or nothing.
+    fn other(output: Output, random: Random) -> Self {
+        Self { output, decision: None, execution: None, random }
+    }
+}
+
+/// Steps 9 and 10 in pursuit of a goal; none when there is none, or when it is given up.
+fn pursue(
+    draft: &mut Draft<'_>,
+    reach: &mut Option<Reach>,
+    body: BodyId,
+    world: &WorldState,
+    before: &pursue::Before<'_>,
+) -> Option<Turn> {
+    let memory = draft.memory();
+    if memory.content().progress.held || memory.content().pursuit_of(body).is_none() {
+        return None;
+    }
+    let reach = Reach::renew(reach, memory, body, world);
+    let random = memory.content().random;
+    let next = pursue::next(draft, body, world, reach, before)?;
+    Some(Turn::acting(next, random))
+}
+
+/// Steps 8 to 10: follows the curriculum, then goes on with the chain or takes the most exciting schema.
+fn choose(
+    draft: &mut Draft<'_>,
+    curriculum: &Curriculum,
+    caches: &mut Caches,
+    frame: &Frame,
+    mut acted: Option<Novelty>,
+    chain: &[ChainLink],
+) -> Turn {
+    let body = frame.body;
+    let entered = |draft: &Draft<'_>| {
+        let progress = &draft.memory().content().progress;
+        (progress.stage, progress.finished)
+    };
+    let at_first = entered(draft);
+    let student = draft.memory().content().progress.student == Some(body);
+    loop {
+        let mut random = draft.memory().content().random;
+        match stages::demand(draft, curriculum, student) {
+            Demand::Hold => return Turn::other(Output::Hold, random),
+            Demand::Arrange(commands) => return Turn::other(Output::Arrange(commands), random),
+            Demand::Free => (),
+        }
+        let (world, _) = lift(draft.memory(), curriculum, frame);
+        let memory = draft.memory();
+        let reach = Reach::renew(&mut caches.reach, memory, body, &world);
+        let perceived = Perceived::new(&world);
+        let executable = executable(memory, body, &memory.index().known_ids(&world));
+        let wanting = |memory: &Memory| {
+            let progress = &memory.content().progress;
+            let first_step = progress.report().map_or(0, |report| report.first_step);
+            let rule = stages::present(memory, curriculum).habituation.as_ref();
+            rule.map_or_else(Vec::new, |rule| unhabituated(memory, rule, first_step, &executable))
+        };
+        let unhabituated = if memory.content().progress.habituating { wanting(memory) } else { Vec::new() };
+        let situation = Situation {
+            body,
+            world: &world,
+            perceived: &perceived,
+            reach,
+            unhabituated: &unhabituated,
+            executable: &executable,
+        };
+        let scored = Choice::new(memory, &situation, &mut caches.matched);
+        if let Some(novelty) = acted.take() {
+            // Only the first turn follows an action; a stage entered here starts its own count.
+            let top = scored.top;
+            if stages::saturate(draft, curriculum, novelty, top, |memory| !wanting(memory).is_empty()) {
+                continue;
+            }
+            if draft.memory().content().progress.habituating && unhabituated.is_empty() {
+                continue;
+            }
+        }
+        let memory = draft.memory();
+        let on = (entered(draft) == at_first).then(|| choice::continue_chain(memory, &situation, chain));
+        let next = on.flatten().or_else(|| scored.decide(memory, &situation, &mut random));
+        return match next {
+            Some(next) => Turn::acting(next, random),
+            None => Turn::other(Output::Hold, random),
+        };
+    }
+}

@@ -1,0 +1,347 @@
+//! Why a schema was not executed. The decision is weighed once more, in memory as it was when it was made and by what it was
+//! made by, and told from the side of one schema.
+
+use crate::cycle::babbling::executable;
+use crate::cycle::chaining::{Access, Reach, achieve};
+use crate::cycle::excitation::{self, Perceived};
+use crate::cycle::habituation::unhabituated;
+use crate::cycle::stages;
+use crate::memory::Memory;
+use crate::memory::instance::Bound;
+use crate::memory::matching::can_match;
+use crate::nouns::curriculum::Curriculum;
+use crate::nouns::decision::{Candidate, Decision, Reason, Role, Subject};
+use crate::nouns::execution::ChainLink;
+use crate::nouns::observation::{Observation, Pattern, Substitution};
+use crate::nouns::schema::{Concrete, Form, Generalised, SchemaId};
+use crate::nouns::terms::{Drive, Kept};
+use crate::nouns::vocabulary::PrimitiveId;
+
+/// What stood in a schema's way, and how near it was.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weighed {
+    /// What stood in its way; of a generalised schema, in the way of the binding that came nearest.
+    pub verdict: Verdict,
+    /// That binding.
+    pub binding: Substitution,
+    /// Bindings that were looked at.
+    pub bindings: usize,
+    /// Its excitation term by term, where it could have been executed, at once or by a chain.
+    pub candidate: Option<Candidate>,
+    /// The schemas to be executed before it.
+    pub chain: Vec<ChainLink>,
+    /// The primitive that it comes to, where that is known.
+    pub action: Option<PrimitiveId>,
+    /// Whether it was known well enough for the stage (II-G); none where the stage was not at that.
+    pub habituated: Option<bool>,
+    /// Whether the search for chains used up its budget.
+    pub search_truncated: bool,
+}
+
+/// What stood in a schema's way.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Verdict {
+    /// Nothing: it is what was chosen.
+    Chosen,
+    /// It was executed, for the sake of this one: as what carries out its target, or as the first of a chain to it.
+    ExecutedFor(SchemaId),
+    /// A chain or a plan was being followed, so nothing else was weighed.
+    NotWeighed,
+    /// It failed too often, and is never chosen again.
+    Retired,
+    /// The body does not have its action.
+    NotInRepertoire,
+    /// Its pre-conditions do not hold, and no chain that was found leads to where they do.
+    PreConditions(Vec<Lacking>),
+    /// Nothing that is known achieves its target from here.
+    TargetNotAchievable(Vec<Observation>),
+    /// This concrete schema is for exactly this case, and is selected instead (IV-A).
+    StoodInFor(SchemaId),
+    /// Nothing that is perceived resembles anything that it remembers.
+    NotExciting,
+    /// Another was more exciting, by so much.
+    LessExciting(f64),
+    /// Others were as exciting, and the lot fell on another.
+    LotFellOnAnother,
+}
+
+/// A pre-condition that does not hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lacking {
+    /// It.
+    pub wanted: Pattern,
+    /// What was perceived of its type with the most values the same; of equals the first.
+    pub nearest: Option<Observation>,
+    /// Whether the stage does not lift its type.
+    pub constrained: bool,
+}
+
+/// Why it can't be told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WeighError {
+    /// There is no such schema.
+    #[error("there is no such schema")]
+    Schema,
+    /// Memory is not as it was when the decision was made: weighed once more, it comes out differently.
+    #[error("memory is no longer as it was when this was decided")]
+    Changed,
+}
+
+/// Weighs `decision` once more, from the side of schema `id`. `memory` must be as it was right after the decision's step.
+///
+/// # Errors
+/// When there is no such schema, or memory has changed since so that the decision would come out differently.
+pub fn weigh(
+    memory: &Memory,
+    curriculum: &Curriculum,
+    decision: &Decision,
+    id: SchemaId,
+) -> Result<Weighed, WeighError> {
+    let schema = memory.content().schema(id).ok_or(WeighError::Schema)?;
+    let reach = Reach::search(memory, decision.body, &decision.world);
+    let executable = executable(memory, decision.body, &memory.index().known_ids(&decision.world));
+    let progress = &memory.content().progress;
+    let rule = stages::present(memory, curriculum).habituation.as_ref().filter(|_| progress.habituating);
+    let first_step = progress.report().map_or(0, |report| report.first_step);
+    let wanting = rule.map(|rule| unhabituated(memory, rule, first_step, &executable));
+    let scale =
+        Scale { memory, curriculum, decision, perceived: Perceived::new(&decision.world), reach, wanting };
+    scale.check()?;
+    let mut weighed = match &schema.form {
+        Form::Concrete(concrete) => scale.concrete(id, concrete),
+        Form::Generalised(generalised) => scale.generalised(id, generalised),
+    };
+    weighed.habituated = match &schema.form {
+        Form::Concrete(_) => scale.wanting.as_ref().map(|wanting| wanting.binary_search(&id).is_err()),
+        Form::Generalised(_) => None,
+    };
+    weighed.search_truncated = scale.reach.truncated;
+    if let Some(verdict) = scale.beyond_weighing(id) {
+        weighed.verdict = verdict;
+    }
+    match weighed.verdict {
+        Verdict::LessExciting(by) if by < 0.0 => Err(WeighError::Changed),
+        _ => Ok(weighed),
+    }
+}
+
+struct Scale<'a> {
+    memory: &'a Memory,
+    curriculum: &'a Curriculum,
+    decision: &'a Decision,
+    perceived: Perceived,
+    reach: Reach,
+    /// What the stage still asks to be tried, if it is at that.
+    wanting: Option<Vec<SchemaId>>,
+}
+
+impl Scale<'_> {
+    fn chosen(&self) -> Option<&Candidate> {
+        self.decision.candidates.get(self.decision.chosen)
+    }
+
+    /// Every candidate that was kept must weigh what it weighed.
+    fn check(&self) -> Result<(), WeighError> {
+        let followed = matches!(self.decision.reason, Reason::Chain | Reason::Goal);
+        let same = |candidate: &Candidate| {
+            let Subject::Schema(id) = candidate.subject else { return true };
+            let Some(schema) = self.memory.content().schema(id) else { return false };
+            let action = match &schema.form {
+                Form::Concrete(concrete) => Some((concrete.action, self.access(id))),
+                Form::Generalised(known) => {
+                    self.achieved(known, &candidate.binding).map(|a| (a.0, Some(a.1)))
+                }
+            };
+            // What is followed is not searched for, so that nothing need lead there any more.
+            let followed = followed.then_some((self.decision.action, None));
+            let Some((action, access)) = followed.or(action) else { return false };
+            let distance = access.map_or(1, |access| access.preceding + 1);
+            let excitation = self.excitation(id, &candidate.binding, action, distance);
+            distance == candidate.distance && excitation.to_bits() == candidate.excitation.to_bits()
+        };
+        let all = self.decision.candidates.iter().all(same);
+        if all && self.chosen().is_some() { Ok(()) } else { Err(WeighError::Changed) }
+    }
+
+    /// What is known without any weighing.
+    fn beyond_weighing(&self, id: SchemaId) -> Option<Verdict> {
+        let chosen = self.chosen()?;
+        let Subject::Schema(subject) = chosen.subject else { return None };
+        if subject == id {
+            return Some(Verdict::Chosen);
+        }
+        let followed = matches!(self.decision.reason, Reason::Chain | Reason::Goal);
+        let content = self.memory.content();
+        let (carrier, access) = match content.schema(subject).map(|schema| &schema.form) {
+            Some(Form::Generalised(known)) => {
+                let target: Option<Vec<_>> = known.target.iter().map(|p| p.apply(&chosen.binding)).collect();
+                let achieved =
+                    target.and_then(|target| achieve(self.memory, &self.reach, self.decision.body, &target));
+                achieved.map_or((None, None), |a| (Some(a.carrier), Some(a.access)))
+            }
+            _ => (None, self.access(subject)),
+        };
+        let chain = access.filter(|_| !followed).map_or_else(Vec::new, |access| self.reach.chain(access));
+        let first = chain.first();
+        let carries = chain.is_empty() && carrier == Some(id);
+        if carries || first.is_some_and(|first| first.schema == id || first.carrier == Some(id)) {
+            return Some(Verdict::ExecutedFor(subject));
+        }
+        followed.then_some(Verdict::NotWeighed)
+    }
+
+    fn access(&self, id: SchemaId) -> Option<Access> {
+        let outline = self.memory.index().outline(id)?;
+        let can = self.memory.content().vocabulary.can_do(self.decision.body, outline.action);
+        can.then(|| self.reach.way(outline.group)).flatten()
+    }
+
+    /// What would carry the target out under a binding, and from where.
+    fn achieved(&self, known: &Generalised, binding: &Substitution) -> Option<(PrimitiveId, Access)> {
+        let target: Option<Vec<_>> = known.target.iter().map(|pattern| pattern.apply(binding)).collect();
+        let achieved = achieve(self.memory, &self.reach, self.decision.body, &target?)?;
+        let carrier = self.memory.content().schema(achieved.carrier)?.concrete()?;
+        Some((carrier.action, achieved.access))
+    }
+
+    fn drive(&self, id: SchemaId, reliability: f64) -> Option<f64> {
+        let wanting = self.wanting.as_ref()?.binary_search(&id).is_ok();
+        let drive = self.memory.parameters().babbling_excitation * reliability;
+        // What is followed is done without any drive.
+        let followed = matches!(self.decision.reason, Reason::Chain | Reason::Goal);
+        (wanting && !followed).then_some(drive)
+    }
+
+    fn excitation(&self, id: SchemaId, binding: &Substitution, action: PrimitiveId, distance: u32) -> f64 {
+        let reliability = self.memory.content().reliability(action);
+        let sum = excitation::sum(self.memory, id, binding, &self.perceived, reliability);
+        (sum + self.drive(id, reliability).unwrap_or(0.0)) / f64::from(distance)
+    }
+
+    /// As a candidate, reached by `access`, and what stood in its way as such.
+    fn scored(&self, id: SchemaId, binding: Substitution, action: PrimitiveId, access: Access) -> Weighed {
+        let (memory, distance) = (self.memory, access.preceding + 1);
+        let reliability = memory.content().reliability(action);
+        let drive = self.drive(id, reliability);
+        let drive = drive.map(|value| Drive { role: Role::Habituation, weight: reliability, value });
+        let mut kept = Kept::new(&self.decision.world, 1, 0);
+        kept.add(drive, |list| excitation::remember(memory, id, &binding, reliability, list));
+        let excitation = self.excitation(id, &binding, action, distance);
+        let top = self.decision.candidates.first().map_or(0.0, |candidate| candidate.excitation);
+        let verdict = if excitation == top {
+            Verdict::LotFellOnAnother
+        } else if excitation == 0.0 {
+            Verdict::NotExciting
+        } else {
+            Verdict::LessExciting(top - excitation)
+        };
+        let candidate = kept.terms().next().map(|terms| {
+            let (subject, binding) = (Subject::Schema(id), binding.clone());
+            Candidate { subject, binding, distance, excitation, terms }
+        });
+        let chain = self.reach.chain(access);
+        Weighed { candidate, chain, action: Some(action), ..out(verdict, binding) }
+    }
+
+    fn concrete(&self, id: SchemaId, concrete: &Concrete) -> Weighed {
+        let weighed = if !self.memory.content().vocabulary.can_do(self.decision.body, concrete.action) {
+            out(Verdict::NotInRepertoire, Substitution::new())
+        } else if let Some(access) = self.access(id) {
+            self.scored(id, Substitution::new(), concrete.action, access)
+        } else {
+            let content = self.memory.content();
+            let context = self.decision.world.context(self.memory.rules());
+            let wanted = concrete.pre.iter().map(|id| content.observation(*id));
+            let lacking = wanted.filter(|wanted| !context.contains(wanted)).map(|o| self.lacking(o.into()));
+            out(Verdict::PreConditions(lacking.collect()), Substitution::new())
+        };
+        Weighed { action: Some(concrete.action), ..weighed }
+    }
+
+    /// The binding that came nearest: the most exciting; else one that was stood in for, then one that excites nothing,
+    /// then one whose target nothing achieves.
+    fn generalised(&self, id: SchemaId, known: &Generalised) -> Weighed {
+        if known.retired {
+            return out(Verdict::Retired, Substitution::new());
+        }
+        let world = self.decision.world.observations();
+        let found = self.memory.index().bindings(id, known, world);
+        let count = found.len();
+        let nearness = |weighed: &Weighed| match &weighed.verdict {
+            Verdict::LotFellOnAnother => (4, 0.0),
+            Verdict::LessExciting(by) => (3, -by),
+            Verdict::StoodInFor(_) => (2, 0.0),
+            Verdict::NotExciting => (1, 0.0),
+            _ => (0, 0.0),
+        };
+        let mut best: Option<Weighed> = None;
+        for binding in found {
+            let weighed = self.bound(id, known, binding);
+            let nearer = |best: &Weighed| {
+                let (a, b) = (nearness(&weighed), nearness(best));
+                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).is_gt()
+            };
+            if best.as_ref().is_none_or(nearer) {
+                best = Some(weighed);
+            }
+        }
+        let lacking = || out(Verdict::PreConditions(self.unbound(&known.pre)), Substitution::new());
+        Weighed { bindings: count, ..best.unwrap_or_else(lacking) }
+    }
+
+    fn bound(&self, id: SchemaId, known: &Generalised, binding: Substitution) -> Weighed {
+        let Some((action, access)) = self.achieved(known, &binding) else {
+            let target = known.target.iter().filter_map(|pattern| pattern.apply(&binding)).collect();
+            return out(Verdict::TargetNotAchievable(target), binding);
+        };
+        let bound = Bound::new(self.memory.content(), id, &binding);
+        let pre: Vec<_> = bound.iter().flat_map(|bound| &bound.pre).collect();
+        let exact = self.memory.index().exact(&pre, action).filter(|_| access.preceding == 0);
+        match exact {
+            Some(exact) => Weighed { action: Some(action), ..out(Verdict::StoodInFor(exact), binding) },
+            None => self.scored(id, binding, action, access),
+        }
+    }
+
+    /// Patterns that nothing perceived matches; when each has a match and all together have none, the first that has none
+    /// beside those before it.
+    fn unbound(&self, pre: &[Pattern]) -> Vec<Lacking> {
+        let world = self.decision.world.observations();
+        let none = |patterns: &[Pattern]| !can_match(patterns, world);
+        let alone: Vec<_> = pre.iter().filter(|pattern| none(std::slice::from_ref(*pattern))).collect();
+        let together = || (1..=pre.len()).find(|len| none(&pre[..*len])).and_then(|len| pre.get(len - 1));
+        let lacking = if alone.is_empty() { together().into_iter().collect() } else { alone };
+        lacking.into_iter().map(|pattern| self.lacking(pattern.clone())).collect()
+    }
+
+    fn lacking(&self, wanted: Pattern) -> Lacking {
+        let alike = |seen: &Observation| {
+            let same =
+                wanted.terms().iter().zip(seen.properties()).filter(|((property, term), (other, value))| {
+                    property == other
+                        && !matches!(term, crate::nouns::observation::Term::Constant(c) if c != value)
+                });
+            same.count()
+        };
+        let of_type = self.decision.world.observations().iter().filter(|seen| seen.kind() == wanted.kind());
+        // Of equals the first.
+        let nearest = of_type.rev().max_by_key(|seen| alike(seen)).cloned();
+        let stage = stages::present(self.memory, self.curriculum);
+        let lifted = stages::lifted(&self.memory.content().vocabulary, stage);
+        let constrained = !stages::is_lifted(&lifted, wanted.kind());
+        Lacking { wanted, nearest, constrained }
+    }
+}
+
+fn out(verdict: Verdict, binding: Substitution) -> Weighed {
+    Weighed {
+        verdict,
+        binding,
+        bindings: 0,
+        candidate: None,
+        chain: Vec::new(),
+        action: None,
+        habituated: None,
+        search_truncated: false,
+    }
+}

@@ -1,0 +1,306 @@
+//! The digest of a memory: equal digests are equal memories.
+
+use crate::memory::chunks::ChunkDigest;
+use crate::memory::content::Content;
+use crate::nouns::execution::{ChainLink, Execution};
+use crate::nouns::observation::{Observation, Pattern, Substitution, Term, Value};
+use crate::nouns::probability::Count;
+use crate::nouns::pursuit::{Because, Ending};
+use crate::nouns::schema::{Form, Schema, SchemaId};
+use crate::nouns::vocabulary::Parameter;
+
+/// Version of what is digested and how; part of the digest.
+const VERSION: u32 = 2;
+
+/// The blake3 digest of everything that decides what the learner does next, in hexadecimal.
+#[must_use]
+pub fn digest(content: &Content) -> String {
+    let mut sink = Sink(blake3::Hasher::new());
+    sink.number(u64::from(VERSION));
+    vocabulary(&mut sink, content);
+    schemas_and_observations(&mut sink, content);
+    content.attempts.iter().for_each(|attempts| count(&mut sink, *attempts));
+    sink.number(content.random.state());
+    sink.number(content.step);
+    for pending in &content.pending {
+        sink.list(usize::from(pending.is_some()));
+        if let Some(pending) = pending {
+            execution(&mut sink, pending);
+        }
+    }
+    progress(&mut sink, content);
+    pursuit(&mut sink, content);
+    sink.0.finalize().to_hex().to_string()
+}
+
+/// The lists that grow: the digests of their chunks, which they remember, so that this costs what changed.
+fn schemas_and_observations(sink: &mut Sink, content: &Content) {
+    let Content { schemas, observations, attention, happened, .. } = content;
+    sink.list(schemas.len());
+    let one = |sink: &mut Sink, schema: &Schema| self::schema(sink, content, schema);
+    schemas.digests(|chunk| chunk_digest(chunk, one)).for_each(|digest| sink.bytes(&digest));
+    sink.list(observations.len());
+    observations.digests(|chunk| chunk_digest(chunk, observation)).for_each(|digest| sink.bytes(&digest));
+    for counts in [attention, happened] {
+        let one = |sink: &mut Sink, count: &u32| sink.number(u64::from(*count));
+        counts.digests(|chunk| chunk_digest(chunk, one)).for_each(|digest| sink.bytes(&digest));
+    }
+}
+
+fn chunk_digest<T>(chunk: &[T], one: impl Fn(&mut Sink, &T)) -> ChunkDigest {
+    let mut sink = Sink(blake3::Hasher::new());
+    sink.list(chunk.len());
+    chunk.iter().for_each(|item| one(&mut sink, item));
+    *sink.0.finalize().as_bytes()
+}
+
+struct Sink(blake3::Hasher);
+
+impl Sink {
+    fn bytes(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+    fn number(&mut self, number: u64) {
+        self.bytes(&number.to_le_bytes());
+    }
+    fn list(&mut self, len: usize) {
+        self.number(len as u64);
+    }
+    fn text(&mut self, text: &str) {
+        self.list(text.len());
+        self.0.update(text.as_bytes());
+    }
+    fn flag(&mut self, flag: bool) {
+        self.number(u64::from(flag));
+    }
+    fn id(&mut self, id: Option<SchemaId>) {
+        self.number(id.map_or(0, |id| u64::from(id.0) + 1));
+    }
+}
+
+fn vocabulary(sink: &mut Sink, content: &Content) {
+    let vocabulary = &content.vocabulary;
+    sink.list(vocabulary.types().len());
+    for kind in vocabulary.types() {
+        sink.text(&kind.declared.name);
+        for flag in [kind.declared.own, kind.declared.transient, kind.declared.heard] {
+            sink.flag(flag);
+        }
+        sink.list(kind.properties.len());
+        kind.properties.iter().for_each(|property| sink.number(u64::from(property.0)));
+    }
+    for names in [vocabulary.properties(), vocabulary.symbols()] {
+        sink.list(names.len());
+        names.iter().for_each(|name| sink.text(name));
+    }
+    sink.list(vocabulary.primitives().len());
+    for primitive in vocabulary.primitives() {
+        sink.text(&vocabulary.actions()[primitive.action].name);
+        for parameter in &primitive.parameters {
+            match parameter {
+                Parameter::Integer(value) => sink.number(value.cast_unsigned()),
+                Parameter::Symbol(symbol) => sink.text(symbol),
+                Parameter::Boolean(value) => sink.flag(*value),
+                Parameter::Real(value) => sink.number(value.to_bits()),
+            }
+        }
+    }
+    for body in vocabulary.bodies() {
+        sink.text(&body.name);
+        sink.list(body.repertoire.len());
+        body.repertoire.iter().for_each(|primitive| sink.number(u64::from(primitive.0)));
+    }
+}
+
+fn value(sink: &mut Sink, value: Value) {
+    let (tag, bits) = match value {
+        Value::Integer(value) => (0, value.cast_unsigned()),
+        Value::Symbol(symbol) => (1, u64::from(symbol.0)),
+        Value::Boolean(value) => (2, u64::from(value)),
+        Value::Bin(bin) => (3, bin.cast_unsigned()),
+    };
+    sink.number(tag);
+    sink.number(bits);
+}
+
+fn observation(sink: &mut Sink, observation: &Observation) {
+    sink.number(u64::from(observation.kind().0));
+    sink.list(observation.properties().len());
+    for (property, seen) in observation.properties() {
+        sink.number(u64::from(property.0));
+        value(sink, *seen);
+    }
+}
+
+fn pattern(sink: &mut Sink, pattern: &Pattern) {
+    sink.number(u64::from(pattern.kind().0));
+    sink.list(pattern.terms().len());
+    for (property, term) in pattern.terms() {
+        sink.number(u64::from(property.0));
+        match term {
+            Term::Constant(constant) => value(sink, *constant),
+            Term::Variable(variable) => {
+                sink.number(4);
+                sink.number(u64::from(variable.0));
+            }
+        }
+    }
+}
+
+fn count(sink: &mut Sink, count: Count) {
+    sink.number(u64::from(count.occurrences));
+    sink.number(u64::from(count.trials));
+}
+
+fn schema(sink: &mut Sink, content: &Content, schema: &Schema) {
+    match &schema.form {
+        Form::Concrete(concrete) => {
+            sink.number(0);
+            sink.list(concrete.pre.len());
+            concrete.pre.iter().for_each(|id| observation(sink, content.observation(*id)));
+            sink.number(u64::from(concrete.action.0));
+            sink.list(concrete.post.len());
+            for post in &concrete.post {
+                observation(sink, content.observation(post.what));
+                sink.flag(post.absent);
+                count(sink, post.count);
+            }
+            sink.id(concrete.contradicts);
+        }
+        Form::Generalised(generalised) => {
+            sink.number(1);
+            for patterns in [&generalised.pre, &generalised.target] {
+                sink.list(patterns.len());
+                patterns.iter().for_each(|p| pattern(sink, p));
+            }
+            sink.list(generalised.post.len());
+            for post in &generalised.post {
+                pattern(sink, &post.what);
+                sink.flag(post.absent);
+                count(sink, post.count);
+            }
+            for ids in [&generalised.examples, &generalised.counter_examples] {
+                sink.list(ids.len());
+                ids.iter().for_each(|id| sink.id(Some(*id)));
+            }
+            sink.flag(generalised.retired);
+        }
+    }
+    count(sink, schema.executions);
+    sink.list(schema.associations.len());
+    for association in &schema.associations {
+        observation(sink, content.observation(association.observation));
+        count(sink, association.count);
+        sink.number(association.since_step);
+    }
+    sink.id(schema.parent);
+    sink.number(schema.created_step);
+}
+
+fn substitution(sink: &mut Sink, substitution: &Substitution) {
+    sink.list(substitution.bindings().len());
+    for (variable, bound) in substitution.bindings() {
+        sink.number(u64::from(variable.0));
+        value(sink, *bound);
+    }
+}
+
+fn execution(sink: &mut Sink, execution: &Execution) {
+    sink.id(execution.schema);
+    substitution(sink, &execution.binding);
+    sink.id(execution.carrier);
+    sink.number(u64::from(execution.action.0));
+    sink.list(execution.before.observations().len());
+    execution.before.observations().iter().for_each(|seen| observation(sink, seen));
+    chain(sink, &execution.chain);
+    sink.flag(execution.for_goal);
+}
+
+fn chain(sink: &mut Sink, chain: &[ChainLink]) {
+    sink.list(chain.len());
+    for link in chain {
+        sink.id(Some(link.schema));
+        substitution(sink, &link.binding);
+        sink.id(link.carrier);
+    }
+}
+
+fn pursuit(sink: &mut Sink, content: &Content) {
+    sink.flag(content.pursuit.is_some());
+    let Some(pursuit) = &content.pursuit else { return };
+    sink.number(pursuit.number);
+    sink.number(u64::from(pursuit.body.0));
+    sink.list(pursuit.goal.len());
+    pursuit.goal.iter().for_each(|wanted| pattern(sink, wanted));
+    for number in [pursuit.actions_max, pursuit.actions, pursuit.plans_made] {
+        sink.number(u64::from(number));
+    }
+    sink.list(pursuit.plans.len());
+    for plan in &pursuit.plans {
+        sink.number(u64::from(plan.after_actions));
+        sink.number(match plan.because {
+            Because::First => 0,
+            Because::NotReached => 1,
+            Because::NextNotAllowed => 2,
+            Because::NotCarriedOut => 3,
+            Because::Interrupted => 4,
+        });
+        chain(sink, &plan.chain);
+        sink.number(plan.probability.to_bits());
+        sink.flag(plan.truncated);
+    }
+    sink.number(match pursuit.ended {
+        None => 0,
+        Some(Ending::Achieved) => 1,
+        Some(Ending::NothingLeadsThere) => 2,
+        Some(Ending::ActionsUsedUp) => 3,
+        Some(Ending::Constrained) => 4,
+        Some(Ending::Cancelled) => 5,
+    });
+}
+
+fn progress(sink: &mut Sink, content: &Content) {
+    let progress = &content.progress;
+    sink.number(progress.student.map_or(0, |body| u64::from(body.0) + 1));
+    sink.list(progress.pools.len());
+    for pool in &progress.pools {
+        sink.list(pool.len());
+        pool.iter().for_each(|number| sink.number(number.cast_unsigned()));
+    }
+    sink.list(progress.stage);
+    for flag in [progress.begun, progress.finished, progress.held, progress.trial_open, progress.habituating]
+    {
+        sink.flag(flag);
+    }
+    sink.flag(progress.trial_fresh);
+    sink.number(u64::from(progress.absent_actions));
+    sink.list(progress.said.len());
+    progress.said.iter().for_each(|times| sink.number(u64::from(*times)));
+    sink.text(progress.stuck.as_deref().unwrap_or(""));
+    sink.number(u64::from(progress.trial_actions));
+    sink.number(u64::from(progress.quiet_actions));
+    sink.list(progress.reports.len());
+    for report in &progress.reports {
+        sink.text(&report.name);
+        sink.number(report.first_step);
+        sink.number(report.actions);
+        for number in [
+            report.concrete_new,
+            report.generalised_new,
+            report.counter_examples_new,
+            report.trials,
+            report.trials_met,
+            report.trials_met_first,
+        ] {
+            sink.number(u64::from(number));
+        }
+        for numbers in [&report.generalised_after_trial, &report.actions_of_trial] {
+            sink.list(numbers.len());
+            numbers.iter().for_each(|number| sink.number(u64::from(*number)));
+        }
+        sink.list(report.drawn.len());
+        report.drawn.iter().for_each(|number| sink.number(number.cast_unsigned()));
+        sink.flag(report.saturated);
+        sink.flag(report.ended);
+    }
+}

@@ -1,0 +1,365 @@
+//! Observations, patterns and schemas as people read and write them: `object{colour=blue, field=4}`.
+
+use crate::memory::content::Content;
+use crate::nouns::observation::{Observation, Pattern, PropertyId, Term, TypeId, Value, Variable};
+use crate::nouns::pursuit::Goal;
+use crate::nouns::schema::{Form, Schema};
+use crate::nouns::vocabulary::{Parameter, PrimitiveId, ValueKind, Vocabulary, bin, bin_middle};
+
+/// The name of a variable, without its `$`: `a` to `z`, then `a1`, `b1`, …
+#[must_use]
+pub fn variable(variable: Variable) -> String {
+    let letter = char::from(b'a' + variable.0 % 26);
+    match variable.0 / 26 {
+        0 => letter.to_string(),
+        round => format!("{letter}{round}"),
+    }
+}
+
+/// A value of `property`.
+#[must_use]
+pub fn value(vocabulary: &Vocabulary, property: PropertyId, value: Value) -> String {
+    match value {
+        Value::Integer(value) => value.to_string(),
+        Value::Boolean(value) => value.to_string(),
+        Value::Symbol(symbol) => {
+            vocabulary.symbols().get(symbol.0 as usize).cloned().unwrap_or_else(|| format!("?{}", symbol.0))
+        }
+        Value::Bin(bin) => match vocabulary.property_kind(property) {
+            Some(ValueKind::Real { resolution }) => real(bin_middle(bin, *resolution), *resolution),
+            _ => format!("bin {bin}"),
+        },
+    }
+}
+
+/// A real with as many decimals as its resolution calls for.
+fn real(value: f64, resolution: f64) -> String {
+    let decimals = (0..9).find(|d| resolution * 10f64.powi(*d) >= 0.999).unwrap_or(9);
+    format!("{value:.*}", decimals.unsigned_abs() as usize)
+}
+
+fn type_name(vocabulary: &Vocabulary, kind: TypeId) -> String {
+    let known = vocabulary.types().get(usize::from(kind.0));
+    known.map_or_else(|| format!("type{}", kind.0), |t| t.declared.name.clone())
+}
+
+fn property_name(vocabulary: &Vocabulary, property: PropertyId) -> &str {
+    vocabulary.properties().get(usize::from(property.0)).map_or("?", String::as_str)
+}
+
+/// An observation: `object{colour=blue, field=4}`, `touch{}`.
+#[must_use]
+pub fn observation(vocabulary: &Vocabulary, observation: &Observation) -> String {
+    pattern(vocabulary, &Pattern::from(observation))
+}
+
+/// A pattern: `object{colour=$a, field=4}`.
+#[must_use]
+pub fn pattern(vocabulary: &Vocabulary, pattern: &Pattern) -> String {
+    let terms: Vec<_> = pattern
+        .terms()
+        .iter()
+        .map(|(property, term)| {
+            let shown = match term {
+                Term::Constant(constant) => value(vocabulary, *property, *constant),
+                Term::Variable(v) => format!("${}", variable(*v)),
+            };
+            format!("{}={shown}", property_name(vocabulary, *property))
+        })
+        .collect();
+    format!("{}{{{}}}", type_name(vocabulary, pattern.kind()), terms.join(", "))
+}
+
+/// The patterns of a goal: `object{colour=blue} & touch{}`.
+#[must_use]
+pub fn goal(vocabulary: &Vocabulary, goal: &Goal) -> String {
+    let patterns: Vec<_> = goal.iter().map(|wanted| pattern(vocabulary, wanted)).collect();
+    patterns.join(" & ")
+}
+
+/// A primitive: `move(j1=0.43, j2=0.84)`.
+#[must_use]
+pub fn primitive(vocabulary: &Vocabulary, id: PrimitiveId) -> String {
+    let Some(primitive) = vocabulary.primitives().get(id.0 as usize) else {
+        return format!("primitive{}", id.0);
+    };
+    let Some(action) = vocabulary.actions().get(primitive.action) else {
+        return format!("primitive{}", id.0);
+    };
+    let parameters: Vec<_> = action
+        .parameters
+        .iter()
+        .zip(&primitive.parameters)
+        .map(|(declared, parameter)| {
+            let shown = match (parameter, &declared.kind) {
+                (Parameter::Integer(value), _) => value.to_string(),
+                (Parameter::Symbol(symbol), _) => symbol.clone(),
+                (Parameter::Boolean(value), _) => value.to_string(),
+                (Parameter::Real(value), ValueKind::Real { resolution }) => real(*value, *resolution),
+                (Parameter::Real(value), _) => value.to_string(),
+            };
+            format!("{}={shown}", declared.name)
+        })
+        .collect();
+    format!("{}({})", action.name, parameters.join(", "))
+}
+
+/// Pre-conditions, action and post-conditions of a schema, each as it prints.
+#[must_use]
+pub fn parts(content: &Content, schema: &Schema) -> (Vec<String>, String, Vec<String>) {
+    let vocabulary = &content.vocabulary;
+    let outcome = |text: String, absent: bool| if absent { format!("no longer {text}") } else { text };
+    match &schema.form {
+        Form::Concrete(concrete) => {
+            let show = |id| observation(vocabulary, content.observation(id));
+            (
+                concrete.pre.iter().map(|o| show(*o)).collect(),
+                primitive(vocabulary, concrete.action),
+                concrete.post.iter().map(|p| outcome(show(p.what), p.absent)).collect(),
+            )
+        }
+        Form::Generalised(generalised) => {
+            let target: Vec<_> = generalised.target.iter().map(|p| pattern(vocabulary, p)).collect();
+            (
+                generalised.pre.iter().map(|p| pattern(vocabulary, p)).collect(),
+                format!("achieve {}", target.join(" & ")),
+                generalised.post.iter().map(|p| outcome(pattern(vocabulary, &p.what), p.absent)).collect(),
+            )
+        }
+    }
+}
+
+/// A schema: `object{field=4} / move(j1=0.43, j2=0.84) / finger{field=4} & touch{}`; nothing is `∅`.
+#[must_use]
+pub fn schema(content: &Content, schema: &Schema) -> String {
+    let (pre, action, post) = parts(content, schema);
+    let side = |conditions: Vec<String>| match conditions.len() {
+        0 => "∅".to_owned(),
+        _ => conditions.join(" & "),
+    };
+    format!("{} / {action} / {}", side(pre), side(post))
+}
+
+/// Why a text is not a pattern.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PatternError {
+    /// Not of the form `type{property=value, …}`.
+    #[error("{0:?} is not a pattern; write it as it prints, such as object{{colour=blue, field=$x}}")]
+    Form(String),
+    /// No such observation type.
+    #[error("no observation type is named {name:?}; there are {known}")]
+    Type {
+        /// The name given.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The type has no such property.
+    #[error("{kind} has no property {name:?}; it has {known}")]
+    Property {
+        /// The type.
+        kind: String,
+        /// The name given.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The property takes other values.
+    #[error("{property}={value}: {wanted}")]
+    Value {
+        /// The property.
+        property: String,
+        /// The value given.
+        value: String,
+        /// What it takes.
+        wanted: &'static str,
+    },
+}
+
+/// Reads a pattern as it prints. Properties may be left out: any value will do. Variables (`$x`) are
+/// numbered in the order of first occurrence.
+///
+/// # Errors
+/// What is wrong with it, and what there is instead. A symbol that was never met is not an error of form but
+/// matches nothing that is known; it is reported too.
+pub fn parse_pattern(vocabulary: &Vocabulary, text: &str) -> Result<Pattern, PatternError> {
+    parse_with(vocabulary, text, &mut Vec::new())
+}
+
+/// Reads the patterns of a goal. A variable is the same in all of them.
+///
+/// # Errors
+/// As [`parse_pattern`].
+pub fn parse_goal(vocabulary: &Vocabulary, texts: &[String]) -> Result<Vec<Pattern>, PatternError> {
+    let mut variables = Vec::new();
+    texts.iter().map(|text| parse_with(vocabulary, text, &mut variables)).collect()
+}
+
+/// Reads a pattern whose variables are numbered by their place among `variables`.
+fn parse_with(
+    vocabulary: &Vocabulary,
+    text: &str,
+    variables: &mut Vec<String>,
+) -> Result<Pattern, PatternError> {
+    let form = || PatternError::Form(text.to_owned());
+    let (name, rest) = text.trim().split_once('{').ok_or_else(form)?;
+    let inner = rest.trim_end().strip_suffix('}').ok_or_else(form)?;
+    let name = name.trim();
+    let list = |names: Vec<&str>| names.join(", ");
+    let kind = vocabulary.type_named(name).ok_or_else(|| PatternError::Type {
+        name: name.to_owned(),
+        known: list(vocabulary.types().iter().map(|t| t.declared.name.as_str()).collect()),
+    })?;
+    let declared = &vocabulary.types()[usize::from(kind.0)];
+    let mut terms = Vec::new();
+    for part in inner.split(',').map(str::trim).filter(|part| !part.is_empty()) {
+        let (property, given) = part.split_once('=').ok_or_else(form)?;
+        let (property, given) = (property.trim(), given.trim());
+        let at = declared.declared.properties.iter().position(|p| p.name == property);
+        let at = at.ok_or_else(|| PatternError::Property {
+            kind: name.to_owned(),
+            name: property.to_owned(),
+            known: list(declared.declared.properties.iter().map(|p| p.name.as_str()).collect()),
+        })?;
+        let term = match given.strip_prefix('$') {
+            Some(variable) => {
+                let at = variables.iter().position(|known| known == variable).unwrap_or_else(|| {
+                    variables.push(variable.to_owned());
+                    variables.len() - 1
+                });
+                Term::Variable(Variable(u8::try_from(at).map_err(|_| form())?))
+            }
+            None => {
+                let kind = &declared.declared.properties[at].kind;
+                Term::Constant(parse_value(vocabulary, property, kind, given)?)
+            }
+        };
+        terms.push((declared.properties[at], term));
+    }
+    Ok(Pattern::new(kind, terms))
+}
+
+fn parse_value(
+    vocabulary: &Vocabulary,
+    property: &str,
+    kind: &ValueKind,
+    given: &str,
+) -> Result<Value, PatternError> {
+    let wrong =
+        |wanted| PatternError::Value { property: property.to_owned(), value: given.to_owned(), wanted };
+    match kind {
+        ValueKind::Integer => given
+            .parse()
+            .map(Value::Integer)
+            .map_err(|_| wrong("it takes whole numbers, or a variable such as $x")),
+        ValueKind::Boolean => given.parse().map(Value::Boolean).map_err(|_| wrong("it takes true or false")),
+        ValueKind::Symbol => vocabulary
+            .symbol_named(given)
+            .map(Value::Symbol)
+            .ok_or_else(|| wrong("no such symbol was ever met")),
+        ValueKind::Real { resolution } => match given.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(Value::Bin(bin(value, *resolution))),
+            _ => Err(wrong("it takes a finite number")),
+        },
+    }
+}
+
+/// Whether `pattern` matches `candidate` when properties that it leaves out may be anything. Variables match
+/// constants and variables alike, the same one always the same term.
+#[must_use]
+pub fn matches(pattern: &Pattern, candidate: &Pattern) -> bool {
+    let mut bound: Vec<(Variable, Term)> = Vec::new();
+    pattern.kind() == candidate.kind()
+        && pattern.terms().iter().all(|(property, term)| {
+            let Some((_, other)) = candidate.terms().iter().find(|(known, _)| known == property) else {
+                return false;
+            };
+            match term {
+                Term::Constant(_) => term == other,
+                Term::Variable(variable) => match bound.iter().find(|(known, _)| known == variable) {
+                    Some((_, before)) => before == other,
+                    None => {
+                        bound.push((*variable, *other));
+                        true
+                    }
+                },
+            }
+        })
+}
+
+/// Why a text is none of a body's primitives.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PrimitiveError {
+    /// Not of the form `action(parameter=value, …)`.
+    #[error("{0:?} is not an action; write it as it prints, such as move(j1=0.43, j2=0.84)")]
+    Form(String),
+    /// The body can do nothing of that name.
+    #[error("the body has no action named {name:?}; it has {known}")]
+    Action {
+        /// The name given.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The body can do that, but not so.
+    #[error("the body can't do {given}; the nearest that it can do: {nearest}")]
+    Parameters {
+        /// What was given.
+        given: String,
+        /// Primitives like it.
+        nearest: String,
+    },
+}
+
+/// Primitives like the one given that an error names.
+const NEAREST_NAMED: usize = 3;
+
+/// Finds the primitive among `repertoire` that prints like `text`, whatever the spaces.
+///
+/// # Errors
+/// What is wrong with it, and what there is instead.
+pub fn parse_primitive(
+    vocabulary: &Vocabulary,
+    repertoire: &[PrimitiveId],
+    text: &str,
+) -> Result<PrimitiveId, PrimitiveError> {
+    let squeeze = |text: &str| text.chars().filter(|c| !c.is_whitespace()).collect::<String>();
+    let given = squeeze(text);
+    let form = || PrimitiveError::Form(text.to_owned());
+    let (name, rest) = given.split_once('(').ok_or_else(form)?;
+    let inner = rest.strip_suffix(')').ok_or_else(form)?;
+    let printed: Vec<_> = repertoire.iter().map(|id| (*id, primitive(vocabulary, *id))).collect();
+    if let Some((id, _)) = printed.iter().find(|(_, printed)| squeeze(printed) == given) {
+        return Ok(*id);
+    }
+    let mut like: Vec<(f64, &String)> = printed
+        .iter()
+        .filter_map(|(_, printed)| {
+            let (known, rest) = printed.split_once('(')?;
+            (known == name).then_some((apart(inner, &squeeze(rest.strip_suffix(')')?)), printed))
+        })
+        .collect();
+    if like.is_empty() {
+        let mut known: Vec<_> = printed.iter().filter_map(|(_, p)| Some(p.split_once('(')?.0)).collect();
+        known.sort_unstable();
+        known.dedup();
+        return Err(PrimitiveError::Action { name: name.to_owned(), known: known.join(", ") });
+    }
+    like.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let nearest: Vec<_> = like.iter().take(NEAREST_NAMED).map(|(_, printed)| printed.as_str()).collect();
+    Err(PrimitiveError::Parameters { given: text.to_owned(), nearest: nearest.join(", ") })
+}
+
+/// How far apart two lists of parameters are, as they print: squares of differences of numbers, and much for
+/// anything else that differs.
+fn apart(one: &str, other: &str) -> f64 {
+    const OTHERWISE: f64 = 1e12;
+    let number = |part: &str| part.split_once('=').and_then(|(_, value)| value.parse::<f64>().ok());
+    let (one, other): (Vec<_>, Vec<_>) = (one.split(',').collect(), other.split(',').collect());
+    let pairs = one.iter().zip(&other).map(|(a, b)| match (number(a), number(b)) {
+        (Some(a), Some(b)) => ((a - b) * (a - b)).min(OTHERWISE),
+        _ if a == b => 0.0,
+        _ => OTHERWISE,
+    });
+    pairs.sum::<f64>() + OTHERWISE * one.len().abs_diff(other.len()) as f64
+}

@@ -1,0 +1,121 @@
+//! Effects: everything that a step changes, as values. [`crate::memory::Memory::apply`] is the only thing
+//! that changes memory, in the live loop and in recovery alike.
+
+use crate::nouns::execution::Execution;
+use crate::nouns::observation::{Observation, Pattern};
+use crate::nouns::progress::StageEffect;
+use crate::nouns::pursuit::PursuitEffect;
+use crate::nouns::schema::SchemaId;
+use crate::nouns::vocabulary::{BodyId, Declaration, PrimitiveId};
+
+/// One change of memory. Observations are given whole, not by number, so that effects mean the same to
+/// any memory they are applied to in the same order.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Effect {
+    /// A body declared itself.
+    Declared(Box<Declaration>),
+    /// Symbols were met for the first time (words, mostly).
+    SymbolsMet(Vec<String>),
+    /// The body was asked for a primitive, and did or did not carry it out.
+    Attempted {
+        /// Which primitive.
+        primitive: PrimitiveId,
+        /// Whether it was carried out.
+        carried_out: bool,
+    },
+    /// A schema was executed and its predictions were scored (II-A).
+    Executed {
+        /// Which schema.
+        schema: SchemaId,
+        /// Whether everything it predicts happened.
+        success: bool,
+        /// One entry a post-condition, in order.
+        post: Vec<Seen>,
+        /// One entry an association, in order.
+        associations: Vec<Seen>,
+    },
+    /// A concrete schema gained an outcome that it did not know.
+    OutcomeAdded {
+        /// Which schema.
+        schema: SchemaId,
+        /// What was observed, or no longer observed.
+        observation: Observation,
+        /// True for "no longer".
+        absent: bool,
+    },
+    /// A concrete schema was made (II-D).
+    Created {
+        /// What must hold, in canonical order.
+        pre: Vec<Observation>,
+        /// What was done.
+        action: PrimitiveId,
+        /// What was then observed (false) or no longer observed (true).
+        post: Vec<(Observation, bool)>,
+        /// The schema whose execution led to this one.
+        parent: Option<SchemaId>,
+        /// The generalised schema whose prediction failed.
+        contradicts: Option<SchemaId>,
+    },
+    /// A generalised schema was made (II-E).
+    Generalised {
+        /// What must hold.
+        pre: Vec<Pattern>,
+        /// What is to be achieved.
+        target: Vec<Pattern>,
+        /// What is then observed (false) or no longer observed (true).
+        post: Vec<(Pattern, bool)>,
+        /// The new concrete schema that it was lifted from.
+        parent: SchemaId,
+        /// The concrete schemas that it represents, its parent included.
+        examples: Vec<SchemaId>,
+    },
+    /// A new concrete schema is represented by a generalised one that was there.
+    Supported {
+        /// The generalised schema.
+        generalised: SchemaId,
+        /// The new example.
+        example: SchemaId,
+    },
+    /// A generalised schema fails too often to be used any more.
+    Retired {
+        /// The generalised schema.
+        generalised: SchemaId,
+    },
+    /// An observation was there alongside a schema for the first time (II-B).
+    Associated {
+        /// The schema.
+        schema: SchemaId,
+        /// The observation.
+        observation: Observation,
+        /// The index of the association that makes room, when the schema has no more room.
+        replaces: Option<usize>,
+    },
+    /// These events were perceived before or after an execution that was learnt from.
+    Happened(Vec<Observation>),
+    /// N(x) rises by one for each of these (II-C).
+    Attended(Vec<Observation>),
+    /// Developmental control (II-F).
+    Stage(StageEffect),
+    /// A goal is pursued, or no more.
+    Pursuit(PursuitEffect),
+    /// The step is over: what is to be remembered until the next frame of this body.
+    StepEnded {
+        /// Which body.
+        body: BodyId,
+        /// The state of the generator.
+        random: u64,
+        /// What the body was sent to do; none when it was sent to do nothing.
+        pending: Option<Box<Execution>>,
+    },
+}
+
+/// Whether something held after an execution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seen {
+    /// It did.
+    Held,
+    /// It did not.
+    Missed,
+    /// Its sense was constrained in this stage, so nothing is known.
+    Constrained,
+}

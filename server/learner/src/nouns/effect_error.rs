@@ -1,0 +1,40 @@
+//! Why effects are refused.
+
+use crate::nouns::vocabulary::DeclarationError;
+
+/// Why an effect can't be applied: it speaks of something that is not there. Effects that a learner
+/// returned for this memory always apply; those read back from elsewhere may not.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EffectError {
+    /// No such schema, or one of the other form.
+    #[error("effect refers to schema {0}, which is not there or of another form")]
+    Schema(u32),
+    /// Lists of another length than the schema has.
+    #[error("effect scores {given} conditions of schema {schema}, which has {known}")]
+    Length {
+        /// Which schema.
+        schema: u32,
+        /// How many are scored.
+        given: usize,
+        /// How many it has.
+        known: usize,
+    },
+    /// No such primitive.
+    #[error("effect refers to primitive {0}, which was never declared")]
+    Primitive(u32),
+    /// No such body.
+    #[error("effect refers to body {0}, which never attached")]
+    Body(u16),
+    /// No goal is pursued, or one is already.
+    #[error("effect speaks of a goal that is not pursued, or begins one while another is")]
+    Goal,
+    /// An utterance that no stage can have.
+    #[error("effect says utterance {0}, which no stage can have")]
+    Utterance(usize),
+    /// A number from a pool that was not the next in it.
+    #[error("effect draws {0}, which is not the next of its pool")]
+    Draw(i64),
+    /// A declaration that contradicts what is known.
+    #[error(transparent)]
+    Declaration(#[from] DeclarationError),
+}

@@ -1,0 +1,294 @@
+//! Where a curriculum stands, as part of memory, and the effects that move it.
+
+use crate::nouns::curriculum::UTTERANCES_MAX;
+use crate::nouns::effect_error::EffectError;
+use crate::nouns::vocabulary::BodyId;
+
+/// Stage reports kept; older ones are dropped.
+pub const REPORTS_MAX: usize = 256;
+
+/// Where a curriculum stands: part of memory.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// The body that the curriculum arranges things for: the first that acted.
+    pub student: Option<BodyId>,
+    /// What is left in each pool, next to be drawn last.
+    pub pools: Vec<Vec<i64>>,
+    /// The stage, as an index into the curriculum.
+    pub stage: usize,
+    /// Whether the curriculum has begun.
+    pub begun: bool,
+    /// Whether the last stage is over.
+    pub finished: bool,
+    /// Whether an operator holds the learner.
+    pub held: bool,
+    /// Why the curriculum can't go on, if it can't.
+    pub stuck: Option<String>,
+    /// Whether the present trial has been arranged and not yet ended.
+    pub trial_open: bool,
+    /// Actions in the present trial.
+    pub trial_actions: u32,
+    /// Actions in a row in the present trial after which what it ends without was not observed.
+    pub absent_actions: u32,
+    /// Whether no frame has come since the present trial was begun.
+    pub trial_fresh: bool,
+    /// How often each utterance of the stage was said in the present trial; empty before the first.
+    pub said: Vec<u32>,
+    /// Actions in a row with nothing new and nothing exciting.
+    pub quiet_actions: u32,
+    /// Whether the stage is saturated and being habituated to.
+    pub habituating: bool,
+    /// One report for each stage entered, the present one last.
+    pub reports: Vec<StageReport>,
+}
+
+/// What happened in a stage.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StageReport {
+    /// The stage's name.
+    pub name: String,
+    /// The step in which it began.
+    pub first_step: u64,
+    /// Actions carried out.
+    pub actions: u64,
+    /// Concrete schemas made.
+    pub concrete_new: u32,
+    /// Generalised schemas made.
+    pub generalised_new: u32,
+    /// Counter-examples among the concrete ones.
+    pub counter_examples_new: u32,
+    /// Trials begun.
+    pub trials: u32,
+    /// Trials that ended with what they were waiting for.
+    pub trials_met: u32,
+    /// Of these, those that needed one action.
+    pub trials_met_first: u32,
+    /// Actions of each trial that is over.
+    pub actions_of_trial: Vec<u32>,
+    /// Generalised schemas there were at the end of each trial.
+    pub generalised_after_trial: Vec<u32>,
+    /// What was drawn for each trial.
+    pub drawn: Vec<i64>,
+    /// Whether it ended by saturation.
+    pub saturated: bool,
+    /// Whether it is over.
+    pub ended: bool,
+}
+
+/// A change of where the curriculum stands.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StageEffect {
+    /// The curriculum began for this body, with its pools in this order.
+    Begun {
+        /// The body it arranges things for.
+        student: BodyId,
+        /// The pools, shuffled.
+        pools: Vec<Vec<i64>>,
+        /// The state of the generator after shuffling.
+        random: u64,
+    },
+    /// A stage was entered.
+    Entered {
+        /// Its index in the curriculum.
+        stage: usize,
+        /// Its name.
+        name: String,
+    },
+    /// A trial was arranged; so many numbers were drawn from each pool.
+    TrialBegun {
+        /// Pool index and number, in the order drawn.
+        drawn: Vec<(usize, i64)>,
+    },
+    /// An action was carried out.
+    Acted {
+        /// Concrete schemas made from it.
+        concrete_new: u32,
+        /// Generalised schemas made from it.
+        generalised_new: u32,
+        /// Counter-examples among the concrete ones.
+        counter_examples_new: u32,
+        /// Whether the trial ends when something is not observed, and it was not.
+        absent: bool,
+    },
+    /// A frame came in a trial of a stage in which a teacher speaks.
+    Spoken {
+        /// What was said, by its place in the stage.
+        utterances: Vec<usize>,
+        /// The state of the generator after what was drawn for it.
+        random: u64,
+    },
+    /// The top excitation after an action was below the saturation level, or not.
+    Quiet(bool),
+    /// The trial ended, with what it was waiting for or without.
+    TrialEnded {
+        /// Whether it was observed.
+        met: bool,
+        /// Generalised schemas in memory.
+        generalised: u32,
+    },
+    /// The stage is saturated; what remains is to habituate.
+    Saturated,
+    /// The stage is over.
+    Ended,
+    /// The last stage is over.
+    Finished,
+    /// An operator holds the learner, or lets it go on.
+    Held(bool),
+    /// The surroundings can't be arranged as the curriculum asks.
+    Stuck(String),
+    /// The curriculum is given up for another, which begins with the next frame of a body that can act.
+    Left,
+}
+
+impl Progress {
+    /// The report of the present stage.
+    #[must_use]
+    pub fn report(&self) -> Option<&StageReport> {
+        self.reports.last()
+    }
+
+    pub(crate) fn apply(&mut self, effect: &StageEffect, step: u64) -> Result<(), EffectError> {
+        match effect {
+            StageEffect::Begun { student, pools, random: _ } => {
+                self.student = Some(*student);
+                self.pools.clone_from(pools);
+                self.begun = true;
+            }
+            StageEffect::Entered { stage, name } => {
+                self.stage = *stage;
+                self.finished = false;
+                self.stuck = None;
+                self.close_stage();
+                self.reports.push(StageReport {
+                    name: name.clone(),
+                    first_step: step,
+                    ..StageReport::default()
+                });
+                if self.reports.len() > REPORTS_MAX {
+                    self.reports.remove(0);
+                }
+            }
+            StageEffect::TrialBegun { drawn } => {
+                // All of it or nothing: an effect that can't be applied leaves memory as it was.
+                let mut pools = self.pools.clone();
+                for (pool, number) in drawn {
+                    let next = pools.get_mut(*pool).and_then(Vec::pop);
+                    if next != Some(*number) {
+                        return Err(EffectError::Draw(*number));
+                    }
+                }
+                self.pools = pools;
+                self.close_trial();
+                self.trial_open = true;
+                self.trial_fresh = true;
+                self.trial_actions = 0;
+                self.in_report(|report| {
+                    report.trials += 1;
+                    report.drawn.extend(drawn.iter().map(|(_, number)| *number));
+                });
+            }
+            StageEffect::Acted { concrete_new, generalised_new, counter_examples_new, absent } => {
+                self.trial_actions = self.trial_actions.saturating_add(1);
+                self.absent_actions = if *absent { self.absent_actions.saturating_add(1) } else { 0 };
+                self.in_report(|report| {
+                    report.actions += 1;
+                    report.concrete_new += concrete_new;
+                    report.generalised_new += generalised_new;
+                    report.counter_examples_new += counter_examples_new;
+                });
+            }
+            StageEffect::Spoken { utterances, random: _ } => {
+                if let Some(beyond) = utterances.iter().find(|at| **at >= UTTERANCES_MAX) {
+                    return Err(EffectError::Utterance(*beyond));
+                }
+                self.trial_fresh = false;
+                for at in utterances {
+                    if self.said.len() <= *at {
+                        self.said.resize(*at + 1, 0);
+                    }
+                    self.said[*at] = self.said[*at].saturating_add(1);
+                }
+            }
+            StageEffect::Quiet(quiet) => {
+                self.quiet_actions = if *quiet { self.quiet_actions.saturating_add(1) } else { 0 };
+            }
+            StageEffect::TrialEnded { met, generalised } => {
+                let actions = self.trial_actions;
+                let first = actions == 1;
+                self.close_trial();
+                self.in_report(|report| {
+                    report.actions_of_trial.push(actions);
+                    report.trials_met += u32::from(*met);
+                    report.trials_met_first += u32::from(*met && first);
+                    report.generalised_after_trial.push(*generalised);
+                });
+            }
+            StageEffect::Saturated => {
+                self.habituating = true;
+                self.in_report(|report| report.saturated = true);
+            }
+            StageEffect::Ended => self.in_report(|report| report.ended = true),
+            StageEffect::Finished => {
+                self.close_stage();
+                self.finished = true;
+            }
+            StageEffect::Held(held) => self.held = *held,
+            StageEffect::Stuck(reason) => self.stuck = Some(reason.clone()),
+            // An operator who holds the learner goes on holding it.
+            StageEffect::Left => *self = Self { held: self.held, ..Self::default() },
+        }
+        Ok(())
+    }
+
+    fn close_stage(&mut self) {
+        self.close_trial();
+        self.trial_actions = 0;
+    }
+
+    fn close_trial(&mut self) {
+        self.trial_open = false;
+        self.trial_fresh = false;
+        self.said.clear();
+        self.absent_actions = 0;
+        self.quiet_actions = 0;
+        self.habituating = false;
+    }
+
+    fn in_report(&mut self, change: impl FnOnce(&mut StageReport)) {
+        if let Some(report) = self.reports.last_mut() {
+            change(report);
+        }
+    }
+}
+
+/// An operator's developmental control.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum StageCommand {
+    /// End the present stage and enter the next.
+    Next,
+    /// Wait, until [`StageCommand::Resume`].
+    Hold,
+    /// Go on.
+    Resume,
+    /// Enter the stage of this name.
+    Set(String),
+}
+
+/// Why a stage command can't be obeyed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StageCommandError {
+    /// No stage has that name.
+    #[error("no stage is named {name:?}; the curriculum has {known}")]
+    Unknown {
+        /// The name given.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The present stage is the last.
+    #[error("{name:?} is the last stage; name one to go back to")]
+    Last {
+        /// The present stage.
+        name: String,
+    },
+}

@@ -1,0 +1,157 @@
+//! Goals and their pursuit, as part of memory, and the effects that change it.
+
+use crate::nouns::execution::ChainLink;
+use crate::nouns::observation::Pattern;
+use crate::nouns::vocabulary::BodyId;
+
+/// What is to be brought about: an observation for each of these patterns (one may do for several). What a
+/// pattern leaves out may be anything; a variable is the same value wherever it occurs in the goal.
+pub type Goal = [Pattern];
+
+/// Patterns in one goal.
+pub const GOAL_PATTERNS_MAX: usize = 8;
+
+/// Plans of a pursuit that are remembered: the last of them.
+pub const PLANS_KEPT_MAX: usize = 32;
+
+/// Actions that a goal may be given.
+pub const GOAL_ACTIONS_MAX: u32 = 100_000;
+
+/// A goal that is pursued, or was the last to be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pursuit {
+    /// Goals are numbered from 1 in the life of a memory.
+    pub number: u64,
+    /// The body that pursues it.
+    pub body: BodyId,
+    /// What is to be brought about.
+    pub goal: Vec<Pattern>,
+    /// Actions that it may take.
+    pub actions_max: u32,
+    /// Actions sent for it.
+    pub actions: u32,
+    /// Plans made for it.
+    pub plans_made: u32,
+    /// The last of them, at most [`PLANS_KEPT_MAX`], the present one at the end.
+    pub plans: Vec<PlanMade>,
+    /// How it ended; none while it is pursued.
+    pub ended: Option<Ending>,
+}
+
+/// A plan made in pursuit of a goal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanMade {
+    /// Actions that had been sent for the goal.
+    pub after_actions: u32,
+    /// Why it was made.
+    pub because: Because,
+    /// The schemas to execute, in order.
+    pub chain: Vec<ChainLink>,
+    /// The probability that it brings the goal about.
+    pub probability: f64,
+    /// Whether the search for it used up its budget.
+    pub truncated: bool,
+}
+
+/// Why a plan was made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Because {
+    /// It is the first.
+    First,
+    /// The last schema of the plan before was executed, and the goal does not hold.
+    NotReached,
+    /// The last step's outcome does not allow the next schema.
+    NextNotAllowed,
+    /// The body did not carry out the action.
+    NotCarriedOut,
+    /// What was under way was dropped: the learner was held, or the body was away.
+    Interrupted,
+}
+
+/// How the pursuit of a goal ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// The goal holds.
+    Achieved,
+    /// Nothing known leads there from here.
+    NothingLeadsThere,
+    /// It does not hold after all the actions that it was given.
+    ActionsUsedUp,
+    /// The present stage does not lift a type that the goal speaks of, so it could not be seen to hold.
+    Constrained,
+    /// It was called off.
+    Cancelled,
+}
+
+/// A change of what is pursued.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PursuitEffect {
+    /// A goal is pursued from now on.
+    Begun {
+        /// The body that is to pursue it.
+        body: BodyId,
+        /// What is to be brought about.
+        goal: Vec<Pattern>,
+        /// Actions that it may take.
+        actions_max: u32,
+    },
+    /// A plan was made.
+    Planned(PlanMade),
+    /// An action was sent for the goal.
+    Acted,
+    /// It is pursued no more.
+    Ended(Ending),
+}
+
+/// Why a goal can't be pursued, or not be called off.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PursueError {
+    /// It asks for nothing.
+    #[error("a goal needs something to be observed: give at least one pattern, such as touch{{}}")]
+    Empty,
+    /// It asks for too much.
+    #[error("the goal has {given} patterns; at most {GOAL_PATTERNS_MAX} are taken")]
+    Long {
+        /// How many patterns it has.
+        given: usize,
+    },
+    /// It may take no action, or too many.
+    #[error("a goal may take 1 to {GOAL_ACTIONS_MAX} actions, not {given}")]
+    Actions {
+        /// How many it was given.
+        given: u32,
+    },
+    /// No body of that number was declared, or it can do nothing.
+    #[error("the body has nothing that it can do, so it can pursue no goal")]
+    Body,
+    /// Another is pursued.
+    #[error("goal {number} is pursued, {goal}: wait for its end, or cancel it")]
+    Busy {
+        /// Its number.
+        number: u64,
+        /// What it asks for, as it prints.
+        goal: String,
+    },
+    /// An operator holds the learner.
+    #[error("an operator holds the learner: let it go on with `pschema stage resume`")]
+    Held,
+    /// The present stage does not lift a type of it.
+    #[error("stage {stage:?} does not lift {kind}, so the goal could never be seen to hold")]
+    Constrained {
+        /// The present stage.
+        stage: String,
+        /// The type.
+        kind: String,
+    },
+    /// There is nothing to call off.
+    #[error("no goal is pursued")]
+    Nothing,
+}
+
+impl Pursuit {
+    /// Whether it is still pursued.
+    #[must_use]
+    pub fn under_way(&self) -> bool {
+        self.ended.is_none()
+    }
+}

@@ -1,0 +1,199 @@
+//! The terms of equation (1) that explain a decision. Most decisions are never looked at, and their terms are many: one for
+//! each pair of what is remembered and what is perceived. So a decision keeps the values of its moment, and its terms are made
+//! of them when somebody looks.
+
+use std::fmt;
+use std::ops::Deref;
+use std::sync::{Arc, OnceLock};
+
+use crate::nouns::observation::Observation;
+use crate::nouns::world_state::WorldState;
+
+/// Terms that a decision keeps one by one, those of the most excited candidate first. Their number grows with the
+/// square of what is perceived, so a crowded world would else fill memory with explanations.
+pub const TERMS_KEPT_MAX: usize = 8_192;
+
+/// A term of equation (1), or a drive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Term {
+    /// What the remembered observation is to the schema.
+    pub role: Role,
+    /// The remembered observation and the perceived one that resembles it; none for a drive or the rest.
+    pub pair: Option<(Observation, Observation)>,
+    /// Properties that they share.
+    pub shared: u32,
+    /// N of the remembered observation.
+    pub attention: u32,
+    /// Its probability in the schema.
+    pub probability: f64,
+    /// 1 or ω, times the reliability of the action.
+    pub weight: f64,
+    /// What it adds to the sum.
+    pub value: f64,
+}
+
+/// What a term's observation is to the schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// A pre-condition.
+    PreCondition,
+    /// A post-condition.
+    PostCondition,
+    /// An associated observation.
+    Association,
+    /// The drive to try what no schema covers.
+    Babbling,
+    /// The drive to repeat what is not yet known well enough (II-G).
+    Habituation,
+    /// The terms beyond [`TERMS_KEPT_MAX`], added up.
+    Rest,
+}
+
+/// The terms of a candidate: a list of [`Term`], made when it is first looked at, and the same whenever that is.
+#[derive(Clone)]
+pub struct Terms {
+    of: Arc<Kept>,
+    /// Which candidate's.
+    at: usize,
+}
+
+impl Deref for Terms {
+    type Target = [Term];
+
+    fn deref(&self) -> &[Term] {
+        let made = self.of.made.get_or_init(|| self.of.make());
+        made.get(self.at).map_or(&[], Vec::as_slice)
+    }
+}
+
+impl fmt::Debug for Terms {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.iter()).finish()
+    }
+}
+
+impl PartialEq for Terms {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
+impl<'a> IntoIterator for &'a Terms {
+    type Item = &'a Term;
+    type IntoIter = std::slice::Iter<'a, Term>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+/// A remembered observation, as equation (1) weighed it.
+#[derive(Clone)]
+pub(crate) struct Remembered {
+    pub(crate) role: Role,
+    pub(crate) observation: Observation,
+    pub(crate) attention: u32,
+    pub(crate) probability: f64,
+    pub(crate) weight: f64,
+}
+
+impl Remembered {
+    /// What it adds to the sum when it shares so many values with what is perceived.
+    pub(crate) fn value(&self, shared: u32) -> f64 {
+        value(shared, self.attention, self.probability, self.weight)
+    }
+}
+
+/// A term of equation (1).
+pub(crate) fn value(shared: u32, attention: u32, probability: f64, weight: f64) -> f64 {
+    f64::from(shared) * probability * weight / (1.0 + f64::from(attention))
+}
+
+/// A drive that adds to a candidate's sum: what it is, its weight and its value.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drive {
+    pub(crate) role: Role,
+    pub(crate) weight: f64,
+    pub(crate) value: f64,
+}
+
+/// What the terms of a decision's candidates are made of.
+pub(crate) struct Kept {
+    world: WorldState,
+    /// What the candidates remember, one candidate after another.
+    remembered: Vec<Remembered>,
+    /// For each candidate where that ends, and its drive.
+    candidates: Vec<(usize, Option<Drive>)>,
+    made: OnceLock<Vec<Vec<Term>>>,
+}
+
+impl Kept {
+    /// Of no candidate yet, of a decision in `world`; with room for so many candidates that remember so many observations.
+    pub(crate) fn new(world: &WorldState, candidates: usize, remembered: usize) -> Self {
+        Self {
+            world: world.clone(),
+            remembered: Vec::with_capacity(remembered.min(TERMS_KEPT_MAX)),
+            candidates: Vec::with_capacity(candidates),
+            made: OnceLock::new(),
+        }
+    }
+
+    /// Adds a candidate: `remember` lists what it remembers, as the schema does.
+    pub(crate) fn add(&mut self, drive: Option<Drive>, remember: impl FnOnce(&mut Vec<Remembered>)) {
+        remember(&mut self.remembered);
+        self.candidates.push((self.remembered.len(), drive));
+    }
+
+    /// The terms of each candidate, in the order in which they were added.
+    pub(crate) fn terms(mut self) -> impl Iterator<Item = Terms> {
+        // What would take more room than the terms are allowed is made at once.
+        if self.remembered.len() > TERMS_KEPT_MAX {
+            self.made = OnceLock::from(self.make());
+            self.remembered = Vec::new();
+        }
+        let count = self.candidates.len();
+        let of = Arc::new(self);
+        (0..count).map(move |at| Terms { of: of.clone(), at })
+    }
+
+    fn make(&self) -> Vec<Vec<Term>> {
+        let (mut room, mut from) = (TERMS_KEPT_MAX, 0);
+        let of_one = |(end, drive): &(usize, Option<Drive>)| {
+            let mut terms = self.of_one(self.remembered.get(from..*end).unwrap_or_default(), room);
+            terms.extend(drive.map(|Drive { role, weight, value }| lone(role, weight, value)));
+            room = room.saturating_sub(terms.len());
+            from = *end;
+            terms
+        };
+        self.candidates.iter().map(of_one).collect()
+    }
+
+    /// The terms of one candidate: at most `room` of them, and the rest as one.
+    fn of_one(&self, remembered: &[Remembered], room: usize) -> Vec<Term> {
+        let mut terms = Vec::new();
+        let mut rest: Option<f64> = None;
+        for known in remembered {
+            for seen in self.world.observations() {
+                let shared = known.observation.shared(seen);
+                if shared == 0 {
+                    continue;
+                }
+                let value = known.value(shared);
+                if terms.len() < room {
+                    let Remembered { role, observation, attention, probability, weight } = known.clone();
+                    let pair = Some((observation, seen.clone()));
+                    terms.push(Term { role, pair, shared, attention, probability, weight, value });
+                } else {
+                    *rest.get_or_insert(0.0) += value;
+                }
+            }
+        }
+        terms.extend(rest.map(|value| lone(Role::Rest, 1.0, value)));
+        terms
+    }
+}
+
+/// A term without a pair.
+fn lone(role: Role, weight: f64, value: f64) -> Term {
+    Term { role, pair: None, shared: 0, attention: 0, probability: 1.0, weight, value }
+}

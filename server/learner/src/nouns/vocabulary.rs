@@ -1,0 +1,649 @@
+//! What the learner can perceive and do: declared by bodies as they attach, merged by name, never taken
+//! back. Everything else in memory refers to it by number.
+
+use std::collections::BTreeSet;
+
+use rustc_hash::FxHashMap;
+
+use crate::nouns::observation::{PropertyId, SymbolId, TypeId, Value};
+
+/// A primitive: an action with its parameters filled in, as it stands in some body's repertoire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PrimitiveId(pub u32);
+
+/// A body that has declared itself; a body of the same name is the same body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BodyId(pub u16);
+
+/// What one body declares, by name. The daemon's own senses (hearing) are declared the same way.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Declaration {
+    /// The body's name.
+    pub body: String,
+    /// Its observation types.
+    pub observation_types: Vec<DeclaredType>,
+    /// Its actions.
+    pub actions: Vec<DeclaredAction>,
+    /// Its repertoire: index into `actions`, and one value a parameter.
+    pub repertoire: Vec<(usize, Vec<Parameter>)>,
+}
+
+/// An observation type as declared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeclaredType {
+    /// Its name.
+    pub name: String,
+    /// Caused by the body itself; never a pre-condition by default.
+    pub own: bool,
+    /// An event, not a state; never a pre-condition by default.
+    pub transient: bool,
+    /// Comes from others and never from an action of this body (a word heard): never a post-condition by
+    /// default, so that it can only become an associated observation (paper, II-B).
+    pub heard: bool,
+    /// Property names with the values they take.
+    pub properties: Vec<DeclaredProperty>,
+}
+
+/// A property or parameter as declared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeclaredProperty {
+    /// Its name.
+    pub name: String,
+    /// Its unit, empty when it has none.
+    pub unit: String,
+    /// The values it takes.
+    pub kind: ValueKind,
+}
+
+/// The values a property or parameter takes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ValueKind {
+    /// Whole numbers.
+    Integer,
+    /// Symbols.
+    Symbol,
+    /// True or false.
+    Boolean,
+    /// Reals, compared as bins of this width.
+    Real {
+        /// Width of a bin, finite and above zero.
+        resolution: f64,
+    },
+}
+
+/// An action as declared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeclaredAction {
+    /// Its name.
+    pub name: String,
+    /// Its parameters, in order.
+    pub parameters: Vec<DeclaredProperty>,
+}
+
+/// The value of one parameter of a primitive.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Parameter {
+    /// A whole number.
+    Integer(i64),
+    /// A symbol, by name.
+    Symbol(String),
+    /// True or false.
+    Boolean(bool),
+    /// A real: the exact value the body gave, which is sent back to it.
+    Real(f64),
+}
+
+/// Why a declaration can't be merged with what memory already knows.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DeclarationError {
+    /// A type was learnt under another meaning.
+    #[error(
+        "observation type {name} is already known with other flags or properties ({known}); declare it the same, \
+         or give it another name"
+    )]
+    TypeDiffers {
+        /// The type's name.
+        name: String,
+        /// What memory knows.
+        known: String,
+    },
+    /// A property was learnt with values of another kind, so that equal values would not mean the same.
+    #[error(
+        "property {name} of {kind} takes other values than the property of that name that is already known \
+         ({known}); give it the same kind and resolution, or another name"
+    )]
+    PropertyDiffers {
+        /// The property's name.
+        name: String,
+        /// The observation type that declares it.
+        kind: String,
+        /// What memory knows.
+        known: String,
+    },
+    /// An action was learnt under another meaning.
+    #[error(
+        "action {name} is already known with other parameters; declare it the same, or give it another name"
+    )]
+    ActionDiffers {
+        /// The action's name.
+        name: String,
+    },
+    /// A repertoire entry does not fit the action it names.
+    #[error("repertoire entry {index} does not fit its action: {reason}")]
+    Repertoire {
+        /// Which entry, from 0.
+        index: usize,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// More than the numbers of memory can hold.
+    #[error("{what}: {count} are more than the limit of {limit}")]
+    TooMany {
+        /// What there are too many of.
+        what: &'static str,
+        /// How many there would be.
+        count: usize,
+        /// The limit.
+        limit: usize,
+    },
+}
+
+/// An observation type in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObservationType {
+    /// As declared.
+    pub declared: DeclaredType,
+    /// Its properties' numbers, in declared order.
+    pub properties: Vec<PropertyId>,
+}
+
+/// A primitive in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Primitive {
+    /// Index into [`Vocabulary::actions`].
+    pub action: usize,
+    /// One value a parameter, in declared order.
+    pub parameters: Vec<Parameter>,
+}
+
+/// A body in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KnownBody {
+    /// Its name.
+    pub name: String,
+    /// What it can do, ordered.
+    pub repertoire: Vec<PrimitiveId>,
+}
+
+/// Limits on what may be declared in the life of one memory.
+pub mod limits {
+    /// Observation types.
+    pub const TYPES_MAX: usize = 1_024;
+    /// Property names.
+    pub const PROPERTIES_MAX: usize = 4_096;
+    /// Symbols, words included.
+    pub const SYMBOLS_MAX: usize = 1_000_000;
+    /// Actions.
+    pub const ACTIONS_MAX: usize = 1_024;
+    /// Primitives of all bodies.
+    pub const PRIMITIVES_MAX: usize = 1_000_000;
+    /// Bodies that ever attached.
+    pub const BODIES_MAX: usize = 1_024;
+}
+
+/// Everything declared so far.
+#[derive(Clone, Debug, Default)]
+pub struct Vocabulary {
+    types: Vec<ObservationType>,
+    properties: Vec<String>,
+    symbols: Vec<String>,
+    actions: Vec<DeclaredAction>,
+    primitives: Vec<Primitive>,
+    bodies: Vec<KnownBody>,
+    symbol_ids: FxHashMap<String, SymbolId>,
+    property_kinds: Vec<ValueKind>,
+}
+
+/// A vocabulary as plain lists, to be written down and read back.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Parts {
+    /// Observation types, by number.
+    pub types: Vec<ObservationType>,
+    /// Property names, by number.
+    pub properties: Vec<String>,
+    /// What each property takes.
+    pub property_kinds: Vec<ValueKind>,
+    /// Symbols, by number.
+    pub symbols: Vec<String>,
+    /// Actions.
+    pub actions: Vec<DeclaredAction>,
+    /// Primitives, by number.
+    pub primitives: Vec<Primitive>,
+    /// Bodies, by number.
+    pub bodies: Vec<KnownBody>,
+}
+
+impl Vocabulary {
+    /// Everything in it, as plain lists.
+    #[must_use]
+    pub fn parts(&self) -> Parts {
+        Parts {
+            types: self.types.clone(),
+            properties: self.properties.clone(),
+            property_kinds: self.property_kinds.clone(),
+            symbols: self.symbols.clone(),
+            actions: self.actions.clone(),
+            primitives: self.primitives.clone(),
+            bodies: self.bodies.clone(),
+        }
+    }
+
+    /// The vocabulary that these lists are.
+    ///
+    /// # Errors
+    /// Which list refers to something that is not in the others, or is longer than its limit.
+    pub fn from_parts(parts: Parts) -> Result<Self, &'static str> {
+        let Parts { types, properties, property_kinds, symbols, actions, primitives, bodies } = parts;
+        let fits = |at: usize, list: usize| at < list;
+        let sound_types = types.len() <= limits::TYPES_MAX
+            && types.iter().all(|kind| {
+                kind.properties.len() == kind.declared.properties.len()
+                    && kind.properties.iter().all(|id| fits(usize::from(id.0), properties.len()))
+            });
+        let sound_primitives = primitives.len() <= limits::PRIMITIVES_MAX
+            && primitives.iter().all(|primitive| {
+                let action = actions.get(primitive.action);
+                action.is_some_and(|action| action.parameters.len() == primitive.parameters.len())
+            });
+        let sound_bodies = bodies.len() <= limits::BODIES_MAX
+            && bodies
+                .iter()
+                .all(|body| body.repertoire.iter().all(|id| fits(id.0 as usize, primitives.len())));
+        let checks = [
+            (sound_types, "observation types"),
+            (
+                properties.len() <= limits::PROPERTIES_MAX && properties.len() == property_kinds.len(),
+                "properties",
+            ),
+            (actions.len() <= limits::ACTIONS_MAX, "actions"),
+            (sound_primitives, "primitives"),
+            (sound_bodies, "bodies"),
+        ];
+        if let Some((_, what)) = checks.into_iter().find(|(sound, _)| !sound) {
+            return Err(what);
+        }
+        let mut vocabulary =
+            Self { types, properties, property_kinds, actions, primitives, bodies, ..Self::default() };
+        for symbol in &symbols {
+            vocabulary.intern_symbol(symbol);
+        }
+        // A symbol that stands twice would shift the numbers of those after it.
+        if vocabulary.symbols.len() == symbols.len() { Ok(vocabulary) } else { Err("symbols") }
+    }
+
+    /// Says whether `declaration` can be merged; what is wrong with it is wrong before anything is changed.
+    ///
+    /// # Errors
+    /// The first thing in it that contradicts what is known, or exceeds a limit.
+    pub fn check(&self, declaration: &Declaration) -> Result<(), DeclarationError> {
+        for declared in &declaration.observation_types {
+            if let Some(known) = self.types.iter().find(|t| t.declared.name == declared.name)
+                && known.declared != *declared
+            {
+                return Err(DeclarationError::TypeDiffers {
+                    name: declared.name.clone(),
+                    known: format!("{:?}", known.declared),
+                });
+            }
+        }
+        self.check_properties(declaration)?;
+        for declared in &declaration.actions {
+            if self.actions.iter().any(|known| known.name == declared.name && known != declared) {
+                return Err(DeclarationError::ActionDiffers { name: declared.name.clone() });
+            }
+        }
+        for (index, (action, parameters)) in declaration.repertoire.iter().enumerate() {
+            let wrong = |reason| Err(DeclarationError::Repertoire { index, reason });
+            let Some(action) = declaration.actions.get(*action) else { return wrong("no such action") };
+            if action.parameters.len() != parameters.len() {
+                return wrong("another number of parameters");
+            }
+            if !action.parameters.iter().zip(parameters).all(|(declared, given)| fits(&declared.kind, given))
+            {
+                return wrong("a value of another kind");
+            }
+        }
+        let counts = [
+            ("observation types", self.types.len() + self.new_types(declaration).count(), limits::TYPES_MAX),
+            ("properties", self.properties.len() + self.new_properties(declaration), limits::PROPERTIES_MAX),
+            ("actions", self.actions.len() + self.new_actions(declaration), limits::ACTIONS_MAX),
+            ("primitives", self.primitives.len() + self.new_primitives(declaration), limits::PRIMITIVES_MAX),
+            ("bodies", self.bodies.len() + usize::from(self.is_new_body(declaration)), limits::BODIES_MAX),
+        ];
+        match counts.into_iter().find(|(_, count, limit)| count > limit) {
+            Some((what, count, limit)) => Err(DeclarationError::TooMany { what, count, limit }),
+            None => Ok(()),
+        }
+    }
+
+    /// Properties of one name are comparable, so they must take the same kind of values, in memory and within
+    /// the declaration.
+    fn check_properties(&self, declaration: &Declaration) -> Result<(), DeclarationError> {
+        let mut met: FxHashMap<&str, &ValueKind> = FxHashMap::default();
+        for declared in &declaration.observation_types {
+            for property in &declared.properties {
+                let known = self.property_named(&property.name).and_then(|id| self.property_kind(id));
+                let known = known.unwrap_or_else(|| met.entry(&property.name).or_insert(&property.kind));
+                if *known != property.kind {
+                    return Err(DeclarationError::PropertyDiffers {
+                        name: property.name.clone(),
+                        kind: declared.name.clone(),
+                        known: format!("{known:?}"),
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    // What is new in a declaration. Only that counts towards the limits, so that a body that is known can come back
+    // however full memory is.
+
+    fn new_types<'a>(&self, declaration: &'a Declaration) -> impl Iterator<Item = &'a DeclaredType> {
+        let types = declaration.observation_types.iter();
+        types.filter(|declared| self.type_named(&declared.name).is_none())
+    }
+
+    fn new_properties(&self, declaration: &Declaration) -> usize {
+        let names = self.new_types(declaration).flat_map(|declared| &declared.properties).map(|p| &p.name);
+        let new: BTreeSet<_> = names.filter(|name| self.property_named(name).is_none()).collect();
+        new.len()
+    }
+
+    fn new_actions(&self, declaration: &Declaration) -> usize {
+        declaration.actions.iter().filter(|declared| self.action_named(&declared.name).is_none()).count()
+    }
+
+    fn is_new_body(&self, declaration: &Declaration) -> bool {
+        self.body_named(&declaration.body).is_none()
+    }
+
+    /// At most as many, and exactly where it matters: finding out which are known takes time.
+    fn new_primitives(&self, declaration: &Declaration) -> usize {
+        let claimed = declaration.repertoire.len();
+        if self.primitives.len() + claimed <= limits::PRIMITIVES_MAX {
+            return claimed;
+        }
+        let known = self.primitive_ids();
+        let is_known = |action: usize, parameters: &[Parameter]| {
+            let name = declaration.actions.get(action).map_or("", |declared| declared.name.as_str());
+            let met = |parameter: &Parameter| match parameter {
+                Parameter::Symbol(symbol) => self.symbol_ids.contains_key(symbol),
+                _ => true,
+            };
+            self.action_named(name).is_some_and(|action| {
+                parameters.iter().all(met)
+                    && known
+                        .contains_key(&self.identity(&Primitive { action, parameters: parameters.to_vec() }))
+            })
+        };
+        declaration.repertoire.iter().filter(|(action, parameters)| !is_known(*action, parameters)).count()
+    }
+
+    fn action_named(&self, name: &str) -> Option<usize> {
+        self.actions.iter().position(|known| known.name == name)
+    }
+
+    fn primitive_ids(&self) -> FxHashMap<Vec<u64>, PrimitiveId> {
+        let numbered = self.primitives.iter().enumerate();
+        numbered
+            .map(|(at, p)| (self.identity(p), PrimitiveId(u32::try_from(at).unwrap_or(u32::MAX))))
+            .collect()
+    }
+
+    /// Takes over what is new in a checked declaration.
+    pub(crate) fn merge(&mut self, declaration: &Declaration) {
+        for declared in &declaration.observation_types {
+            if !self.types.iter().any(|known| known.declared.name == declared.name) {
+                let properties = declared.properties.iter().map(|p| self.intern_property(p)).collect();
+                self.types.push(ObservationType { declared: declared.clone(), properties });
+            }
+        }
+        let actions: Vec<usize> = declaration
+            .actions
+            .iter()
+            .map(|declared| match self.action_named(&declared.name) {
+                Some(at) => at,
+                None => {
+                    self.actions.push(declared.clone());
+                    self.actions.len() - 1
+                }
+            })
+            .collect();
+        let mut known = self.primitive_ids();
+        let mut repertoire = Vec::with_capacity(declaration.repertoire.len());
+        for (action, parameters) in &declaration.repertoire {
+            for parameter in parameters {
+                if let Parameter::Symbol(symbol) = parameter {
+                    self.intern_symbol(symbol);
+                }
+            }
+            let primitive = Primitive { action: actions[*action], parameters: parameters.clone() };
+            let id = *known.entry(self.identity(&primitive)).or_insert_with(|| {
+                self.primitives.push(primitive);
+                PrimitiveId(u32::try_from(self.primitives.len() - 1).unwrap_or(u32::MAX))
+            });
+            repertoire.push(id);
+        }
+        repertoire.sort_unstable();
+        repertoire.dedup();
+        match self.bodies.iter_mut().find(|body| body.name == declaration.body) {
+            Some(body) => body.repertoire = repertoire,
+            None => self.bodies.push(KnownBody { name: declaration.body.clone(), repertoire }),
+        }
+    }
+
+    /// The action and the bins of its parameters: primitives that agree in these are one.
+    fn identity(&self, primitive: &Primitive) -> Vec<u64> {
+        let kinds = &self.actions[primitive.action].parameters;
+        let values = primitive.parameters.iter().zip(kinds).map(|(parameter, declared)| {
+            match (parameter, &declared.kind) {
+                (Parameter::Real(value), ValueKind::Real { resolution }) => {
+                    bin(*value, *resolution).cast_unsigned()
+                }
+                (Parameter::Real(value), _) => value.to_bits(),
+                (Parameter::Integer(value), _) => value.cast_unsigned(),
+                (Parameter::Boolean(value), _) => u64::from(*value),
+                (Parameter::Symbol(symbol), _) => {
+                    self.symbol_ids.get(symbol).map_or(u64::MAX, |id| u64::from(id.0))
+                }
+            }
+        });
+        std::iter::once(primitive.action as u64).chain(values).collect()
+    }
+
+    fn intern_property(&mut self, declared: &DeclaredProperty) -> PropertyId {
+        let at = self.properties.iter().position(|known| *known == declared.name).unwrap_or_else(|| {
+            self.properties.push(declared.name.clone());
+            self.property_kinds.push(declared.kind.clone());
+            self.properties.len() - 1
+        });
+        PropertyId(u16::try_from(at).unwrap_or(u16::MAX))
+    }
+
+    /// The number of `symbol`, taking it over if it is new.
+    pub(crate) fn intern_symbol(&mut self, symbol: &str) -> SymbolId {
+        if let Some(id) = self.symbol_ids.get(symbol) {
+            return *id;
+        }
+        let id = SymbolId(u32::try_from(self.symbols.len()).unwrap_or(u32::MAX));
+        self.symbols.push(symbol.to_owned());
+        self.symbol_ids.insert(symbol.to_owned(), id);
+        id
+    }
+
+    /// The observation types, by number.
+    #[must_use]
+    pub fn types(&self) -> &[ObservationType] {
+        &self.types
+    }
+
+    /// The observation type of this name.
+    #[must_use]
+    pub fn type_named(&self, name: &str) -> Option<TypeId> {
+        let at = self.types.iter().position(|t| t.declared.name == name)?;
+        u16::try_from(at).ok().map(TypeId)
+    }
+
+    /// The property names, by number.
+    #[must_use]
+    pub fn properties(&self) -> &[String] {
+        &self.properties
+    }
+
+    /// The property of this name.
+    #[must_use]
+    pub fn property_named(&self, name: &str) -> Option<PropertyId> {
+        let at = self.properties.iter().position(|known| known == name)?;
+        u16::try_from(at).ok().map(PropertyId)
+    }
+
+    /// The values that the property takes, as first declared.
+    #[must_use]
+    pub fn property_kind(&self, property: PropertyId) -> Option<&ValueKind> {
+        self.property_kinds.get(usize::from(property.0))
+    }
+
+    /// The symbols, by number.
+    #[must_use]
+    pub fn symbols(&self) -> &[String] {
+        &self.symbols
+    }
+
+    /// The number of a symbol that is known.
+    #[must_use]
+    pub fn symbol_named(&self, symbol: &str) -> Option<SymbolId> {
+        self.symbol_ids.get(symbol).copied()
+    }
+
+    /// The actions.
+    #[must_use]
+    pub fn actions(&self) -> &[DeclaredAction] {
+        &self.actions
+    }
+
+    /// The primitives, by number.
+    #[must_use]
+    pub fn primitives(&self) -> &[Primitive] {
+        &self.primitives
+    }
+
+    /// The bodies, by number.
+    #[must_use]
+    pub fn bodies(&self) -> &[KnownBody] {
+        &self.bodies
+    }
+
+    /// Whether `body` has the primitive in its repertoire.
+    #[must_use]
+    pub fn can_do(&self, body: BodyId, primitive: PrimitiveId) -> bool {
+        let known = self.bodies.get(usize::from(body.0));
+        known.is_some_and(|known| known.repertoire.binary_search(&primitive).is_ok())
+    }
+
+    /// The body of this name.
+    #[must_use]
+    pub fn body_named(&self, name: &str) -> Option<BodyId> {
+        let at = self.bodies.iter().position(|body| body.name == name)?;
+        u16::try_from(at).ok().map(BodyId)
+    }
+}
+
+/// The bin of a real value: values in one bin are one value to the learner. Halves round away from zero;
+/// bins saturate at the ends of `i64`.
+#[must_use]
+pub fn bin(value: f64, resolution: f64) -> i64 {
+    // `as` saturates, and NaN (refused before it gets here) would be bin 0.
+    (value / resolution).round() as i64
+}
+
+/// A real [`Value`] for display: the middle of its bin.
+#[must_use]
+pub fn bin_middle(bin: i64, resolution: f64) -> f64 {
+    bin as f64 * resolution
+}
+
+/// The value of a parameter as it would be compared, for those kinds that are also observed.
+#[must_use]
+pub fn value_of(parameter: &Parameter, kind: &ValueKind, vocabulary: &Vocabulary) -> Option<Value> {
+    match (parameter, kind) {
+        (Parameter::Integer(value), ValueKind::Integer) => Some(Value::Integer(*value)),
+        (Parameter::Boolean(value), ValueKind::Boolean) => Some(Value::Boolean(*value)),
+        (Parameter::Real(value), ValueKind::Real { resolution }) => {
+            Some(Value::Bin(bin(*value, *resolution)))
+        }
+        (Parameter::Symbol(symbol), ValueKind::Symbol) => vocabulary.symbol_named(symbol).map(Value::Symbol),
+        _ => None,
+    }
+}
+
+fn fits(kind: &ValueKind, parameter: &Parameter) -> bool {
+    match (kind, parameter) {
+        (ValueKind::Integer, Parameter::Integer(_))
+        | (ValueKind::Symbol, Parameter::Symbol(_))
+        | (ValueKind::Boolean, Parameter::Boolean(_)) => true,
+        (ValueKind::Real { .. }, Parameter::Real(value)) => value.is_finite(),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(name: &str) -> Declaration {
+        let number =
+            DeclaredProperty { name: "number".into(), unit: String::new(), kind: ValueKind::Integer };
+        Declaration {
+            body: name.to_owned(),
+            observation_types: vec![DeclaredType {
+                name: format!("seen by {name}"),
+                own: false,
+                transient: false,
+                heard: false,
+                properties: vec![number.clone()],
+            }],
+            actions: vec![DeclaredAction { name: "go".to_owned(), parameters: vec![number] }],
+            repertoire: vec![(0, vec![Parameter::Integer(0)])],
+        }
+    }
+
+    /// Limits counted everything declared, known or not: bodies that came once and never again could shut those
+    /// out for good that memory is about.
+    #[test]
+    fn a_known_body_comes_back_however_full_memory_is() {
+        let mut full = Vocabulary::default();
+        let numbers = 0..i64::try_from(limits::PRIMITIVES_MAX).unwrap();
+        let repertoire = numbers.map(|number| (0, vec![Parameter::Integer(number)])).collect();
+        full.merge(&Declaration { repertoire, ..named("greedy") });
+        for number in 1..limits::TYPES_MAX.max(limits::BODIES_MAX) {
+            full.types.push(ObservationType { properties: Vec::new(), ..full.types[0].clone() });
+            full.types[number].declared.name = format!("type {number}");
+            full.bodies.push(KnownBody { name: format!("body {number}"), repertoire: Vec::new() });
+        }
+        assert_eq!(full.check(&named("greedy")), Ok(()));
+        let too_many = |declaration: &Declaration| match full.check(declaration) {
+            Err(DeclarationError::TooMany { what, .. }) => what,
+            other => panic!("{other:?}"),
+        };
+        let known = Declaration { body: "body 7".to_owned(), ..named("greedy") };
+        assert_eq!(full.check(&known), Ok(()));
+        assert_eq!(
+            too_many(&Declaration { body: "body 7".to_owned(), ..named("another") }),
+            "observation types"
+        );
+        assert_eq!(too_many(&Declaration { body: "another".to_owned(), ..named("greedy") }), "bodies");
+        let more = vec![(0, vec![Parameter::Integer(1)]), (0, vec![Parameter::Integer(-1)])];
+        assert_eq!(too_many(&Declaration { repertoire: more, ..named("greedy") }), "primitives");
+    }
+}
