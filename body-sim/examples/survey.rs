@@ -92,8 +92,9 @@ fn survey(body: &mut SimBody, seed: u64, every: usize) -> Survey {
             survey.pairs += 1;
             survey.not_done += usize::from(outcome != Outcome::Done);
             let (mut object, mut finger, mut touch) = (None, None, false);
-            for seen in senses.observations() {
-                match (seen.observation_type, seen.values.as_slice()) {
+            for observation in senses.observations().iter() {
+                let values: Vec<_> = observation.values().collect();
+                match (observation.observation_type(), values.as_slice()) {
                     (observation::FINGER, &[_, Value::Integer(field)]) => finger = Some(field),
                     (observation::OBJECT, &[_, Value::Integer(field)]) => object = Some(field),
                     (observation::TOUCH, _) => touch = true,

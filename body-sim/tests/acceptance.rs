@@ -220,7 +220,7 @@ fn random_moves_leave_blocks_on_the_table() {
     }
     let touches = frames
         .iter()
-        .filter(|f| f.observations().iter().any(|o| o.observation_type == observation::TOUCH))
+        .filter(|f| f.observations().iter().any(|o| o.observation_type() == observation::TOUCH))
         .count();
     println!("{touches} of 500 moves ended in touch");
     // One posture of 224 touches each of three blocks.

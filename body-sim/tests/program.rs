@@ -3,7 +3,7 @@
 use std::process::{Command, Output};
 
 use pschema_protocol::body::BodyLoop;
-use pschema_protocol::decode;
+use pschema_protocol::wire::decode;
 use pschema_sim::body::SimBody;
 use pschema_sim::config::{BLOCK_AND_BALL, NARROW, WIDE, WorldFile};
 
@@ -66,8 +66,8 @@ fn what_the_body_declares_and_senses_is_within_the_protocol() {
         let mut body = BodyLoop::new(SimBody::new("arm", file, name, 1, false).unwrap());
         let hello = decode::hello(&body.hello().unwrap()).unwrap();
         assert_eq!(&hello.description, body.description());
-        let mut session = decode::Session::new(7, hello.description);
+        let mut session = decode::SessionChecks::new(7, hello.description);
         body.attached(7);
-        session.frame(body.next_frame()).unwrap();
+        session.check(body.next_frame()).unwrap();
     }
 }

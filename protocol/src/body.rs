@@ -8,7 +8,10 @@ pub use driver::{BodyLoop, Directive};
 pub use run::{Ending, RunError, RunOptions, RunSummary, run, run_from_args};
 
 use crate::description::{Action, Description, Value};
+use crate::limits::OBSERVATIONS_MAX;
 use crate::picture::Picture;
+use crate::wire::message::{OrderReport, RawFrame};
+use crate::wire::{Observations, Record, encode};
 
 /// A body the learner can live in.
 pub trait Body {
@@ -49,36 +52,40 @@ pub enum Outcome {
     TimedOut,
 }
 
-/// What a body senses in one frame: observations of declared types, in any order. Values are checked
-/// when the frame is sent, not here.
+/// What a body senses in one frame: observations of declared types, in any order. The daemon checks their values when the
+/// frame comes to it, and says what is wrong with one that was not declared.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Senses {
-    observations: Vec<SensedObservation>,
-}
-
-/// One observation as the body reports it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SensedObservation {
-    /// Index into [`Description::observation_types`].
-    pub observation_type: u16,
-    /// One value a property, in declared order.
-    pub values: Vec<Value>,
+    records: Vec<Record>,
+    /// Observations reported; those beyond the limit of a frame are counted and not kept.
+    count: usize,
 }
 
 impl Senses {
+    /// Nothing reported yet; what is reported goes where `records` are, which are forgotten.
+    pub(crate) fn reusing(mut records: Vec<Record>) -> Self {
+        records.clear();
+        Self { records, count: 0 }
+    }
+
     /// Reports one observation: the index of its type and one value a property, in declared order.
     pub fn observe(&mut self, observation_type: u16, values: &[Value]) {
-        self.observations.push(SensedObservation { observation_type, values: values.to_vec() });
+        self.count += 1;
+        if self.records.len() < OBSERVATIONS_MAX {
+            self.records.push(encode::record(observation_type, values));
+        }
     }
 
-    /// What has been reported so far.
+    /// What has been reported so far, at most as much as a frame holds.
     #[must_use]
-    pub fn observations(&self) -> &[SensedObservation] {
-        &self.observations
+    pub fn observations(&self) -> Observations<'_> {
+        Observations::of(&self.records)
     }
 
-    /// Forgets everything reported, for the next frame.
-    pub fn clear(&mut self) {
-        self.observations.clear();
+    /// The frame with all that was reported. Of too many observations all are counted, so that the frame is refused and
+    /// not cut.
+    pub(crate) fn into_frame(self, session: u64, sequence: u64, report: Option<OrderReport>) -> RawFrame {
+        let count = u32::try_from(self.count).unwrap_or(u32::MAX);
+        RawFrame { header: encode::frame_header(session, sequence, report, count), records: self.records }
     }
 }

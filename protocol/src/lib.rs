@@ -4,17 +4,11 @@
 //! daemon serves [`transport::server::ServerTransport`]. `docs/PROTOCOL.md` has the bytes.
 
 pub mod body;
-mod bounds;
-pub mod check;
 pub mod client;
 pub mod codec;
-pub mod decode;
 pub mod description;
 pub mod domain;
-pub mod encode;
 pub mod limits;
-pub mod message;
-pub mod observed;
 pub mod picture;
 pub mod refusal;
 pub mod transport;

@@ -11,9 +11,9 @@ use pschema_protocol::body::{Ending, RunOptions, RunSummary, run};
 use pschema_protocol::client::{Client, ClientError};
 use pschema_protocol::domain::{DomainError, OwnedDomain};
 use pschema_protocol::limits::{ANSWER_BYTES_MAX, PAGE_BYTES};
-use pschema_protocol::message::Reply;
 use pschema_protocol::transport::TransportError;
 use pschema_protocol::transport::server::{Incoming, ServerTransport};
+use pschema_protocol::wire::message::Reply;
 use support::{
     Counter, Daemon, PATIENCE, Runtime, as_many, assert_swept, attach, echo, options, shared_files, until,
 };

@@ -5,18 +5,18 @@ mod support;
 
 use proptest::prelude::*;
 use proptest::sample::Index;
-use pschema_protocol::body::{BodyLoop, Directive, Outcome, SensedObservation};
-use pschema_protocol::check;
+use pschema_protocol::body::{Body, BodyLoop, Directive, Outcome, Senses};
 use pschema_protocol::codec;
-use pschema_protocol::decode::{self, CheckedWelcome, Session};
 use pschema_protocol::description::{
     Action, ActionType, Description, ObservationType, Property, Value, ValueKind,
 };
-use pschema_protocol::encode;
 use pschema_protocol::limits::{OBSERVATIONS_MAX, REASON_BYTES_MAX};
-use pschema_protocol::message::{RawFrame, RawHello, Reply, Report};
 use pschema_protocol::refusal::{Refusal, codes};
-use pschema_protocol::wire::{FrameHeader, Record, VERSION, purpose};
+use pschema_protocol::wire::check;
+use pschema_protocol::wire::decode::{self, SessionChecks};
+use pschema_protocol::wire::encode;
+use pschema_protocol::wire::message::{Admission, OrderReport, RawFrame, RawHello, Reply};
+use pschema_protocol::wire::{FrameHeader, ObservationRecord, Record, VERSION, purpose};
 use support::{Counter, counter_description};
 
 fn kind() -> impl Strategy<Value = ValueKind> {
@@ -98,19 +98,17 @@ fn description() -> impl Strategy<Value = Description> {
     )
 }
 
-fn observations(of: &Description, chosen: &[(Index, [u64; 8])]) -> Vec<SensedObservation> {
+fn observations(of: &Description, chosen: &[(Index, [u64; 8])]) -> Vec<Record> {
     let one = |(which, random): &(Index, [u64; 8])| {
         let kind = which.index(of.observation_types.len());
-        let values = values(&of.observation_types[kind].properties, random);
-        SensedObservation { observation_type: kind as u16, values }
+        encode::record(kind as u16, &values(&of.observation_types[kind].properties, random))
     };
     chosen.iter().map(one).collect()
 }
 
-fn frame(session: u64, sequence: u64, report: Option<Report>, of: &[SensedObservation]) -> RawFrame {
-    let mut records = Vec::new();
-    let count = encode::observations(of, &mut records);
-    RawFrame { header: encode::frame_header(session, sequence, report, 0, count), records }
+fn frame(session: u64, sequence: u64, report: Option<OrderReport>, sensed: &[Record]) -> RawFrame {
+    let header = encode::frame_header(session, sequence, report, sensed.len() as u32);
+    RawFrame { header, records: sensed.to_vec() }
 }
 
 /// A number likely to be wrong in an interesting way.
@@ -195,10 +193,12 @@ proptest! {
         session in 1..u64::MAX,
     ) {
         let sensed = observations(&description, &chosen);
-        let mut daemon = Session::new(session, description);
-        let checked = daemon.frame(&frame(session, 1, None, &sensed)).unwrap();
+        let mut daemon = SessionChecks::new(session, description);
+        let raw = frame(session, 1, None, &sensed);
+        let checked = daemon.check(&raw).unwrap();
         prop_assert_eq!((checked.session, checked.sequence, checked.report), (session, 1, None));
-        prop_assert_eq!(checked.observations, sensed);
+        let arrived = checked.observations.iter().map(|one| encode::record(one.observation_type(), &values_of(one)));
+        prop_assert_eq!(arrived.collect::<Vec<_>>(), sensed);
     }
 
     #[test]
@@ -241,13 +241,14 @@ proptest! {
                 spoil_record(&mut raw.records[which], field, to);
             }
         }
-        let mut daemon = Session::new(9, description.clone());
-        let Ok(checked) = daemon.frame(&raw) else { return Ok(()) };
+        let mut daemon = SessionChecks::new(9, description.clone());
+        let Ok(checked) = daemon.check(&raw) else { return Ok(()) };
         prop_assert!(checked.observations.len() <= OBSERVATIONS_MAX);
-        for one in checked.observations {
-            let declared = &description.observation_types[usize::from(one.observation_type)].properties;
-            prop_assert_eq!(one.values.len(), declared.len());
-            for (value, property) in one.values.iter().zip(declared) {
+        for one in checked.observations.iter() {
+            let declared = &description.observation_types[usize::from(one.observation_type())].properties;
+            let values = values_of(one);
+            prop_assert_eq!(values.len(), declared.len());
+            for (value, property) in values.iter().zip(declared) {
                 prop_assert!(allowed(*value, &property.kind), "{value:?} for {property:?}");
             }
         }
@@ -292,19 +293,22 @@ fn allowed(value: Value, kind: &ValueKind) -> bool {
     }
 }
 
-fn sensed(number: i64) -> Vec<SensedObservation> {
-    let values = vec![Value::Integer(number), Value::Real(0.5)];
-    vec![SensedObservation { observation_type: 0, values }]
+fn values_of(observation: ObservationRecord<'_>) -> Vec<Value> {
+    observation.values().collect()
+}
+
+fn sensed(number: i64) -> Vec<Record> {
+    vec![encode::record(0, &[Value::Integer(number), Value::Real(0.5)])]
 }
 
 #[test]
 fn refusals_name_the_place_and_the_figures() {
-    let mut daemon = Session::new(5, counter_description());
+    let mut daemon = SessionChecks::new(5, counter_description());
     let mut sequence = 0;
     let mut refused = |values: Vec<Value>, kind: u16| {
         sequence += 1;
-        let wrong = [sensed(1), vec![SensedObservation { observation_type: kind, values }]].concat();
-        daemon.frame(&frame(5, sequence, None, &wrong)).unwrap_err().to_string()
+        let wrong = [sensed(1), vec![encode::record(kind, &values)]].concat();
+        daemon.check(&frame(5, sequence, None, &wrong)).unwrap_err().to_string()
     };
     let half = Value::Real(0.5);
     let one = Value::Integer(1);
@@ -328,51 +332,69 @@ fn refusals_name_the_place_and_the_figures() {
 
 #[test]
 fn frames_come_in_order_of_one_session_and_version() {
-    let mut daemon = Session::new(5, counter_description());
+    let mut daemon = SessionChecks::new(5, counter_description());
     let first = frame(5, 1, None, &sensed(1));
-    daemon.frame(&first).unwrap();
-    let replayed = daemon.frame(&first).unwrap_err();
+    daemon.check(&first).unwrap();
+    let replayed = daemon.check(&first).unwrap_err();
     assert_eq!(replayed, Refusal::Sequence { found: 1, expected: 2 });
     assert_eq!(replayed.code(), codes::SEQUENCE);
-    let skipped = daemon.frame(&frame(5, 3, None, &sensed(1))).unwrap_err();
+    let skipped = daemon.check(&frame(5, 3, None, &sensed(1))).unwrap_err();
     assert_eq!(skipped, Refusal::Sequence { found: 3, expected: 2 });
-    let foreign = daemon.frame(&frame(6, 2, None, &sensed(1))).unwrap_err();
+    let foreign = daemon.check(&frame(6, 2, None, &sensed(1))).unwrap_err();
     assert_eq!(foreign, Refusal::Session { found: 6, expected: 5 });
     let mut future = frame(5, 2, None, &sensed(1));
     future.header.version = VERSION + 1;
-    let future = daemon.frame(&future).unwrap_err();
+    let future = daemon.check(&future).unwrap_err();
     assert_eq!(future, Refusal::Version { theirs: 2, ours: 1 });
     let mut leaving = frame(5, 2, None, &sensed(1));
     leaving.header.purpose = purpose::DETACH + 1;
-    assert_eq!(daemon.frame(&leaving).unwrap_err(), Refusal::Purpose { found: 3 });
+    assert_eq!(daemon.check(&leaving).unwrap_err(), Refusal::Purpose { found: 3 });
     // Nothing of that but the last, which was in order, used a number up.
-    assert_eq!(daemon.frame(&frame(5, 3, None, &sensed(1))).unwrap().sequence, 3);
+    assert_eq!(daemon.check(&frame(5, 3, None, &sensed(1))).unwrap().sequence, 3);
 }
 
 #[test]
 fn an_order_is_answered_once_and_by_its_number() {
-    let mut daemon = Session::new(5, counter_description());
-    let report = |answers| Some(Report { outcome: Outcome::Done, answers });
-    let unasked = daemon.frame(&frame(5, 1, report(1), &sensed(1))).unwrap_err();
+    let mut daemon = SessionChecks::new(5, counter_description());
+    let report = |answers| Some(OrderReport { outcome: Outcome::Done, answers });
+    let unasked = daemon.check(&frame(5, 1, report(1), &sensed(1))).unwrap_err();
     assert_eq!(unasked, Refusal::Answers { found: 1, expected: 0 });
-    daemon.frame(&frame(5, 2, None, &sensed(1))).unwrap();
+    daemon.check(&frame(5, 2, None, &sensed(1))).unwrap();
     daemon.replied(&Reply::Act(Action { action: 0, parameters: vec![Value::Integer(1)] }));
-    let silent = daemon.frame(&frame(5, 3, None, &sensed(1))).unwrap_err();
+    let silent = daemon.check(&frame(5, 3, None, &sensed(1))).unwrap_err();
     assert_eq!(silent, Refusal::Answers { found: 0, expected: 2 });
-    let refused = daemon.frame(&frame(5, 4, report(2), &sensed(-1))).unwrap_err();
+    let refused = daemon.check(&frame(5, 4, report(2), &sensed(-1))).unwrap_err();
     assert!(matches!(refused, Refusal::ValueRange { .. }), "{refused}");
-    assert_eq!(daemon.frame(&frame(5, 5, report(2), &sensed(1))).unwrap().report, report(2));
-    let twice = daemon.frame(&frame(5, 6, report(2), &sensed(1))).unwrap_err();
+    assert_eq!(daemon.check(&frame(5, 5, report(2), &sensed(1))).unwrap().report, report(2));
+    let twice = daemon.check(&frame(5, 6, report(2), &sensed(1))).unwrap_err();
     assert_eq!(twice, Refusal::Answers { found: 2, expected: 0 });
 }
 
 #[test]
 fn more_observations_than_a_frame_holds_are_refused_not_cut() {
-    let many: Vec<_> = std::iter::repeat_n(sensed(1).remove(0), OBSERVATIONS_MAX + 1).collect();
-    let mut daemon = Session::new(5, counter_description());
-    assert_eq!(daemon.frame(&frame(5, 1, None, &many[1..])).unwrap().observations.len(), OBSERVATIONS_MAX);
-    let error = daemon.frame(&frame(5, 2, None, &many)).unwrap_err();
-    assert_eq!(error, Refusal::ObservationCount { found: 4097, held: 4096 });
+    struct Crowd(usize);
+    impl Body for Crowd {
+        fn describe(&self) -> Description {
+            counter_description()
+        }
+        fn sense(&mut self, frame: &mut Senses) {
+            for _ in 0..self.0 {
+                frame.observe(0, &[Value::Integer(1), Value::Real(0.5)]);
+            }
+            assert_eq!(frame.observations().len(), OBSERVATIONS_MAX);
+        }
+        fn act(&mut self, _: &Action) -> Outcome {
+            Outcome::Done
+        }
+    }
+    let checked = |count| {
+        let mut body = BodyLoop::new(Crowd(count));
+        body.attached(5);
+        let mut daemon = SessionChecks::new(5, counter_description());
+        daemon.check(body.next_frame()).map(|frame| frame.observations.len())
+    };
+    assert_eq!(checked(OBSERVATIONS_MAX), Ok(OBSERVATIONS_MAX));
+    assert_eq!(checked(OBSERVATIONS_MAX + 1), Err(Refusal::ObservationCount { found: 4097, held: 4096 }));
 }
 
 #[test]
@@ -410,14 +432,14 @@ fn kind_of(description: &mut Description, kind: ValueKind) {
 #[test]
 fn a_welcome_opens_a_session_or_says_why_not_whatever_the_version() {
     let opened = decode::welcome(&encode::welcome(3, "demo")).unwrap();
-    assert_eq!(opened, CheckedWelcome::Accepted { session: 3, learner: "demo".to_owned() });
+    assert_eq!(opened, Admission::Accepted { session: 3, learner: "demo".to_owned() });
     let refusal = Refusal::Version { theirs: 1, ours: 2 };
     let mut refused = encode::unwelcome(&refusal, "demo");
     refused.version = 2;
-    let expected = CheckedWelcome::Refused { code: refusal.code(), reason: refusal.to_string() };
+    let expected = Admission::Refused { code: refusal.code(), reason: refusal.to_string() };
     assert_eq!(decode::welcome(&refused).unwrap(), expected);
     let long = Refusal::Unwilling { reason: "é".repeat(200) };
-    let CheckedWelcome::Refused { reason, .. } = decode::welcome(&encode::unwelcome(&long, "demo")).unwrap()
+    let Admission::Refused { reason, .. } = decode::welcome(&encode::unwelcome(&long, "demo")).unwrap()
     else {
         panic!("accepted")
     };
@@ -440,20 +462,21 @@ fn forged_lengths_and_left_over_bytes_are_refused() {
 fn a_body_is_driven_without_any_transport() {
     let mut body = BodyLoop::new(Counter::new());
     let hello = decode::hello(&body.hello().unwrap()).unwrap();
-    let mut daemon = Session::new(1, hello.description);
+    let mut daemon = SessionChecks::new(1, hello.description);
     body.attached(1);
     for number in 0..10 {
-        let checked = daemon.frame(body.next_frame()).unwrap();
+        let checked = daemon.check(body.next_frame()).unwrap();
         assert_eq!(checked.report.is_some(), number > 0);
-        assert_eq!(checked.observations[0].values[0], Value::Integer(3 * number));
+        assert_eq!(checked.observations.iter().next().map(values_of).unwrap()[0], Value::Integer(3 * number));
         let order = Reply::Act(Action { action: 0, parameters: vec![Value::Integer(3)] });
         daemon.replied(&order);
-        let directive = body.obey(&encode::reply(1, checked.sequence, &order)).unwrap();
+        let sequence = checked.sequence;
+        let directive = body.obey(&encode::reply(1, sequence, &order)).unwrap();
         assert_eq!(directive, Directive::Continue);
     }
     // An order outside what was declared is not carried out.
     let wrong = Reply::Act(Action { action: 0, parameters: vec![Value::Integer(4)] });
-    let sequence = daemon.frame(body.next_frame()).unwrap().sequence;
+    let sequence = daemon.check(body.next_frame()).unwrap().sequence;
     let error = body.obey(&encode::reply(1, sequence, &wrong)).unwrap_err();
     assert_eq!(error.to_string(), "the action (add): parameter amount = 4 is outside 1..=3");
     assert_eq!((body.orders(), body.body().acted), (10, 30));

@@ -6,9 +6,9 @@ mod support;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use pschema_protocol::body::{BodyLoop, Directive, RunError, run};
-use pschema_protocol::message::RawFrame;
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::transport::body_link::BodyLink;
+use pschema_protocol::wire::message::RawFrame;
 use pschema_protocol::wire::{FrameHeader, WireReply, purpose, reply};
 use support::{Counter, Daemon, Runtime, attach, counter_description, echo, options, until};
 

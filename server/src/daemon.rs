@@ -9,13 +9,14 @@ use pschema_inspect::{Answer, BodyStatus, Request, StageOrder};
 use pschema_learner::effect::Effect;
 use pschema_learner::progress::StageCommand;
 use pschema_learner::{LearnerError, Step};
+use pschema_protocol::codec;
 use pschema_protocol::domain::{OwnedDomain, Place};
 use pschema_protocol::limits::BODIES_MAX;
-use pschema_protocol::message::{CheckedHello, RawFrame, RawHello, Reply};
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::transport::DaemonWaker;
 use pschema_protocol::transport::server::{AttachReply, FrameReply, Incoming, RequestReply, ServerTransport};
-use pschema_protocol::{codec, decode};
+use pschema_protocol::wire::decode;
+use pschema_protocol::wire::message::{Introduction, RawFrame, RawHello, Reply};
 use pschema_store::{Cause, Opened, Options, Store};
 
 use crate::ServerError;
@@ -326,7 +327,7 @@ impl Daemon {
     }
 
     /// Opens a session for a body.
-    fn attach(&mut self, hello: &CheckedHello) -> Result<u64, Refusal> {
+    fn attach(&mut self, hello: &Introduction) -> Result<u64, Refusal> {
         let body = &hello.description.name;
         let unwilling = |reason: String| Err(Refusal::Unwilling { reason });
         if self.ends_at.is_some() {

@@ -10,7 +10,7 @@ use pschema_learner::progress::{StageCommand, StageCommandError};
 use pschema_learner::{Learner, LearnerError};
 use pschema_protocol::body::{Body, BodyLoop, Directive};
 use pschema_protocol::refusal::Refusal;
-use pschema_protocol::{decode, encode};
+use pschema_protocol::wire::{decode, encode};
 
 use crate::daemon::body_status;
 use crate::inspect;

@@ -19,7 +19,7 @@ use pschema_learner::schema::SchemaId;
 use pschema_learner::vocabulary::BodyId;
 use pschema_learner::vocabulary::limits::SYMBOLS_MAX;
 use pschema_learner::{Learner, LearnerError, Step};
-use pschema_protocol::message::RawFrame;
+use pschema_protocol::wire::message::RawFrame;
 
 use crate::growth::Growth;
 use crate::latency::Latencies;

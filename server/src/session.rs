@@ -10,10 +10,10 @@ use pschema_learner::observation::Observation;
 use pschema_learner::vocabulary::{BodyId, DeclarationError, Vocabulary, limits::SYMBOLS_MAX};
 use pschema_learner::{ActionOutcome, Frame, Learner, Output, Step};
 use pschema_protocol::body::Outcome;
-use pschema_protocol::decode;
 use pschema_protocol::description::{Action, Description, ValueKind};
-use pschema_protocol::message::{Checked, CheckedHello, RawFrame, Reply};
 use pschema_protocol::refusal::Refusal;
+use pschema_protocol::wire::decode::SessionChecks;
+use pschema_protocol::wire::message::{Introduction, RawFrame, Reply, SensorFrame};
 
 use crate::translate::{TranslateError, Translation, declaration};
 
@@ -74,7 +74,7 @@ pub struct Served {
 /// An attached body.
 #[derive(Debug)]
 pub struct Session {
-    checks: decode::Session,
+    checks: SessionChecks,
     body: BodyId,
     translation: Translation,
     /// Scene commands of the present arrangement that are still to be sent.
@@ -96,7 +96,7 @@ impl Session {
     /// [`AttachError`]; the learner's memory is then unchanged.
     pub fn attach(
         number: u64,
-        hello: &CheckedHello,
+        hello: &Introduction,
         learner: &mut Learner,
     ) -> Result<(Self, Vec<Effect>), AttachError> {
         let description = &hello.description;
@@ -114,7 +114,7 @@ impl Session {
         let vocabulary = &learner.memory().content().vocabulary;
         let translation = Translation::new(description, body, vocabulary)?;
         let session = Self {
-            checks: decode::Session::new(number, description.clone()),
+            checks: SessionChecks::new(number, description.clone()),
             body,
             translation,
             to_arrange: VecDeque::new(),
@@ -201,7 +201,7 @@ impl Session {
         Served { reply, step: None, problem: None }
     }
 
-    fn taken(&mut self, learner: &mut Learner, frame: &Checked<'_>, words: &mut Vec<String>) -> Served {
+    fn taken(&mut self, learner: &mut Learner, frame: &SensorFrame<'_>, words: &mut Vec<String>) -> Served {
         let mut outcome = frame.report.map(|report| outcome(report.outcome));
         if let Some(next) = self.to_arrange.pop_front() {
             if outcome == Some(ActionOutcome::Done) {

@@ -9,10 +9,10 @@ use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, PrimitiveId,
     ValueKind as LearntKind, Vocabulary, bin, value_of,
 };
-use pschema_protocol::check;
 use pschema_protocol::description::{Action, ActionType, Description, Property, Value, ValueKind};
-use pschema_protocol::observed::{Observed, One};
 use pschema_protocol::refusal::Refusal;
+use pschema_protocol::wire::check;
+use pschema_protocol::wire::{ObservationRecord, Observations};
 
 /// The sense of hearing, which the daemon adds to every body: `word{text=touch}`.
 pub const HEARING: &str = "word";
@@ -190,13 +190,13 @@ impl Translation {
 
     /// Checked observations in the learner's words, with `words` heard alongside.
     #[must_use]
-    pub fn observations(&self, sensed: Observed<'_>, words: &[SymbolId]) -> Vec<Observation> {
+    pub fn observations(&self, sensed: Observations<'_>, words: &[SymbolId]) -> Vec<Observation> {
         let (hearing, text) = self.hearing;
         let heard = words.iter().map(|word| Observation::new(hearing, [(text, Learnt::Symbol(*word))]));
         sensed.iter().filter_map(|one| self.observation(one)).chain(heard).collect()
     }
 
-    fn observation(&self, sensed: One<'_>) -> Option<Observation> {
+    fn observation(&self, sensed: ObservationRecord<'_>) -> Option<Observation> {
         // Checked frames hold only what was declared, so this is always there.
         let table = self.types.get(usize::from(sensed.observation_type()))?;
         let values = sensed.values().zip(&table.properties);

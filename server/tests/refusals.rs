@@ -13,8 +13,8 @@ use pschema_inspect::{Answer, Request, Status};
 use pschema_protocol::body::BodyLoop;
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::message::RawFrame;
 use pschema_protocol::transport::body_link::BodyLink;
+use pschema_protocol::wire::message::RawFrame;
 use pschema_protocol::wire::{WireReply, reply};
 use pschema_server::serve;
 

@@ -7,11 +7,10 @@ mod common;
 use common::{FINGER, OBJECT, Row, TOUCH, curriculum, free, setup};
 use pschema_learner::Learner;
 use pschema_learner::digest::digest;
-use pschema_protocol::body::{Body, BodyLoop, Outcome, SensedObservation};
+use pschema_protocol::body::{Body, BodyLoop, Outcome};
 use pschema_protocol::description::{ObservationType, Value};
-use pschema_protocol::message::{CheckedHello, RawFrame, Reply, Report};
-use pschema_protocol::wire::kind;
-use pschema_protocol::{decode, encode};
+use pschema_protocol::wire::message::{Introduction, OrderReport, RawFrame, Reply};
+use pschema_protocol::wire::{Record, decode, encode, kind};
 use pschema_server::Setup;
 use pschema_server::session::{Served, Session};
 
@@ -21,18 +20,17 @@ fn learner(setup: Setup) -> Learner {
     Learner::new(setup.seed, setup.parameters, setup.curriculum).unwrap()
 }
 
-fn hello(body: &Row) -> CheckedHello {
-    CheckedHello { pid: 1, description: body.describe() }
+fn hello(body: &Row) -> Introduction {
+    Introduction { pid: 1, description: body.describe() }
 }
 
-fn observed(observation_type: u16, values: &[Value]) -> SensedObservation {
-    SensedObservation { observation_type, values: values.to_vec() }
+fn observed(observation_type: u16, values: &[Value]) -> Record {
+    encode::record(observation_type, values)
 }
 
-fn frame(sequence: u64, report: Option<Report>, sensed: &[SensedObservation]) -> RawFrame {
-    let mut records = Vec::new();
-    let count = encode::observations(sensed, &mut records);
-    RawFrame { header: encode::frame_header(NUMBER, sequence, report, 0, count), records }
+fn frame(sequence: u64, report: Option<OrderReport>, sensed: &[Record]) -> RawFrame {
+    let count = u32::try_from(sensed.len()).unwrap();
+    RawFrame { header: encode::frame_header(NUMBER, sequence, report, count), records: sensed.to_vec() }
 }
 
 fn serve(session: &mut Session, learner: &mut Learner, raw: &RawFrame) -> Served {
@@ -104,7 +102,7 @@ fn a_nan_where_a_real_is_declared_is_refused() {
         ObservationType { name: "heat".to_owned(), own: false, transient: false, properties: vec![reach] };
     description.observation_types.push(heat);
     let mut learner = learner(setup(1, free()));
-    let hello = CheckedHello { pid: 1, description };
+    let hello = Introduction { pid: 1, description };
     let (mut session, _) = Session::attach(NUMBER, &hello, &mut learner).unwrap();
     let before = digest(learner.memory().content());
     for (sequence, value) in [(1, f64::NAN), (2, f64::INFINITY), (3, -0.5), (4, 1.5)] {
@@ -126,7 +124,7 @@ fn an_order_that_is_never_answered_for_is_not_forgotten() {
     let served = serve(&mut session, &mut learner, &frame(2, None, &[]));
     assert!(matches!(served.reply, Reply::Refused { .. }), "{:?}", served.reply);
     assert_eq!(digest(learner.memory().content()), before);
-    let report = Some(Report { outcome: Outcome::Done, answers: 1 });
+    let report = Some(OrderReport { outcome: Outcome::Done, answers: 1 });
     let finger = observed(FINGER, &[Value::Integer(2)]);
     let served = serve(&mut session, &mut learner, &frame(3, report, &[finger]));
     assert!(matches!(served.reply, Reply::Act(_)));
@@ -139,7 +137,7 @@ fn an_action_that_was_not_carried_out_teaches_nothing_about_its_effect() {
         let mut learner = learner(setup(1, free()));
         let (mut session, _) = Session::attach(NUMBER, &hello(&Row::new("row")), &mut learner).unwrap();
         serve(&mut session, &mut learner, &frame(1, None, &[]));
-        let report = Some(Report { outcome, answers: 1 });
+        let report = Some(OrderReport { outcome, answers: 1 });
         let finger = observed(FINGER, &[Value::Integer(2)]);
         serve(&mut session, &mut learner, &frame(2, report, &[finger]));
         assert_eq!(learner.memory().content().schemas.len(), 0, "{outcome:?}");
@@ -161,7 +159,7 @@ fn an_arrangement_is_sent_command_by_command_and_a_failure_ends_it() {
             assert!(matches!(served.reply, Reply::Arrange(_)), "command {command}: {:?}", served.reply);
             let outcome = if failing == Some(command) { Outcome::Failed } else { Outcome::Done };
             let sequence = command + 2;
-            let report = Some(Report { outcome, answers: sequence - 1 });
+            let report = Some(OrderReport { outcome, answers: sequence - 1 });
             served = serve(&mut session, &mut learner, &frame(sequence, report, &[]));
             if failing == Some(command) {
                 break;

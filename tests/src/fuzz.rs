@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use pschema_inspect::{Answer, GraphQuery, Request, SchemaQuery, SchemaSort, StageOrder};
 use pschema_protocol::body::{Body, BodyLoop, Senses};
 use pschema_protocol::codec;
-use pschema_protocol::decode::{self, CheckedWelcome};
 use pschema_protocol::description::Description;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::encode;
-use pschema_protocol::message::{RawFrame, RawHello};
+use pschema_protocol::wire::decode;
+use pschema_protocol::wire::encode;
+use pschema_protocol::wire::message::{Admission, RawFrame, RawHello};
 use pschema_protocol::wire::{Record, Text, Welcome, WireProperty, WireReply};
 use pschema_server::in_process::InProcess;
 use pschema_server::{Setup, config};
@@ -270,7 +270,7 @@ fn hello(bytes: &[u8]) {
 fn frames(bytes: &[u8]) {
     let mut draw = Draw(bytes);
     let mut body = BodyLoop::new(Row::new("row"));
-    let mut session = decode::Session::new(7, body.description().clone());
+    let mut session = decode::SessionChecks::new(7, body.description().clone());
     body.attached(7);
     for _ in 0..draw.byte() % 6 {
         let mut raw = body.next_frame().clone();
@@ -278,14 +278,14 @@ fn frames(bytes: &[u8]) {
         for _ in 0..changes {
             draw.frame(&mut raw);
         }
-        let taken = session.frame(&raw);
+        let taken = session.check(&raw);
         assert!(changes > 0 || taken.is_ok(), "a sound frame was refused: {taken:?}");
         if let Ok(frame) = taken {
             let types = &body.description().observation_types;
-            assert!(frame.observations.iter().all(|one| usize::from(one.observation_type) < types.len()));
+            assert!(frame.observations.iter().all(|one| usize::from(one.observation_type()) < types.len()));
         }
         // The next is sound again: as one that attaches anew.
-        session = decode::Session::new(7, body.description().clone());
+        session = decode::SessionChecks::new(7, body.description().clone());
         body.attached(7);
     }
 }
@@ -296,7 +296,7 @@ fn reply(bytes: &[u8]) {
     let description = BodyLoop::new(Row::new("row")).description().clone();
     let action = description.repertoire.first().cloned();
     let Some(action) = action else { return };
-    let mut raw: WireReply = encode::reply(7, 3, &pschema_protocol::message::Reply::Act(action));
+    let mut raw: WireReply = encode::reply(7, 3, &pschema_protocol::wire::message::Reply::Act(action));
     let mut welcome: Welcome = encode::welcome(7, "learner");
     for _ in 0..draw.byte() % 6 {
         match draw.byte() % 11 {
@@ -314,7 +314,7 @@ fn reply(bytes: &[u8]) {
         }
     }
     let _refused = decode::reply(&raw, &description, 7, 3).is_err();
-    if let Ok(CheckedWelcome::Accepted { session, .. }) = decode::welcome(&welcome) {
+    if let Ok(Admission::Accepted { session, .. }) = decode::welcome(&welcome) {
         assert_ne!(session, 0);
     }
 }

@@ -52,8 +52,9 @@ pub(crate) fn sense(body: &mut SimBody) -> Frame {
     let mut senses = Senses::default();
     body.sense(&mut senses);
     let mut frame = Frame::default();
-    for observed in senses.observations() {
-        match (observed.observation_type, observed.values.as_slice()) {
+    for observation in senses.observations().iter() {
+        let values: Vec<_> = observation.values().collect();
+        match (observation.observation_type(), values.as_slice()) {
             (observation::FINGER, &[Value::Symbol(0), Value::Integer(field)]) => {
                 assert_eq!(frame.finger.replace(field), None, "one finger");
             }

@@ -4,13 +4,11 @@
 use std::time::Duration;
 
 use super::{Body, Outcome, Senses};
-use crate::decode;
 use crate::description::Description;
-use crate::encode;
-use crate::message::{RawFrame, RawHello, Reply, Report};
 use crate::picture::Picture;
 use crate::refusal::Refusal;
-use crate::wire::WireReply;
+use crate::wire::message::{OrderReport, RawFrame, RawHello, Reply};
+use crate::wire::{WireReply, decode, encode};
 
 /// What a body does after a reply, besides what it has already done.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,11 +33,10 @@ pub enum Directive {
 pub struct BodyLoop<B> {
     body: B,
     description: Description,
-    senses: Senses,
     frame: RawFrame,
     session: u64,
     sequence: u64,
-    report: Option<Report>,
+    report: Option<OrderReport>,
     orders: u64,
 }
 
@@ -49,8 +46,7 @@ impl<B: Body> BodyLoop<B> {
         Self {
             description: body.describe(),
             body,
-            senses: Senses::default(),
-            frame: RawFrame { header: encode::frame_header(0, 0, None, 0, 0), records: Vec::new() },
+            frame: RawFrame::default(),
             session: 0,
             sequence: 0,
             report: None,
@@ -90,11 +86,10 @@ impl<B: Body> BodyLoop<B> {
 
     /// Lets the body sense, and returns the next frame.
     pub fn next_frame(&mut self) -> &RawFrame {
-        self.senses.clear();
-        self.body.sense(&mut self.senses);
+        let mut senses = Senses::reusing(std::mem::take(&mut self.frame.records));
+        self.body.sense(&mut senses);
         self.sequence = self.sequence.saturating_add(1);
-        let count = encode::observations(self.senses.observations(), &mut self.frame.records);
-        self.frame.header = encode::frame_header(self.session, self.sequence, self.report, 0, count);
+        self.frame = senses.into_frame(self.session, self.sequence, self.report);
         &self.frame
     }
 
@@ -131,6 +126,6 @@ impl<B: Body> BodyLoop<B> {
 
     fn ordered(&mut self, outcome: Outcome) {
         self.orders = self.orders.saturating_add(1);
-        self.report = Some(Report { outcome, answers: self.sequence });
+        self.report = Some(OrderReport { outcome, answers: self.sequence });
     }
 }

@@ -11,14 +11,12 @@ use super::reserve::reserve;
 use super::services::{self, FrameClient, Ipc, Role};
 use super::waker::{PeerBase, ROUSED};
 use super::{Spin, TransportError, has_gone, setup};
-use crate::decode::{self, CheckedWelcome};
 use crate::description::Description;
 use crate::domain::{DomainRecord, Place};
-use crate::encode;
 use crate::limits::BODIES_MAX;
-use crate::message::{RawFrame, RawHello};
 use crate::picture::Picture;
-use crate::wire::{FrameHeader, Welcome, WireFrame, WireReply, purpose};
+use crate::wire::message::{Admission, RawFrame, RawHello};
+use crate::wire::{FrameHeader, Welcome, WireFrame, WireReply, decode, encode, purpose};
 
 /// How often a waiting body looks whether the daemon lives and whether it shall stop.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -76,8 +74,8 @@ impl BodyLink {
             Self { client, pictures, base, place: place.clone(), record, session: 0, spin: Spin::usual() };
         let welcome = link.introduce(&hello, stop)?;
         match decode::welcome(&welcome).map_err(TransportError::Wrong)? {
-            CheckedWelcome::Accepted { session, .. } => link.session = session,
-            CheckedWelcome::Refused { code, reason } => return Err(TransportError::Refused { code, reason }),
+            Admission::Accepted { session, .. } => link.session = session,
+            Admission::Refused { code, reason } => return Err(TransportError::Refused { code, reason }),
         }
         Ok(link)
     }
@@ -202,7 +200,7 @@ impl BodyLink {
     /// Says farewell. The daemon closes the session at once instead of finding the body gone.
     pub fn detach(mut self) {
         let header =
-            FrameHeader { purpose: purpose::DETACH, ..encode::frame_header(self.session, 0, None, 0, 0) };
+            FrameHeader { session: self.session, purpose: purpose::DETACH, ..FrameHeader::default() };
         let frame = RawFrame { header, records: Vec::new() };
         // Already told to stop: waits only as long as for any last reply.
         if let Err(error) = self.exchange(&frame, &AtomicBool::new(true)) {

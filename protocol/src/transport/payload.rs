@@ -10,7 +10,7 @@ use iceoryx2::request_mut_uninit::RequestMutUninit;
 
 use super::services::Ipc;
 use crate::limits::{OBSERVATIONS_MAX, PRIMITIVES_MAX};
-use crate::message::RawHello;
+use crate::wire::message::RawHello;
 use crate::wire::{
     FrameHeader, HelloHead, Page, PictureHeader, Record, Welcome, WireFrame, WireHello, WireReply,
 };

@@ -10,11 +10,12 @@ use iceoryx2::port::SendError;
 
 use super::services::{Ipc, PAGES_IN_FLIGHT};
 use super::waker::{PeerWaker, REPLIED};
-use crate::encode;
 use crate::limits::{ANSWER_BYTES_MAX, PAGE_BYTES, PAGES_MAX};
-use crate::message::Reply;
 use crate::refusal::Refusal;
-use crate::wire::{FrameHeader, MAGIC, Page, TOOLS_VERSION, Welcome, WireFrame, WireHello, WireReply};
+use crate::wire::message::Reply;
+use crate::wire::{
+    FrameHeader, MAGIC, Page, TOOLS_VERSION, Welcome, WireFrame, WireHello, WireReply, encode,
+};
 
 pub(super) type ActiveHello = ActiveRequest<Ipc, WireHello, (), Welcome, ()>;
 pub(super) type ActiveFrame = ActiveRequest<Ipc, WireFrame, FrameHeader, WireReply, ()>;

@@ -17,13 +17,11 @@ use super::services::{
 };
 use super::waker::{PeerWaker, ROUSED};
 use super::{DaemonWaker, Spin, TransportError, setup};
-use crate::decode;
 use crate::domain::OwnedDomain;
-use crate::encode;
 use crate::limits::{BODIES_MAX, OBSERVATIONS_MAX, PAGE_BYTES, PRIMITIVES_MAX, TOOLS_MAX};
-use crate::message::{RawFrame, RawHello, Reply};
 use crate::refusal::Refusal;
-use crate::wire::{FrameHeader, Page, purpose};
+use crate::wire::message::{RawFrame, RawHello, Reply};
+use crate::wire::{FrameHeader, Page, decode, purpose};
 
 /// How often the transport looks whether attached bodies still live.
 const CHECK_EVERY: Duration = Duration::from_millis(50);
@@ -40,7 +38,7 @@ pub enum Incoming<'a> {
         /// To welcome it by.
         reply: AttachReply,
     },
-    /// A frame of an attached body, in its own session. Check it with [`decode::Session::frame`].
+    /// A frame of an attached body, in its own session. Check it with [`decode::SessionChecks`].
     Frame {
         /// What it claims.
         frame: &'a RawFrame,
@@ -141,10 +139,7 @@ impl ServerTransport {
             bodies: Bodies::default(),
             frame_service,
             _pictures: pictures,
-            frame: RawFrame {
-                header: encode::frame_header(0, 0, None, 0, 0),
-                records: Vec::with_capacity(OBSERVATIONS_MAX),
-            },
+            frame: RawFrame { records: Vec::with_capacity(OBSERVATIONS_MAX), ..RawFrame::default() },
             next_check: Instant::now(),
             spin: Spin::usual(),
             happened: false,

@@ -6,11 +6,10 @@ use super::reserve::reserve;
 use super::services::{self, Role, ToolClient};
 use super::waker::PeerBase;
 use super::{Spin, TransportError, has_gone, setup};
-use crate::decode;
 use crate::domain::{DomainRecord, Place};
 use crate::limits::{PAGE_BYTES, PAGES_MAX, REQUEST_BYTES_MAX, TOOLS_MAX};
 use crate::refusal::Refusal;
-use crate::wire::{MAGIC, Page, TOOLS_VERSION};
+use crate::wire::{MAGIC, Page, TOOLS_VERSION, decode};
 
 /// How often a waiting tool looks whether the daemon lives.
 const LOOK_EVERY: Duration = Duration::from_millis(100);

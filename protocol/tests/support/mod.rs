@@ -9,16 +9,16 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use pschema_protocol::body::{Body, Outcome, RunOptions, Senses};
-use pschema_protocol::decode::{self, Session};
 use pschema_protocol::description::{
     Action, ActionType, Description, ObservationType, Property, Value, ValueKind,
 };
 use pschema_protocol::domain::{LearnerName, OwnedDomain, Place, RuntimeDir};
-use pschema_protocol::message::Reply;
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::transport::DaemonWaker;
 use pschema_protocol::transport::body_link::BodyLink;
 use pschema_protocol::transport::server::{Incoming, ServerTransport};
+use pschema_protocol::wire::decode::{self, SessionChecks};
+use pschema_protocol::wire::message::Reply;
 
 /// Longest that anything in a test may take before the test fails.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
@@ -215,7 +215,7 @@ fn handle(
     incoming: Incoming<'_>,
     order: &dyn Fn(u64) -> Reply,
     answer: Answer,
-    sessions: &mut BTreeMap<u64, Session>,
+    sessions: &mut BTreeMap<u64, SessionChecks>,
     seen: &mut Seen,
 ) {
     match incoming {
@@ -224,7 +224,7 @@ fn handle(
                 // Numbers of other epochs must not be taken for this one's.
                 let session = u64::from(std::process::id()) * 1000 + seen.sessions.len() as u64 + 1;
                 reply.accept(session, "test").unwrap();
-                sessions.insert(session, Session::new(session, hello.description));
+                sessions.insert(session, SessionChecks::new(session, hello.description));
                 seen.sessions.push(session);
             }
             Err(refusal) => {
@@ -234,13 +234,12 @@ fn handle(
         },
         Incoming::Frame { frame, reply } => {
             let session = sessions.get_mut(&reply.session()).unwrap();
-            match session.frame(frame) {
+            match session.check(frame) {
                 Ok(frame) => {
                     seen.frames += 1;
                     seen.reports += u64::from(frame.report.is_some());
-                    let [Value::Integer(count), Value::Real(half)] = frame.observations[0].values[..] else {
-                        panic!("{frame:?}")
-                    };
+                    let values: Vec<_> = frame.observations.iter().flat_map(|one| one.values()).collect();
+                    let [Value::Integer(count), Value::Real(half)] = values[..] else { panic!("{frame:?}") };
                     assert_eq!(count as f64 / 2.0, half);
                     seen.last_count = count;
                     let order = order(seen.frames);

@@ -4,10 +4,10 @@
 use std::collections::BTreeSet;
 
 use pschema_protocol::body::{Body, BodyLoop, Directive, Outcome};
-use pschema_protocol::decode::{self, Session};
 use pschema_protocol::description::{Action, ActionType, Description, Value, ValueKind};
-use pschema_protocol::encode;
-use pschema_protocol::message::{CheckedFrame, Reply, Report};
+use pschema_protocol::wire::decode::{self, SessionChecks};
+use pschema_protocol::wire::message::{OrderReport, RawFrame, Reply};
+use pschema_protocol::wire::{Record, encode};
 use pschema_sim::random::SplitMix;
 
 use super::{Any, Subject};
@@ -17,10 +17,25 @@ const SESSION: u64 = 7;
 /// How many actions a body is asked for where it is about what it says in the long run.
 const ACTIONS: usize = 1_000;
 
+/// A frame that passed every check.
+#[derive(Clone, Debug, PartialEq)]
+struct Frame {
+    sequence: u64,
+    report: Option<OrderReport>,
+    observations: Vec<Record>,
+}
+
+impl Frame {
+    fn check(checks: &mut SessionChecks, raw: &RawFrame) -> Self {
+        let checked = checks.check(raw).unwrap_or_else(|refusal| panic!("a frame is refused: {refusal}"));
+        Self { sequence: checked.sequence, report: checked.report, observations: raw.records.clone() }
+    }
+}
+
 /// A body and the checks of its session.
 struct Wire {
     body: BodyLoop<Any>,
-    checks: Session,
+    checks: SessionChecks,
 }
 
 impl Wire {
@@ -30,27 +45,26 @@ impl Wire {
         let hello = decode::hello(&body.hello().expect("a description that is allowed")).expect("a hello");
         assert_eq!(hello.description, *body.description());
         body.attached(SESSION);
-        Self { body, checks: Session::new(SESSION, hello.description) }
+        Self { body, checks: SessionChecks::new(SESSION, hello.description) }
     }
 
     fn description(&self) -> &Description {
         self.checks.description()
     }
 
-    fn frame(&mut self) -> CheckedFrame {
-        let raw = self.body.next_frame();
-        self.checks.frame(raw).unwrap_or_else(|refusal| panic!("a frame is refused: {refusal}"))
+    fn frame(&mut self) -> Frame {
+        Frame::check(&mut self.checks, self.body.next_frame())
     }
 
     /// Replies to the frame, and lets the body obey.
-    fn reply(&mut self, frame: &CheckedFrame, reply: &Reply) -> Directive {
+    fn reply(&mut self, frame: &Frame, reply: &Reply) -> Directive {
         self.checks.replied(reply);
         let wire = encode::reply(SESSION, frame.sequence, reply);
         self.body.obey(&wire).unwrap_or_else(|refusal| panic!("{reply:?} is refused: {refusal}"))
     }
 
     /// One order, and the frame that reports on it.
-    fn order(&mut self, frame: &CheckedFrame, reply: &Reply) -> CheckedFrame {
+    fn order(&mut self, frame: &Frame, reply: &Reply) -> Frame {
         assert_eq!(self.reply(frame, reply), Directive::Continue);
         let next = self.frame();
         assert_eq!(next.sequence, frame.sequence + 1, "one order, one frame");
@@ -185,7 +199,8 @@ pub(crate) fn a_new_session_begins_anew(subject: &dyn Subject) {
     assert_eq!(wire.reply(&frame, &Reply::Act(action)), Directive::Continue);
     wire.body.attached(SESSION + 1);
     let description = wire.description().clone();
-    let first = Session::new(SESSION + 1, description).frame(wire.body.next_frame()).unwrap();
+    let mut checks = SessionChecks::new(SESSION + 1, description);
+    let first = Frame::check(&mut checks, wire.body.next_frame());
     assert_eq!((first.sequence, first.report), (1, None));
     let farewell = encode::reply(SESSION + 1, first.sequence, &Reply::Detach);
     assert_eq!(wire.body.obey(&farewell), Ok(Directive::Detach));
@@ -200,7 +215,7 @@ pub(crate) fn values_stay_within_what_is_declared(subject: &dyn Subject) {
     for _ in 0..ACTIONS {
         let order = anything(wire.checks.description(), &mut random);
         frame = wire.order(&frame, &order);
-        let Some(Report { outcome, .. }) = frame.report else { panic!("an order is reported on") };
+        let Some(OrderReport { outcome, .. }) = frame.report else { panic!("an order is reported on") };
         outcomes[outcome as usize] += 1;
         let again = format!("{:?}", frame.observations);
         let distinct: BTreeSet<String> = frame.observations.iter().map(|one| format!("{one:?}")).collect();

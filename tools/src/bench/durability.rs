@@ -15,7 +15,7 @@ use pschema_protocol::body::BodyLoop;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_protocol::transport::TransportError;
 use pschema_protocol::transport::body_link::BodyLink;
-use pschema_protocol::{decode, encode};
+use pschema_protocol::wire::{decode, encode};
 use pschema_server::session::Session;
 use pschema_server::{Setup, config};
 use pschema_store::past::Past;

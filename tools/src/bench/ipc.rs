@@ -12,13 +12,11 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use pschema_protocol::body::{Body, BodyLoop, Senses};
+use pschema_protocol::body::BodyLoop;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::encode;
 use pschema_protocol::transport::bare::{BareClient, BareWake, RECORD_WORDS};
 use pschema_protocol::transport::body_link::BodyLink;
 use pschema_protocol::transport::{SPIN_US_MAX, Spin};
-use pschema_protocol::wire::Record;
 use serde::Serialize;
 
 pub(super) use peer::serve;
@@ -297,30 +295,20 @@ impl Four {
 /// What is sent without the protocol: sensed and written down anew for each exchange, as a frame is, so that nobody has
 /// less to do in between, and the other side not longer to wait.
 struct Sensing {
-    body: Watched,
-    senses: Senses,
-    records: Vec<Record>,
+    body: BodyLoop<Watched>,
     payload: Vec<u64>,
 }
 
 impl Sensing {
     fn new(records: usize) -> Self {
-        let mut new = Self {
-            body: Watched::new(records),
-            senses: Senses::default(),
-            records: Vec::new(),
-            payload: Vec::new(),
-        };
+        let mut new = Self { body: BodyLoop::new(Watched::new(records)), payload: Vec::new() };
         new.again();
         new
     }
 
     fn again(&mut self) {
-        self.senses.clear();
-        self.body.sense(&mut self.senses);
-        encode::observations(self.senses.observations(), &mut self.records);
         self.payload.clear();
-        for record in &self.records {
+        for record in &self.body.next_frame().records {
             let head =
                 u64::from(record.index) | u64::from(record.count) << 16 | u64::from(record.kinds) << 32;
             self.payload.push(head);

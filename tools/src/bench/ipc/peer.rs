@@ -6,12 +6,12 @@ use std::sync::mpsc::{Sender, channel};
 use std::thread;
 use std::time::Duration;
 
-use pschema_protocol::decode::{self, Session};
 use pschema_protocol::description::{Action, Value};
 use pschema_protocol::domain::{LearnerName, OwnedDomain, Place, RuntimeDir};
-use pschema_protocol::message::Reply;
 use pschema_protocol::transport::bare::BareServer;
 use pschema_protocol::transport::server::{Incoming, ServerTransport};
+use pschema_protocol::wire::decode::{self, SessionChecks};
+use pschema_protocol::wire::message::Reply;
 
 use super::{Mode, NAME, socket};
 use crate::cli::BenchPeerArgs;
@@ -59,7 +59,7 @@ fn daemon(place: Place, mode: Mode, stop: &AtomicBool, ready: Sender<()>) -> Res
     let mut transport = ServerTransport::create(OwnedDomain::create(place)?).map_err(Failure::of)?;
     transport.set_spin(mode.spin());
     ready.send(()).ok();
-    let mut sessions: BTreeMap<u64, Session> = BTreeMap::new();
+    let mut sessions: BTreeMap<u64, SessionChecks> = BTreeMap::new();
     let mut number = 0;
     while !stop.load(Ordering::Relaxed) {
         transport.wait(SLEEP);
@@ -68,7 +68,7 @@ fn daemon(place: Place, mode: Mode, stop: &AtomicBool, ready: Sender<()>) -> Res
                 number += 1;
                 let sent = match decode::hello(&hello) {
                     Ok(hello) => {
-                        sessions.insert(number, Session::new(number, hello.description));
+                        sessions.insert(number, SessionChecks::new(number, hello.description));
                         reply.accept(number, NAME)
                     }
                     Err(refusal) => reply.refuse(&refusal, NAME),

@@ -1,16 +1,16 @@
-//! Observations of a frame that passed every check, read where the daemon copied them to: nothing is allocated for them.
+//! Observations read from their records, where those lie: nothing is allocated for them.
 
-use crate::body::SensedObservation;
+use super::layout::{Record, kind};
 use crate::description::Value;
-use crate::wire::{Record, kind};
 
-/// What a body senses, in the order reported. Only [`crate::decode::Session`] makes one, of records that it checked.
-#[derive(Clone, Copy, Debug)]
-pub struct Observed<'a>(&'a [Record]);
+/// What a body senses in one frame, in the order reported. A frame's come from [`super::decode::SessionChecks`], which has
+/// checked the records.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observations<'a>(&'a [Record]);
 
-impl<'a> Observed<'a> {
-    pub(crate) fn of(checked: &'a [Record]) -> Self {
-        Self(checked)
+impl<'a> Observations<'a> {
+    pub(crate) fn of(records: &'a [Record]) -> Self {
+        Self(records)
     }
 
     /// How many there are.
@@ -26,26 +26,16 @@ impl<'a> Observed<'a> {
     }
 
     /// One after the other.
-    pub fn iter(&self) -> impl Iterator<Item = One<'a>> + use<'a> {
-        self.0.iter().map(One)
-    }
-
-    /// All of them copied, for who keeps them.
-    #[must_use]
-    pub fn to_vec(&self) -> Vec<SensedObservation> {
-        let sensed = |one: One<'_>| SensedObservation {
-            observation_type: one.observation_type(),
-            values: one.values().collect(),
-        };
-        self.iter().map(sensed).collect()
+    pub fn iter(&self) -> impl Iterator<Item = ObservationRecord<'a>> + use<'a> {
+        self.0.iter().map(ObservationRecord)
     }
 }
 
 /// One observation.
-#[derive(Clone, Copy, Debug)]
-pub struct One<'a>(&'a Record);
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObservationRecord<'a>(&'a Record);
 
-impl<'a> One<'a> {
+impl<'a> ObservationRecord<'a> {
     /// Index into [`crate::description::Description::observation_types`].
     #[must_use]
     pub fn observation_type(&self) -> u16 {
@@ -60,7 +50,7 @@ impl<'a> One<'a> {
     }
 }
 
-/// What was checked to be a value of this kind.
+/// The value of kind `tag` that `bits` stand for, in a record that was checked.
 fn value(tag: u32, bits: u64) -> Value {
     match tag {
         kind::SYMBOL => Value::Symbol(u32::try_from(bits).unwrap_or(u32::MAX)),

@@ -1,6 +1,6 @@
 //! What crosses shared memory, byte for byte: integers and fixed arrays only, no padding, a version in
 //! every message. Reals travel as their IEEE 754 bit pattern in a `u64`, so nothing here has an invalid
-//! bit pattern and everything received is only an allegation until [`crate::decode`] has checked it.
+//! bit pattern and everything received is only an allegation until [`super::decode`] has checked it.
 //!
 //! A change of any layout here is a new [`VERSION`] and a new `vN` in the payload's type name.
 
@@ -87,6 +87,12 @@ pub struct Text<const N: usize> {
     pub bytes: [u8; N],
 }
 
+impl<const N: usize> Default for Text<N> {
+    fn default() -> Self {
+        Self { length: 0, bytes: [0; N] }
+    }
+}
+
 /// A name: see [`NAME_BYTES_MAX`].
 pub type Name = Text<NAME_BYTES_MAX>;
 /// A reason: see [`REASON_BYTES_MAX`].
@@ -94,7 +100,7 @@ pub type Reason = Text<REASON_BYTES_MAX>;
 
 /// An index with up to eight values: an observation, a primitive, an action or a scene command.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Record {
     /// Index of the declared observation type, action or scene command.
     pub index: u16,
@@ -108,7 +114,7 @@ pub struct Record {
 
 /// A property of an observation type or a parameter of an action.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WireProperty {
     /// Its name.
     pub name: Name,
@@ -132,7 +138,7 @@ pub struct WireProperty {
 
 /// A declared observation type.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WireObservationType {
     /// Its name.
     pub name: Name,
@@ -148,7 +154,7 @@ pub struct WireObservationType {
 
 /// A declared action or scene command.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WireActionType {
     /// Its name.
     pub name: Name,
@@ -229,7 +235,7 @@ pub struct Welcome {
 
 /// What a frame says of itself; its `observation_count` records follow in the same message.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameHeader {
     /// [`MAGIC`].
     pub magic: u32,
@@ -251,6 +257,24 @@ pub struct FrameHeader {
     pub observation_count: u32,
     /// Zero.
     pub reserved: u32,
+}
+
+impl Default for FrameHeader {
+    /// The header of a frame that observes nothing, of no session.
+    fn default() -> Self {
+        Self {
+            magic: MAGIC,
+            version: VERSION,
+            session: 0,
+            sequence: 0,
+            answers: 0,
+            wake: 0,
+            outcome: outcome::NONE,
+            purpose: purpose::OBSERVE,
+            observation_count: 0,
+            reserved: 0,
+        }
+    }
 }
 
 /// The observations of a frame: only `observation_count` of the header are written and read.

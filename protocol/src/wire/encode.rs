@@ -1,16 +1,16 @@
 //! Plain values to wire values. A [`Description`] is checked first; observations are not, for the
 //! receiver checks them and says what is wrong.
 
-use crate::body::{Outcome, SensedObservation};
-use crate::check;
-use crate::description::{Action, ActionType, Description, ObservationType, Property, Value, ValueKind};
-use crate::limits::{OBSERVATIONS_MAX, PROPERTIES_MAX};
-use crate::message::{RawHello, Reply, Report};
-use crate::refusal::Refusal;
-use crate::wire::{
+use super::check;
+use super::layout::{
     FrameHeader, HelloHead, MAGIC, Name, Record, Text, VERSION, Welcome, WireActionType, WireObservationType,
-    WireProperty, WireReply, flags, kind, outcome, purpose, reply,
+    WireProperty, WireReply, flags, kind, outcome, reply,
 };
+use super::message::{OrderReport, RawHello, Reply};
+use crate::body::Outcome;
+use crate::description::{Action, ActionType, Description, ObservationType, Property, Value, ValueKind};
+use crate::limits::{PROPERTIES_MAX, SYMBOLS_MAX};
+use crate::refusal::Refusal;
 
 /// `text` as far as it fits, cut at a character.
 #[must_use]
@@ -88,22 +88,6 @@ pub fn hello(description: &Description, pid: u32, wake: u64) -> Result<RawHello,
 
 /// A head that declares nothing.
 fn empty_head() -> HelloHead {
-    let property = WireProperty {
-        name: text(""),
-        unit: text(""),
-        kind: 0,
-        first_symbol: 0,
-        symbol_count: 0,
-        reserved: 0,
-        min: 0,
-        max: 0,
-        resolution: 0,
-    };
-    let properties = [property; PROPERTIES_MAX];
-    let observation_type =
-        WireObservationType { name: text(""), flags: 0, property_count: 0, reserved: 0, properties };
-    let action_type =
-        WireActionType { name: text(""), parameter_count: 0, reserved: [0; 2], parameters: properties };
     HelloHead {
         magic: MAGIC,
         version: VERSION,
@@ -114,12 +98,12 @@ fn empty_head() -> HelloHead {
         symbol_count: 0,
         primitive_count: 0,
         wake: 0,
-        name: text(""),
-        kind: text(""),
-        observation_types: [observation_type; _],
-        actions: [action_type; _],
-        scene_commands: [action_type; _],
-        symbols: [text(""); _],
+        name: Name::default(),
+        kind: Name::default(),
+        observation_types: Default::default(),
+        actions: Default::default(),
+        scene_commands: Default::default(),
+        symbols: [Name::default(); SYMBOLS_MAX],
     }
 }
 
@@ -151,17 +135,7 @@ fn action_type(from: &ActionType, symbols: &mut SymbolTable) -> WireActionType {
 
 fn properties(from: &[Property], symbols: &mut SymbolTable) -> [WireProperty; PROPERTIES_MAX] {
     std::array::from_fn(|place| {
-        let mut property = WireProperty {
-            name: text(""),
-            unit: text(""),
-            kind: 0,
-            first_symbol: 0,
-            symbol_count: 0,
-            reserved: 0,
-            min: 0,
-            max: 0,
-            resolution: 0,
-        };
+        let mut property = WireProperty::default();
         if let Some(declared) = from.get(place) {
             property.name = text(&declared.name);
             property.unit = text(&declared.unit);
@@ -204,7 +178,7 @@ pub fn welcome(session: u64, learner: &str) -> Welcome {
         code: 0,
         reserved: 0,
         learner: text(learner),
-        reason: text(""),
+        reason: Text::default(),
     }
 }
 
@@ -214,35 +188,21 @@ pub fn unwelcome(refusal: &Refusal, learner: &str) -> Welcome {
     Welcome { code: refusal.code(), reason: text(&refusal.to_string()), ..welcome(0, learner) }
 }
 
-/// Writes `observations` as records into `records`, which is emptied first, and returns how many there
-/// are. More than a frame holds are cut, and counted, so that the receiver refuses the frame.
-pub fn observations(observations: &[SensedObservation], records: &mut Vec<Record>) -> u32 {
-    records.clear();
-    let held = observations.iter().take(OBSERVATIONS_MAX);
-    records.extend(held.map(|one| record(one.observation_type, &one.values)));
-    saturating_u32(observations.len())
-}
-
-/// The header of a frame with `observation_count` records.
+/// The header of frame `sequence` of `session`, with `observation_count` records and, if there was an order, the report
+/// on it.
 #[must_use]
 pub fn frame_header(
     session: u64,
     sequence: u64,
-    report: Option<Report>,
-    wake: u64,
+    report: Option<OrderReport>,
     observation_count: u32,
 ) -> FrameHeader {
-    FrameHeader {
-        magic: MAGIC,
-        version: VERSION,
-        session,
-        sequence,
-        answers: report.map_or(0, |report| report.answers),
-        wake,
-        outcome: report.map_or(outcome::NONE, |report| outcome_number(report.outcome)),
-        purpose: purpose::OBSERVE,
-        observation_count,
-        reserved: 0,
+    let header = FrameHeader { session, sequence, observation_count, ..FrameHeader::default() };
+    match report {
+        None => header,
+        Some(OrderReport { outcome, answers }) => {
+            FrameHeader { outcome: outcome_number(outcome), answers, ..header }
+        }
     }
 }
 

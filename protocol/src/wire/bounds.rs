@@ -1,9 +1,9 @@
 //! What a body's observations may be, laid out so that a record is checked against it in a few nanoseconds. It only says
-//! yes or no: why not is for [`crate::decode`] to say, which reads declarations as they were given.
+//! yes or no: why not is for [`super::decode`] to say, which reads declarations as they were given.
 
+use super::layout::{Record, kind};
 use crate::description::{ObservationType, ValueKind};
 use crate::limits::PROPERTIES_MAX;
-use crate::wire::{Record, kind};
 
 /// What values of one property may be.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +73,7 @@ impl TypeBounds {
 pub(crate) struct Bounds(Vec<TypeBounds>);
 
 impl Bounds {
-    /// Of types that [`crate::check::description`] allows.
+    /// Of types that [`super::check::description`] allows.
     pub(crate) fn of(types: &[ObservationType]) -> Self {
         Self(types.iter().map(TypeBounds::of).collect())
     }
@@ -92,8 +92,8 @@ impl Bounds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decode;
     use crate::description::Property;
+    use crate::wire::decode;
 
     fn declared(kinds: &[ValueKind]) -> ObservationType {
         let property = |kind: &ValueKind| Property {

@@ -1,18 +1,18 @@
 //! Claimed to checked. What came over shared memory is an allegation: it was copied once, and the copy
 //! is checked here. Pure functions: no input makes them panic, and nothing invalid passes.
 
-use crate::body::Outcome;
-use crate::bounds::Bounds;
-use crate::check;
-use crate::description::{Action, ActionType, Description, ObservationType, Property, Value, ValueKind};
-use crate::limits::{LEARNER_NAME_BYTES_MAX, OBSERVATIONS_MAX, PRIMITIVES_MAX, WAIT_MS_MAX};
-use crate::message::{Checked, CheckedFrame, CheckedHello, RawFrame, RawHello, Reply, Report};
-use crate::observed::Observed;
-use crate::refusal::Refusal;
-use crate::wire::{
+use super::bounds::Bounds;
+use super::check;
+use super::layout::{
     MAGIC, Name, Record, TOOLS_VERSION, Text, VERSION, Welcome, WireActionType, WireObservationType,
     WireProperty, WireReply, flags, kind, outcome, purpose, reply,
 };
+use super::message::{Admission, Introduction, OrderReport, RawFrame, RawHello, Reply, SensorFrame};
+use super::observations::Observations;
+use crate::body::Outcome;
+use crate::description::{Action, ActionType, Description, ObservationType, Property, Value, ValueKind};
+use crate::limits::{LEARNER_NAME_BYTES_MAX, OBSERVATIONS_MAX, PRIMITIVES_MAX, WAIT_MS_MAX};
+use crate::refusal::Refusal;
 
 /// Checks that a message is of this protocol and this version.
 pub(crate) fn preamble(magic: u32, version: u32) -> Result<(), Refusal> {
@@ -52,7 +52,7 @@ fn counted<'a, T>(what: &str, count: u32, from: &'a [T]) -> Result<&'a [T], Refu
 ///
 /// # Errors
 /// The first thing wrong with it.
-pub fn hello(from: &RawHello) -> Result<CheckedHello, Refusal> {
+pub fn hello(from: &RawHello) -> Result<Introduction, Refusal> {
     let head = &*from.head;
     preamble(head.magic, head.version)?;
     let types = counted("observation types", head.observation_type_count, &head.observation_types)?;
@@ -81,7 +81,7 @@ pub fn hello(from: &RawHello) -> Result<CheckedHello, Refusal> {
         .enumerate()
         .map(|(number, one)| action(&|| format!("primitive {number}"), one, &description.actions))
         .collect::<Result<_, _>>()?;
-    Ok(CheckedHello { pid: head.pid, description })
+    Ok(Introduction { pid: head.pid, description })
 }
 
 fn observation_type(from: &WireObservationType, symbols: &[Name]) -> Result<ObservationType, Refusal> {
@@ -202,7 +202,7 @@ pub(crate) fn observation(number: usize, from: &Record, declared: &[ObservationT
 
 /// The daemon's side of one session: checks each frame against what came before it.
 #[derive(Clone, Debug)]
-pub struct Session {
+pub struct SessionChecks {
     number: u64,
     description: Description,
     bounds: Bounds,
@@ -211,7 +211,7 @@ pub struct Session {
     ordered_at: Option<u64>,
 }
 
-impl Session {
+impl SessionChecks {
     /// A session that has begun with a checked description. `number` is above zero.
     #[must_use]
     pub fn new(number: u64, description: Description) -> Self {
@@ -244,7 +244,7 @@ impl Session {
     ///
     /// # Errors
     /// The first thing wrong with it.
-    pub fn check<'a>(&mut self, from: &'a RawFrame) -> Result<Checked<'a>, Refusal> {
+    pub fn check<'a>(&mut self, from: &'a RawFrame) -> Result<SensorFrame<'a>, Refusal> {
         let header = &from.header;
         preamble(header.magic, header.version)?;
         if header.session != self.number {
@@ -271,20 +271,11 @@ impl Session {
         if report.is_some() {
             self.ordered_at = None;
         }
-        let observations = Observed::of(records);
-        Ok(Checked { session: self.number, sequence: expected, report, observations })
+        let observations = Observations::of(records);
+        Ok(SensorFrame { session: self.number, sequence: expected, report, observations })
     }
 
-    /// As [`Session::check`], with everything copied, for who keeps the frame.
-    ///
-    /// # Errors
-    /// As [`Session::check`].
-    pub fn frame(&mut self, from: &RawFrame) -> Result<CheckedFrame, Refusal> {
-        let Checked { session, sequence, report, observations } = self.check(from)?;
-        Ok(CheckedFrame { session, sequence, report, observations: observations.to_vec() })
-    }
-
-    fn report(&self, number: u32, answers: u64) -> Result<Option<Report>, Refusal> {
+    fn report(&self, number: u32, answers: u64) -> Result<Option<OrderReport>, Refusal> {
         let outcome = match number {
             outcome::NONE => None,
             outcome::DONE => Some(Outcome::Done),
@@ -295,47 +286,28 @@ impl Session {
         };
         match (outcome, self.ordered_at) {
             (None, None) if answers == 0 => Ok(None),
-            (Some(outcome), Some(order)) if answers == order => Ok(Some(Report { outcome, answers })),
+            (Some(outcome), Some(order)) if answers == order => Ok(Some(OrderReport { outcome, answers })),
             // An order must be answered: an action whose end is never told would be learnt from wrongly.
             (_, order) => Err(Refusal::Answers { found: answers, expected: order.unwrap_or(0) }),
         }
     }
 }
 
-/// What a welcome says, once checked.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum CheckedWelcome {
-    /// The session is open.
-    Accepted {
-        /// The session's number.
-        session: u64,
-        /// The learner's name.
-        learner: String,
-    },
-    /// It is not.
-    Refused {
-        /// The number of the refusal.
-        code: u32,
-        /// Why.
-        reason: String,
-    },
-}
-
 /// Checks the daemon's answer to a hello.
 ///
 /// # Errors
 /// The first thing wrong with it. A refusal by the daemon is no error here.
-pub fn welcome(from: &Welcome) -> Result<CheckedWelcome, Refusal> {
+pub fn welcome(from: &Welcome) -> Result<Admission, Refusal> {
     // The reason of a refusal can be read whatever the version: that is how the version is refused.
     if from.magic == MAGIC && from.code != 0 {
-        return Ok(CheckedWelcome::Refused { code: from.code, reason: text("reason", &from.reason)? });
+        return Ok(Admission::Refused { code: from.code, reason: text("reason", &from.reason)? });
     }
     preamble(from.magic, from.version)?;
     let learner = text("the learner's name", &from.learner)?;
     if from.session == 0 || learner.len() > LEARNER_NAME_BYTES_MAX {
         return Err(Refusal::Session { found: from.session, expected: 1 });
     }
-    Ok(CheckedWelcome::Accepted { session: from.session, learner })
+    Ok(Admission::Accepted { session: from.session, learner })
 }
 
 /// Checks the reply to frame `sequence` of `session`: an order is within what `description` declares.

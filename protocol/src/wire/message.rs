@@ -1,9 +1,9 @@
-//! The messages of a session as plain values, after [`crate::decode`] and before [`crate::encode`].
+//! The messages of a session as plain values, after [`super::decode`] and before [`super::encode`].
 
-use crate::body::{Outcome, SensedObservation};
+use super::layout::{FrameHeader, HelloHead, Record};
+use super::observations::Observations;
+use crate::body::Outcome;
 use crate::description::{Action, Description};
-use crate::observed::Observed;
-use crate::wire::{FrameHeader, HelloHead, Record};
 
 /// A body's introduction as it travels: the head and the repertoire's records.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,7 +15,7 @@ pub struct RawHello {
 }
 
 /// A frame as it travels: the header and as many records as it claims.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct RawFrame {
     /// What the frame says of itself.
     pub header: FrameHeader,
@@ -25,42 +25,29 @@ pub struct RawFrame {
 
 /// A hello that passed every check.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CheckedHello {
-    /// Process of the body, as it says. For people and logs only.
+pub struct Introduction {
+    /// Process of the body, as the body says. For people and logs only.
     pub pid: u32,
     /// The body.
     pub description: Description,
 }
 
-/// A frame that passed every check, its observations where they came to.
+/// A frame that passed every check. Its observations stay where they were copied to.
 #[derive(Clone, Copy, Debug)]
-pub struct Checked<'a> {
+pub struct SensorFrame<'a> {
     /// The session it belongs to.
     pub session: u64,
     /// Its number in the session, from 1.
     pub sequence: u64,
     /// How the last order went: none in the first frame of a session and after a `wait`.
-    pub report: Option<Report>,
+    pub report: Option<OrderReport>,
     /// What the body senses, in the order reported.
-    pub observations: Observed<'a>,
-}
-
-/// The same, for who keeps it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CheckedFrame {
-    /// The session it belongs to.
-    pub session: u64,
-    /// Its number in the session, from 1.
-    pub sequence: u64,
-    /// How the last order went: none in the first frame of a session and after a `wait`.
-    pub report: Option<Report>,
-    /// What the body senses, in the order reported.
-    pub observations: Vec<SensedObservation>,
+    pub observations: Observations<'a>,
 }
 
 /// How an order (action or scene command) went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Report {
+pub struct OrderReport {
     /// How it went.
     pub outcome: Outcome,
     /// Sequence of the frame whose reply gave the order.
@@ -88,4 +75,23 @@ pub enum Reply {
     },
     /// Leave.
     Detach,
+}
+
+/// The daemon's answer to a hello, once checked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Admission {
+    /// The session is open.
+    Accepted {
+        /// The session's number.
+        session: u64,
+        /// The learner's name.
+        learner: String,
+    },
+    /// The body is not taken.
+    Refused {
+        /// The number of the refusal.
+        code: u32,
+        /// Why.
+        reason: String,
+    },
 }
