@@ -17,7 +17,7 @@ use pschema_learner::observation::{Observation, Pattern};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::StageCommand;
 use pschema_learner::pursuit::GOAL_PATTERNS_MAX;
-use pschema_learner::pursuit::{Because, Ending, GOAL_ACTIONS_MAX, PursueError, Pursuit};
+use pschema_learner::pursuit::{Ending, GOAL_ACTIONS_MAX, PlanCause, PursueError, Pursuit};
 use pschema_learner::{ActionOutcome, Frame, Output, Step};
 
 /// A blue block on a row of fields. Action `n` pushes it from one field to another, whatever `pushes[n]` says.
@@ -100,7 +100,7 @@ fn pursuit(table: &Table) -> &Pursuit {
     table.learner.memory().content().pursuit.as_ref().unwrap()
 }
 
-fn reasons(pursuit: &Pursuit) -> Vec<Because> {
+fn reasons(pursuit: &Pursuit) -> Vec<PlanCause> {
     pursuit.plans.iter().map(|plan| plan.because).collect()
 }
 
@@ -117,7 +117,7 @@ fn a_chain_of_three_is_followed_to_the_goal_and_explained() {
     let steps = row.until_ended(done);
     let pursuit = row.pursuit();
     assert_eq!((pursuit.ended, pursuit.actions), (Some(Ending::Achieved), 3));
-    assert_eq!(reasons(pursuit), [Because::First]);
+    assert_eq!(reasons(pursuit), [PlanCause::First]);
     let acted: Vec<_> = steps[..3].iter().map(|step| step.output.clone()).collect();
     assert!(acted.iter().zip(0..).all(|(output, at)| matches!(output, Output::Act(p) if p.0 == at)));
     for (at, step) in steps[..3].iter().enumerate() {
@@ -140,7 +140,7 @@ fn a_step_whose_outcome_does_not_allow_the_next_leads_to_a_new_plan() {
     row.until_ended(done);
     let pursuit = row.pursuit();
     assert_eq!((pursuit.ended, pursuit.actions), (Some(Ending::Achieved), 4));
-    assert_eq!(reasons(pursuit), [Because::First, Because::NextNotAllowed]);
+    assert_eq!(reasons(pursuit), [PlanCause::First, PlanCause::NextNotAllowed]);
     assert_eq!(pursuit.plans[1].after_actions, 1);
 }
 
@@ -158,7 +158,7 @@ fn an_action_that_is_not_carried_out_leads_to_a_new_plan() {
     });
     let pursuit = row.pursuit();
     assert_eq!((pursuit.ended, pursuit.actions), (Some(Ending::Achieved), 3));
-    assert_eq!(reasons(pursuit), [Because::First, Because::NotCarriedOut]);
+    assert_eq!(reasons(pursuit), [PlanCause::First, PlanCause::NotCarriedOut]);
 }
 
 #[test]
@@ -197,7 +197,7 @@ fn a_goal_is_given_up_when_nothing_leads_there_or_its_actions_are_used_up() {
     }
     let pursuit = row.pursuit();
     assert_eq!((pursuit.number, pursuit.ended, pursuit.actions), (2, Some(Ending::ActionsUsedUp), 4));
-    assert_eq!(reasons(pursuit)[..2], [Because::First, Because::NotReached]);
+    assert_eq!(reasons(pursuit)[..2], [PlanCause::First, PlanCause::NotReached]);
 }
 
 #[test]
@@ -311,7 +311,7 @@ fn an_operator_holds_a_pursuit_and_lets_it_go_on() {
     row.table.learner.stage(&StageCommand::Resume).unwrap();
     row.until_ended(done);
     assert_eq!((row.pursuit().ended, row.pursuit().actions), (Some(Ending::Achieved), 3));
-    assert_eq!(reasons(row.pursuit()), [Because::First, Because::Interrupted]);
+    assert_eq!(reasons(row.pursuit()), [PlanCause::First, PlanCause::Interrupted]);
 }
 
 #[test]

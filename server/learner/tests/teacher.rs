@@ -7,7 +7,7 @@ mod common;
 use common::{Table, WORD, stage};
 use pschema_learner::Frame;
 use pschema_learner::curriculum::{
-    Absence, Afterwards, Argument, Curriculum, Pool, SceneCommand, Stage, Until, Utterance,
+    Absence, Afterwards, Argument, Curriculum, NamedObservation, Pool, SceneCommand, Stage, Utterance,
 };
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
@@ -17,13 +17,15 @@ use pschema_learner::progress::{StageCommand, StageEffect, StageReport};
 /// More steps than any lesson takes.
 const PATIENCE: usize = 1_000;
 
-fn anything(kind: &str) -> Until {
-    Until { kind: kind.into(), properties: Vec::new() }
+fn anything(kind: &str) -> NamedObservation {
+    NamedObservation { kind: kind.into(), properties: Vec::new() }
 }
 
 fn says(text: &str) -> Utterance {
-    let heard =
-        Until { kind: "word".into(), properties: vec![("text".into(), Argument::Symbol(text.into()))] };
+    let heard = NamedObservation {
+        kind: "word".into(),
+        properties: vec![("text".into(), Argument::Symbol(text.into()))],
+    };
     Utterance { heard: vec![heard], when: None, unless: None, probability: 1.0, times_max: 1 }
 }
 

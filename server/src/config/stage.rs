@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use pschema_learner::curriculum::{
-    Absence, Argument, Habituation, Lift, Pool, Saturation, SceneCommand, Stage, UTTERANCES_MAX, Until,
-    Utterance,
+    Absence, Argument, Habituation, Lift, NamedObservation, Pool, Saturation, SceneCommand, Stage,
+    UTTERANCES_MAX, Utterance,
 };
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
@@ -165,7 +165,7 @@ pub(super) fn checked_stage<'a>(
     })
 }
 
-fn observation(text: &Spanned<String>) -> Result<Until, Mistake> {
+fn observation(text: &Spanned<String>) -> Result<NamedObservation, Mistake> {
     until::parse(text.get_ref()).map_err(|problem| Mistake::new(text.span(), problem))
 }
 
@@ -197,7 +197,7 @@ fn utterance(written: &WrittenUtterance, values: &BTreeMap<String, f64>) -> Resu
     })
 }
 
-fn word(word: &Spanned<String>) -> Result<Until, Mistake> {
+fn word(word: &Spanned<String>) -> Result<NamedObservation, Mistake> {
     let text = word.get_ref();
     let sound = (1..=WORD_BYTES_MAX).contains(&text.len())
         && !text.chars().any(|c| c.is_whitespace() || c.is_control());
@@ -206,7 +206,7 @@ fn word(word: &Spanned<String>) -> Result<Until, Mistake> {
         return Err(Mistake::new(word.span(), problem));
     }
     let properties = vec![(HEARING_TEXT.to_owned(), Argument::Symbol(text.clone()))];
-    Ok(Until { kind: HEARING.to_owned(), properties })
+    Ok(NamedObservation { kind: HEARING.to_owned(), properties })
 }
 
 /// The curriculum's value of this name.

@@ -1,6 +1,6 @@
 //! What ends a trial, as written: `touch{}`, `object{colour=blue, field=4}`.
 
-use pschema_learner::curriculum::{Argument, Until};
+use pschema_learner::curriculum::{Argument, NamedObservation};
 
 /// Properties that may be asked for.
 const PROPERTIES_MAX: usize = 8;
@@ -9,7 +9,7 @@ const PROPERTIES_MAX: usize = 8;
 ///
 /// # Errors
 /// What is wrong with it, and what would be right.
-pub(super) fn parse(text: &str) -> Result<Until, String> {
+pub(super) fn parse(text: &str) -> Result<NamedObservation, String> {
     let example =
         "write a type and the properties it must have, such as `touch{}` or `object{colour=blue, field=4}`";
     let body = text.trim().strip_suffix('}').and_then(|rest| rest.split_once('{'));
@@ -37,7 +37,7 @@ pub(super) fn parse(text: &str) -> Result<Until, String> {
     if properties.len() > PROPERTIES_MAX {
         return Err(format!("{} properties, at most {PROPERTIES_MAX} are allowed", properties.len()));
     }
-    Ok(Until { kind, properties })
+    Ok(NamedObservation { kind, properties })
 }
 
 fn name(text: &str) -> Option<String> {
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn observations_are_read() {
-        assert_eq!(parse("touch{}").unwrap(), Until { kind: "touch".into(), properties: vec![] });
+        assert_eq!(parse("touch{}").unwrap(), NamedObservation { kind: "touch".into(), properties: vec![] });
         let object = parse(" object{colour=blue, field=-4} ").unwrap();
         assert_eq!(object.kind, "object");
         let colour = ("colour".to_owned(), Argument::Symbol("blue".to_owned()));

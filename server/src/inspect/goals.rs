@@ -4,7 +4,7 @@ use pschema_inspect::{
     Condition, GoalFollowed, GoalSummary, ObservationText, Plan, PlanMade, PlanStep, Prediction, Pursuit,
     SchemaInUse,
 };
-use pschema_learner::decision::ForGoal;
+use pschema_learner::decision::DecisionGoal;
 use pschema_learner::execution::ChainLink;
 use pschema_learner::goals;
 use pschema_learner::memory::{Content, Memory};
@@ -12,7 +12,7 @@ use pschema_learner::notation;
 use pschema_learner::observation::Observation;
 use pschema_learner::plan;
 use pschema_learner::probability::Count;
-use pschema_learner::pursuit::{Because, Ending, GOAL_PATTERNS_MAX, Goal};
+use pschema_learner::pursuit::{Ending, GOAL_PATTERNS_MAX, Goal, PlanCause};
 use pschema_learner::schema::PostCondition;
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::world_state::WorldState;
@@ -62,7 +62,7 @@ pub(super) fn plan(view: &View, patterns: &[String]) -> Result<Plan, String> {
         return Err(format!("a goal has 1 to {} patterns, not {}", GOAL_PATTERNS_MAX, goal.len()));
     }
     let memory = Memory::restore(content.clone(), view.parameters.clone());
-    let plan::Found { plan, truncated } = plan::plan(&memory, body, &world, &goal);
+    let plan::PlanSearch { plan, truncated } = plan::plan(&memory, body, &world, &goal);
     let state = match &plan {
         Some(plan) if plan.steps.is_empty() => "holds already",
         Some(_) => "found",
@@ -120,7 +120,7 @@ pub(super) fn summary(view: &View) -> Option<GoalSummary> {
 }
 
 /// The goal that a decision follows.
-pub(super) fn followed(content: &Content, from: &ForGoal) -> GoalFollowed {
+pub(super) fn followed(content: &Content, from: &DecisionGoal) -> GoalFollowed {
     GoalFollowed {
         goal: goal_text(content, &from.goal),
         chain: from.chain.iter().map(|link| in_use(content, link, None)).collect(),
@@ -181,13 +181,13 @@ pub(super) fn in_use(content: &Content, link: &ChainLink, action: Option<Primiti
     }
 }
 
-fn because(because: Because) -> &'static str {
+fn because(because: PlanCause) -> &'static str {
     match because {
-        Because::First => "first",
-        Because::NotReached => "not reached",
-        Because::NextNotAllowed => "next not allowed",
-        Because::NotCarriedOut => "not carried out",
-        Because::Interrupted => "interrupted",
+        PlanCause::First => "first",
+        PlanCause::NotReached => "not reached",
+        PlanCause::NextNotAllowed => "next not allowed",
+        PlanCause::NotCarriedOut => "not carried out",
+        PlanCause::Interrupted => "interrupted",
     }
 }
 

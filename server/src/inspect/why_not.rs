@@ -6,7 +6,7 @@ use pschema_learner::memory::{Content, Memory};
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, Term};
 use pschema_learner::schema::SchemaId;
-use pschema_learner::why_not::{self, WeighError, Weighed};
+use pschema_learner::why_not::{self, Reweighing, WeighError};
 
 use super::{explain, goals, no_schema, schemas, text, trace};
 use crate::mind::View;
@@ -36,7 +36,7 @@ pub(super) fn why_not(view: &View, id: u32, step: Option<u64>) -> Result<WhyNot,
     told(view, decision, id, &weighed).ok_or_else(|| no_schema(view, id))
 }
 
-fn told(view: &View, decision: &Decision, id: u32, weighed: &Weighed) -> Option<WhyNot> {
+fn told(view: &View, decision: &Decision, id: u32, weighed: &Reweighing) -> Option<WhyNot> {
     let content = &view.content;
     let schema = content.schema(SchemaId(id))?;
     let body = content.vocabulary.bodies().get(usize::from(decision.body.0));
@@ -92,7 +92,7 @@ fn verdict(content: &Content, from: &why_not::Verdict) -> Verdict {
     }
 }
 
-fn lacking(content: &Content, from: &why_not::Lacking) -> Lacking {
+fn lacking(content: &Content, from: &why_not::UnmetCondition) -> Lacking {
     let vocabulary = &content.vocabulary;
     let mut differs = Vec::new();
     for (property, term) in from.wanted.terms() {

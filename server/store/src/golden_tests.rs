@@ -10,8 +10,8 @@ use std::sync::Arc;
 
 use pschema_learner::Learner;
 use pschema_learner::curriculum::{
-    Absence, Afterwards, Argument, Curriculum, Habituation, Lift, Pool, Saturation, SceneCommand, Stage,
-    Until, Utterance,
+    Absence, Afterwards, Argument, Curriculum, Habituation, Lift, NamedObservation, Pool, Saturation,
+    SceneCommand, Stage, Utterance,
 };
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
@@ -44,9 +44,13 @@ fn expected() -> String {
 fn rich() -> Curriculum {
     let named = |name: &str, value| (name.to_owned(), value);
     let symbol = |name: &str| Argument::Symbol(name.to_owned());
-    let touch = Until { kind: "touch".to_owned(), properties: Vec::new() };
-    let finger = Until { kind: "finger".to_owned(), properties: vec![named("field", Argument::Integer(3))] };
-    let red = Until { kind: "object".to_owned(), properties: vec![named("colour", symbol("red"))] };
+    let touch = NamedObservation { kind: "touch".to_owned(), properties: Vec::new() };
+    let finger = NamedObservation {
+        kind: "finger".to_owned(),
+        properties: vec![named("field", Argument::Integer(3))],
+    };
+    let red =
+        NamedObservation { kind: "object".to_owned(), properties: vec![named("colour", symbol("red"))] };
     let draw = Argument::Draw("fields".to_owned());
     let place = SceneCommand {
         command: "place".to_owned(),

@@ -4,7 +4,8 @@
 pub(crate) mod process;
 
 use pschema_learner::curriculum::{
-    Afterwards, Argument, Curriculum, Habituation, Lift, Pool, Saturation, SceneCommand, Stage, Until,
+    Afterwards, Argument, Curriculum, Habituation, Lift, NamedObservation, Pool, Saturation, SceneCommand,
+    Stage,
 };
 use pschema_learner::parameters::Parameters;
 use pschema_protocol::body::{Body, Outcome, Senses};
@@ -136,7 +137,7 @@ pub(crate) fn curriculum() -> Curriculum {
     let touching = |name: &str, trials| Stage {
         trials,
         arrange: vec![place("blue-block", Argument::Draw("fields".to_owned()))],
-        until: Some(Until { kind: "touch".to_owned(), properties: Vec::new() }),
+        until: Some(NamedObservation { kind: "touch".to_owned(), properties: Vec::new() }),
         trial_actions_max: 20,
         ..stage(name, &["finger", "object", "touch"])
     };

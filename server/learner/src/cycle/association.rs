@@ -3,7 +3,7 @@
 
 use crate::memory::Memory;
 use crate::memory::index::standing;
-use crate::memory::instance::Bound;
+use crate::memory::instance::Instance;
 use crate::nouns::effect::Effect;
 use crate::nouns::observation::Observation;
 use crate::nouns::probability::Count;
@@ -53,7 +53,7 @@ pub(crate) fn happened(memory: &Memory, before: &WorldState, after: &WorldState)
 pub(crate) fn associate(
     memory: &Memory,
     schema: SchemaId,
-    explained: &[Option<Bound>],
+    explained: &[Option<Instance>],
     around: &WorldState,
 ) -> Vec<Effect> {
     let content = memory.content();
@@ -97,7 +97,7 @@ fn weakest(standing: &[(bool, u32, Observation)]) -> Option<usize> {
 pub(crate) fn references<'a>(
     memory: &'a Memory,
     schema: SchemaId,
-    bound: &'a Bound,
+    bound: &'a Instance,
 ) -> impl Iterator<Item = &'a Observation> {
     let content = memory.content();
     let associated = content.schema(schema).map_or(&[][..], |s| &s.associations);

@@ -4,7 +4,7 @@
 
 use crate::cycle::association::references;
 use crate::memory::Memory;
-use crate::memory::instance::Bound;
+use crate::memory::instance::Instance;
 use crate::nouns::effect::Effect;
 use crate::nouns::schema::SchemaId;
 use crate::nouns::world_state::WorldState;
@@ -13,7 +13,7 @@ use crate::nouns::world_state::WorldState;
 /// reads, each observation once; none when nothing was.
 pub(crate) fn attend<'a>(
     memory: &'a Memory,
-    schemas: impl Iterator<Item = (SchemaId, &'a Option<Bound>)>,
+    schemas: impl Iterator<Item = (SchemaId, &'a Option<Instance>)>,
     before: &WorldState,
     after: &WorldState,
 ) -> Option<Effect> {

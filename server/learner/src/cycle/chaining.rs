@@ -9,7 +9,7 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use crate::cycle::carrier::{Achiever, achiever, carrier, numbered};
-use crate::cycle::search::{self, Found, Node};
+use crate::cycle::search::{self, Node, SearchResult};
 use crate::memory::Memory;
 use crate::memory::groups::{Group, GroupId, Groups};
 use crate::nouns::execution::ChainLink;
@@ -28,12 +28,12 @@ pub(crate) struct Reach {
     ways: Vec<(GroupId, Access)>,
     /// Groups that there were.
     groups: usize,
-    key: Key,
+    key: ReachKey,
 }
 
 /// What a search depends on: whose actions, from which context, over which edges and how probable they are.
 #[derive(Clone, Debug)]
-struct Key {
+struct ReachKey {
     body: BodyId,
     context: WorldState,
     edges_version: u64,
@@ -45,7 +45,7 @@ struct Key {
     schemas: usize,
 }
 
-impl Key {
+impl ReachKey {
     fn holds(&self, memory: &Memory, body: BodyId, world: &WorldState) -> bool {
         let index = memory.index();
         self.body == body
@@ -84,8 +84,8 @@ impl Reach {
     /// Searches from `world` with the actions that `body` has.
     pub(crate) fn search(memory: &Memory, body: BodyId, world: &WorldState) -> Self {
         let context = world.context(memory.rules());
-        let Found { nodes, truncated, asked, strangers } = search::search(memory, body, &context);
-        let key = Key {
+        let SearchResult { nodes, truncated, asked, strangers } = search::search(memory, body, &context);
+        let key = ReachKey {
             body,
             context,
             edges_version: memory.index().edges_version(),

@@ -6,22 +6,22 @@ use std::cell::OnceCell;
 
 use crate::cycle::babbling;
 use crate::cycle::chaining::{self, Access, Reach, achieve};
-use crate::cycle::excitation::{self, Generally, Perceived, Resemblance, Seen};
-use crate::cycle::match_cache::Matched;
+use crate::cycle::excitation::{self, LawExcitation, PairCounts, Percepts, Resemblance};
+use crate::cycle::match_cache::MatchCache;
 use crate::memory::Memory;
-use crate::memory::instance::Bound;
+use crate::memory::instance::Instance;
 use crate::nouns::decision::{CANDIDATES_KEPT_MAX, Candidate, Decision, Reason, Role, Subject};
 use crate::nouns::execution::{ChainLink, Execution};
 use crate::nouns::observation::Substitution;
 use crate::nouns::random::Random;
 use crate::nouns::schema::SchemaId;
-use crate::nouns::terms::{Drive, Kept};
+use crate::nouns::terms::{Drive, TermSource};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
 /// A generalised schema under a binding, or any candidate that is to be shown.
 #[derive(Clone, Debug)]
-struct Scored {
+struct Contender {
     subject: Subject,
     binding: Substitution,
     /// What its pre-conditions are under a binding, as places of the world state; none if that is not known.
@@ -36,7 +36,7 @@ struct Scored {
 
 /// A candidate, in the order in which equals are drawn from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Which {
+enum ContenderKey {
     Concrete(SchemaId),
     /// As an index into the generalised ones.
     Generalised(usize),
@@ -48,7 +48,7 @@ enum Which {
 #[derive(Clone, Debug)]
 pub(crate) struct Choice {
     concrete: Vec<(f64, SchemaId)>,
-    generalised: Vec<Scored>,
+    generalised: Vec<Contender>,
     primitives: Vec<(f64, PrimitiveId)>,
     /// The highest excitation; 0 when nothing is exciting.
     pub(crate) top: f64,
@@ -58,7 +58,7 @@ pub(crate) struct Choice {
 pub(crate) struct Situation<'a> {
     pub(crate) body: BodyId,
     pub(crate) world: &'a WorldState,
-    pub(crate) perceived: &'a Perceived,
+    pub(crate) perceived: &'a PairCounts,
     pub(crate) reach: &'a Reach,
     /// Schemas that the stage still asks to be tried (II-G), ordered.
     pub(crate) unhabituated: &'a [SchemaId],
@@ -68,7 +68,7 @@ pub(crate) struct Situation<'a> {
 
 impl Choice {
     /// Scores everything that could be done.
-    pub(crate) fn new(memory: &Memory, situation: &Situation<'_>, matched: &mut Matched) -> Self {
+    pub(crate) fn new(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCache) -> Self {
         let mut concrete = concrete(memory, situation);
         let generalised = generalised(memory, situation, matched);
         let primitives = primitives(memory, situation);
@@ -85,11 +85,13 @@ impl Choice {
     }
 
     /// All of them, first those that are mostly the most exciting.
-    fn all(&self) -> impl Iterator<Item = (f64, Which)> + '_ {
-        let concrete = self.concrete.iter().map(|(excitation, id)| (*excitation, Which::Concrete(*id)));
+    fn all(&self) -> impl Iterator<Item = (f64, ContenderKey)> + '_ {
+        let concrete =
+            self.concrete.iter().map(|(excitation, id)| (*excitation, ContenderKey::Concrete(*id)));
         let generalised = self.generalised.iter().enumerate();
-        let generalised = generalised.map(|(at, scored)| (scored.excitation, Which::Generalised(at)));
-        let primitives = self.primitives.iter().map(|(excitation, id)| (*excitation, Which::Primitive(*id)));
+        let generalised = generalised.map(|(at, scored)| (scored.excitation, ContenderKey::Generalised(at)));
+        let primitives =
+            self.primitives.iter().map(|(excitation, id)| (*excitation, ContenderKey::Primitive(*id)));
         generalised.chain(primitives).chain(concrete)
     }
 
@@ -119,13 +121,13 @@ impl Choice {
         &self,
         memory: &Memory,
         situation: &Situation<'_>,
-        chosen: Which,
-    ) -> (Vec<Cow<'_, Scored>>, usize) {
-        let first = |a: &(f64, Which), b: &(f64, Which)| {
-            let rest = |which: Which| (which != chosen, which);
+        chosen: ContenderKey,
+    ) -> (Vec<Cow<'_, Contender>>, usize) {
+        let first = |a: &(f64, ContenderKey), b: &(f64, ContenderKey)| {
+            let rest = |which: ContenderKey| (which != chosen, which);
             b.0.total_cmp(&a.0).then_with(|| rest(a.1).cmp(&rest(b.1)))
         };
-        let mut kept: Vec<(f64, Which)> = Vec::with_capacity(CANDIDATES_KEPT_MAX + 1);
+        let mut kept: Vec<(f64, ContenderKey)> = Vec::with_capacity(CANDIDATES_KEPT_MAX + 1);
         self.all().for_each(|candidate| {
             let full = kept.len() == CANDIDATES_KEPT_MAX;
             if full && kept.last().is_some_and(|last| first(last, &candidate).is_lt()) {
@@ -145,17 +147,17 @@ impl Choice {
         memory: &Memory,
         situation: &Situation<'_>,
         excitation: f64,
-        which: Which,
-    ) -> Option<Cow<'_, Scored>> {
+        which: ContenderKey,
+    ) -> Option<Cow<'_, Contender>> {
         let (subject, action) = match which {
-            Which::Concrete(id) => (Subject::Schema(id), memory.index().outline(id)?.action),
-            Which::Generalised(at) => return self.generalised.get(at).map(Cow::Borrowed),
-            Which::Primitive(primitive) => (Subject::Primitive(primitive), primitive),
+            ContenderKey::Concrete(id) => (Subject::Schema(id), memory.index().outline(id)?.action),
+            ContenderKey::Generalised(at) => return self.generalised.get(at).map(Cow::Borrowed),
+            ContenderKey::Primitive(primitive) => (Subject::Primitive(primitive), primitive),
         };
         let reliability = memory.content().reliability(action);
         let value = memory.parameters().babbling_excitation * reliability;
         let (access, drive) = match which {
-            Which::Concrete(id) => {
+            ContenderKey::Concrete(id) => {
                 let wanting = situation.unhabituated.binary_search(&id).is_ok();
                 let drive = Drive { role: Role::Habituation, weight: reliability, value };
                 (access(memory, situation, id), wanting.then_some(drive))
@@ -163,7 +165,7 @@ impl Choice {
             _ => (None, Some(Drive { role: Role::Babbling, weight: reliability, value })),
         };
         let distance = access.map_or(1, |access| access.preceding + 1);
-        Some(Cow::Owned(Scored {
+        Some(Cow::Owned(Contender {
             subject,
             binding: Substitution::new(),
             places: None,
@@ -181,7 +183,7 @@ impl Choice {
 fn explain(
     memory: &Memory,
     situation: &Situation<'_>,
-    shown: &[Cow<'_, Scored>],
+    shown: &[Cow<'_, Contender>],
     reason: Reason,
     action: PrimitiveId,
 ) -> Decision {
@@ -210,21 +212,21 @@ fn explain(
 }
 
 /// What the terms of these candidates will be made of.
-fn keep(memory: &Memory, situation: &Situation<'_>, shown: &[Cow<'_, Scored>]) -> Kept {
+fn keep(memory: &Memory, situation: &Situation<'_>, shown: &[Cow<'_, Contender>]) -> TermSource {
     let Situation { world, perceived, .. } = *situation;
     let seen = OnceCell::new();
-    let seen = || seen.get_or_init(|| Seen::new(memory, world, perceived));
+    let seen = || seen.get_or_init(|| Percepts::new(memory, world, perceived));
     // The one that was needed last: there are often many bindings of one law.
-    let mut law: Option<Generally<'_>> = None;
+    let mut law: Option<LawExcitation<'_>> = None;
     // Most are remembered by little more than their pre-conditions.
     let remembered = shown.iter().map(|scored| scored.places.as_ref().map_or(0, Vec::len) + 2);
-    let mut kept = Kept::new(world, shown.len(), remembered.sum());
+    let mut kept = TermSource::new(world, shown.len(), remembered.sum());
     for scored in shown {
-        let Scored { subject, binding, places, reliability, drive, .. } = &**scored;
+        let Contender { subject, binding, places, reliability, drive, .. } = &**scored;
         kept.add(*drive, |list| match (*subject, places) {
             (Subject::Schema(id), Some(places)) => {
                 if law.as_ref().is_none_or(|law| law.id != id) {
-                    law = Generally::new(memory, id, world, seen());
+                    law = LawExcitation::new(memory, id, world, seen());
                 }
                 law.iter().for_each(|law| law.remember(binding, places, *reliability, list));
             }
@@ -287,17 +289,17 @@ fn reliabilities(memory: &Memory, body: BodyId) -> Vec<Option<f64>> {
 /// Generalised schemas, once for each binding that the world state gives. A concrete schema with the same
 /// pre-conditions and action, example or counter-example, stands in for them: "in any cases where counter
 /// examples exist that contradict generalised solutions these are selected instead" (IV-A).
-fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut Matched) -> Vec<Scored> {
+fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCache) -> Vec<Contender> {
     let Situation { body, world, perceived, reach, .. } = *situation;
     let index = memory.index();
     let mut found = Vec::new();
     if index.generalised().is_empty() {
         return found;
     }
-    let seen = Seen::new(memory, world, perceived);
+    let seen = Percepts::new(memory, world, perceived);
     for id in index.generalised() {
         let Some(generalised) = memory.content().schema(*id).and_then(|s| s.generalised()) else { continue };
-        let Some(generally) = Generally::new(memory, *id, world, &seen) else { continue };
+        let Some(generally) = LawExcitation::new(memory, *id, world, &seen) else { continue };
         for (binding, places) in matched.of(index, *id, generalised, world) {
             let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
             let Some(chaining::Achievement { carrier, access }) =
@@ -318,7 +320,7 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut Matched
             let (subject, carrier, access) = (Subject::Schema(*id), Some(carrier), Some(access));
             if sum > 0.0 {
                 let drive = None;
-                found.push(Scored {
+                found.push(Contender {
                     subject,
                     binding,
                     places: Some(places),
@@ -343,7 +345,7 @@ fn primitives(memory: &Memory, situation: &Situation<'_>) -> Vec<(f64, Primitive
 }
 
 /// What has to be sent to execute the candidate: its own primitive, or the first of a chain to it.
-fn resolve(memory: &Memory, situation: &Situation<'_>, scored: &Scored) -> Option<Execution> {
+fn resolve(memory: &Memory, situation: &Situation<'_>, scored: &Contender) -> Option<Execution> {
     let schema = match scored.subject {
         Subject::Primitive(action) => {
             return Some(Execution {
@@ -383,7 +385,7 @@ pub(crate) fn continue_chain(
 ) -> Option<(Execution, Decision)> {
     let next = chain.first()?;
     let holds = |schema: SchemaId, binding: &Substitution| {
-        Bound::new(memory.content(), schema, binding).is_some_and(|b| situation.world.satisfies(&b.pre))
+        Instance::new(memory.content(), schema, binding).is_some_and(|b| situation.world.satisfies(&b.pre))
     };
     let retired =
         memory.content().schema(next.schema)?.generalised().is_some_and(|generalised| generalised.retired);
@@ -393,7 +395,7 @@ pub(crate) fn continue_chain(
     let execution = allowed.then(|| begin(memory, situation.world, chain.to_vec())).flatten()?;
     let reliability = memory.content().reliability(execution.action);
     let sum = excitation::sum(memory, next.schema, &next.binding, situation.perceived, reliability);
-    let scored = Scored {
+    let scored = Contender {
         subject: Subject::Schema(next.schema),
         binding: next.binding.clone(),
         places: None,

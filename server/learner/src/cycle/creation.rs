@@ -2,8 +2,8 @@
 
 use crate::memory::Memory;
 use crate::memory::draft::Draft;
-use crate::memory::instance::Bound;
-use crate::nouns::effect::{Effect, Seen};
+use crate::memory::instance::Instance;
+use crate::nouns::effect::{Effect, Score};
 use crate::nouns::execution::Execution;
 use crate::nouns::observation::{Observation, Substitution, TypeId};
 use crate::nouns::schema::{Form, POST_CONDITIONS_MAX, SCHEMAS_MAX, SchemaId};
@@ -23,7 +23,7 @@ pub(crate) struct Surprise {
 /// Compares `after` with `before` and the schema's predictions.
 pub(crate) fn surprise(
     memory: &Memory,
-    bound: Option<&Bound>,
+    bound: Option<&Instance>,
     before: &WorldState,
     after: &WorldState,
     lifted: &dyn Fn(TypeId) -> bool,
@@ -176,7 +176,7 @@ fn update(
     lifted: &dyn Fn(TypeId) -> bool,
 ) {
     let memory = draft.memory();
-    let Some(bound) = Bound::new(memory.content(), existing, &Substitution::new()) else { return };
+    let Some(bound) = Instance::new(memory.content(), existing, &Substitution::new()) else { return };
     let new = surprise(memory, Some(&bound), &execution.before, after, lifted);
     // One execution is one trial: the carrier of a generalised schema has been scored already.
     if execution.carrier != Some(existing) {
@@ -201,16 +201,16 @@ fn add_outcomes(draft: &mut Draft<'_>, schema: SchemaId, surprise: &Surprise) {
 pub(crate) fn score(
     memory: &Memory,
     schema: SchemaId,
-    bound: &Bound,
+    bound: &Instance,
     before: &WorldState,
     after: &WorldState,
     lifted: &dyn Fn(TypeId) -> bool,
 ) -> Option<Effect> {
     let content = memory.content();
     let seen = |kind: TypeId, held: bool| match (lifted(kind), held) {
-        (false, _) => Seen::Constrained,
-        (true, true) => Seen::Held,
-        (true, false) => Seen::Missed,
+        (false, _) => Score::Constrained,
+        (true, true) => Score::Held,
+        (true, false) => Score::Missed,
     };
     let post: Vec<_> =
         bound.post.iter().map(|p| seen(p.what.kind(), after.contains(&p.what) != p.absent)).collect();
@@ -218,7 +218,7 @@ pub(crate) fn score(
         .post
         .iter()
         .zip(&post)
-        .all(|(p, seen)| *seen != Seen::Missed || !bound.predicts(p, memory.parameters()));
+        .all(|(p, seen)| *seen != Score::Missed || !bound.predicts(p, memory.parameters()));
     let associations = content
         .schema(schema)?
         .associations

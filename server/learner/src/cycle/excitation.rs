@@ -9,15 +9,15 @@ use crate::memory::outline::Outline;
 use crate::nouns::observation::{Observation, Pattern, PropertyId, Substitution, Value};
 use crate::nouns::schema::{Form, ObservationId, PostCondition, SchemaId};
 use crate::nouns::terms::Role;
-use crate::nouns::terms::{Remembered, value};
+use crate::nouns::terms::{Recollection, value};
 use crate::nouns::world_state::WorldState;
 
 /// How often each (property, value) pair is perceived: what an observation shares with all that is perceived is
 /// the sum over its pairs, so that a crowded world costs no more for each remembered observation.
 #[derive(Debug)]
-pub(crate) struct Perceived(FxHashMap<(PropertyId, Value), u32>);
+pub(crate) struct PairCounts(FxHashMap<(PropertyId, Value), u32>);
 
-impl Perceived {
+impl PairCounts {
     pub(crate) fn new(world: &WorldState) -> Self {
         let mut pairs = FxHashMap::default();
         for pair in world.observations().iter().flat_map(|observation| observation.properties()) {
@@ -97,11 +97,11 @@ impl<'a> Resemblance<'a> {
 
 /// A generalised schema where it is to be weighed under one binding after another: what it refers to are mostly observations
 /// that are perceived, and these are looked up once.
-pub(crate) struct Generally<'a> {
+pub(crate) struct LawExcitation<'a> {
     memory: &'a Memory,
     pub(crate) id: SchemaId,
     world: &'a WorldState,
-    seen: &'a Seen<'a>,
+    seen: &'a Percepts<'a>,
     /// Those of its post-conditions that may excite and are no pre-conditions under every binding.
     post: Vec<&'a PostCondition<Pattern>>,
     /// What it is associated with, under every binding.
@@ -110,13 +110,13 @@ pub(crate) struct Generally<'a> {
 
 /// What is perceived, by place: its number, how many values all that is perceived shares with it, and N(x).
 #[derive(Debug)]
-pub(crate) struct Seen<'a> {
-    perceived: &'a Perceived,
+pub(crate) struct Percepts<'a> {
+    perceived: &'a PairCounts,
     known: Vec<(Option<ObservationId>, u32, u32)>,
 }
 
-impl<'a> Seen<'a> {
-    pub(crate) fn new(memory: &Memory, world: &WorldState, perceived: &'a Perceived) -> Self {
+impl<'a> Percepts<'a> {
+    pub(crate) fn new(memory: &Memory, world: &WorldState, perceived: &'a PairCounts) -> Self {
         let known = world.observations().iter().map(|observation| {
             let id = memory.index().id(observation);
             let attention = id.and_then(|id| memory.content().attention.get(id.index())).copied();
@@ -131,12 +131,12 @@ impl<'a> Seen<'a> {
     }
 }
 
-impl<'a> Generally<'a> {
+impl<'a> LawExcitation<'a> {
     pub(crate) fn new(
         memory: &'a Memory,
         id: SchemaId,
         world: &'a WorldState,
-        seen: &'a Seen<'a>,
+        seen: &'a Percepts<'a>,
     ) -> Option<Self> {
         let schema = memory.content().schema(id)?;
         let known = schema.generalised()?;
@@ -188,10 +188,10 @@ impl<'a> Generally<'a> {
         binding: &Substitution,
         places: &[usize],
         reliability: f64,
-        list: &mut Vec<Remembered>,
+        list: &mut Vec<Recollection>,
     ) {
         let mut add = |role, observation, attention, probability, weight| {
-            list.push(Remembered { role, observation, attention, probability, weight });
+            list.push(Recollection { role, observation, attention, probability, weight });
         };
         for at in places {
             if let (Some(what), Some(seen)) = (self.world.observations().get(*at), self.seen.known.get(*at)) {
@@ -221,13 +221,13 @@ pub(crate) fn remember(
     schema: SchemaId,
     binding: &Substitution,
     reliability: f64,
-    list: &mut Vec<Remembered>,
+    list: &mut Vec<Recollection>,
 ) {
     let content = memory.content();
     let Some(known) = content.schema(schema) else { return };
     let with_post = memory.parameters().excite_by_post_conditions;
     let mut add = |role, observation, attention, probability, weight| {
-        list.push(Remembered { role, observation, attention, probability, weight });
+        list.push(Recollection { role, observation, attention, probability, weight });
     };
     match &known.form {
         Form::Concrete(concrete) => {
@@ -269,7 +269,7 @@ pub(crate) fn sum(
     memory: &Memory,
     schema: SchemaId,
     binding: &Substitution,
-    perceived: &Perceived,
+    perceived: &PairCounts,
     reliability: f64,
 ) -> f64 {
     let mut remembered = Vec::new();

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::cycle::target_action;
 use crate::memory::Memory;
-use crate::memory::matching::{Alike, Case, Parts, Statement, represents};
+use crate::memory::matching::{Case, ConditionRoles, Statement, Symmetry, represents};
 use crate::memory::outline::ClassId;
 use crate::memory::shape::Shape;
 use crate::nouns::effect::Effect;
@@ -15,7 +15,7 @@ use crate::nouns::schema::{Concrete, Generalised, ObservationId, PostCondition, 
 
 /// A generalised schema before it is kept.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Lifted {
+pub(crate) struct Hypothesis {
     pub(crate) pre: Vec<Pattern>,
     pub(crate) target: Vec<Pattern>,
     pub(crate) post: Vec<(Pattern, bool)>,
@@ -42,7 +42,7 @@ pub(crate) fn generalise(memory: &Memory, seed: SchemaId) -> Vec<Effect> {
         return effects;
     };
     if let Some(examples) = examples(memory, &lifted, class) {
-        let Lifted { pre, target, post } = lifted;
+        let Hypothesis { pre, target, post } = lifted;
         effects.push(Effect::Generalised { pre, target, post, parent: seed, examples });
     }
     effects
@@ -124,11 +124,11 @@ const SIMILAR_MAX: usize = 64;
 
 /// The schemas that `lifted` represents of those of `class` that it is tested against, by number; none if it represents too
 /// few of them to be kept.
-fn examples(memory: &Memory, lifted: &Lifted, class: ClassId) -> Option<Vec<SchemaId>> {
+fn examples(memory: &Memory, lifted: &Hypothesis, class: ClassId) -> Option<Vec<SchemaId>> {
     let similar: Vec<_> = memory.index().classes().newest(class).take(SIMILAR_MAX).collect();
     let enough = |examples: usize| is_enough(memory, examples, similar.len());
     let post: Vec<_> = lifted.post.iter().map(|(what, absent)| (what, *absent)).collect();
-    let alike = Alike::new(&lifted.pre, &lifted.target, post.iter().copied());
+    let alike = Symmetry::new(&lifted.pre, &lifted.target, post.iter().copied());
     let law = Statement { pre: &lifted.pre, alike: &alike, target: &lifted.target, post: &post };
     // Bounds what a crowded world full of equal things can cost; beyond it less is generalised, and nothing wrongly.
     let mut budget = ATTEMPTS_MAX;
@@ -153,8 +153,9 @@ fn examples(memory: &Memory, lifted: &Lifted, class: ClassId) -> Option<Vec<Sche
 fn case<'a>(memory: &'a Memory, concrete: &Concrete) -> Case<'a> {
     let content = memory.content();
     let predicted = || concrete.post.iter().filter(|p| memory.parameters().predicts(p.count));
-    let parts =
-        |id: &ObservationId| Parts::all(predicted().filter(|p| p.what == *id).map(|p| Parts::post(p.absent)));
+    let parts = |id: &ObservationId| {
+        ConditionRoles::all(predicted().filter(|p| p.what == *id).map(|p| ConditionRoles::post(p.absent)))
+    };
     let loose = predicted().filter(|p| !concrete.pre.contains(&p.what));
     Case {
         pre: concrete.pre.iter().map(|o| content.observation(*o)).collect(),
@@ -169,7 +170,7 @@ fn achieved<'a>(memory: &'a Memory, concrete: &Concrete) -> Vec<&'a Observation>
 
 /// Replaces by a variable every (property, value) that occurs in the pre-conditions and also in the target
 /// or the post-conditions. Variables are numbered in the order of first occurrence.
-fn lift(memory: &Memory, seed: &Concrete, target: &[Observation]) -> Lifted {
+fn lift(memory: &Memory, seed: &Concrete, target: &[Observation]) -> Hypothesis {
     let content = memory.content();
     let pre: Vec<_> = seed.pre.iter().map(|o| content.observation(*o)).collect();
     let post: Vec<_> = predicted(memory, seed).collect();
@@ -194,7 +195,7 @@ fn lift(memory: &Memory, seed: &Concrete, target: &[Observation]) -> Lifted {
         });
         Pattern::new(observation.kind(), terms)
     };
-    Lifted {
+    Hypothesis {
         pre: pre.into_iter().map(lift_one).collect(),
         target: target.iter().map(lift_one).collect(),
         post: post.iter().map(|p| (lift_one(&p.what), p.absent)).collect(),
@@ -217,7 +218,7 @@ fn predicted<'a>(
 /// the search whether a law in use represents it.
 const ATTEMPTS_MAX: usize = 10_000;
 
-impl From<&Generalised> for Lifted {
+impl From<&Generalised> for Hypothesis {
     fn from(generalised: &Generalised) -> Self {
         Self {
             pre: generalised.pre.to_vec(),
@@ -227,7 +228,7 @@ impl From<&Generalised> for Lifted {
     }
 }
 
-impl Lifted {
+impl Hypothesis {
     /// Whether the same is in memory, in use or retired.
     fn is_known(&self, memory: &Memory) -> bool {
         let post = self.post.iter().map(|(what, absent)| (what, *absent));
@@ -245,21 +246,21 @@ impl Lifted {
 
     /// Whether the two are one but for the names of variables and the order of conditions.
     fn equals(&self, generalised: &Generalised) -> bool {
-        let other = Lifted::from(generalised);
-        let sizes = |l: &Lifted| (l.pre.len(), l.target.len(), l.post.len());
+        let other = Hypothesis::from(generalised);
+        let sizes = |l: &Hypothesis| (l.pre.len(), l.target.len(), l.post.len());
         // Renaming is a binding between variables: a ground instance with a value of its own for each
         // variable is matched by the other, and the other way round.
         sizes(self) == sizes(&other) && self.covers(&other) && other.covers(self)
     }
 
     /// Whether `other`, its variables taken for constants, is an instance of `self`.
-    fn covers(&self, other: &Lifted) -> bool {
+    fn covers(&self, other: &Hypothesis) -> bool {
         let frozen = |patterns: &[Pattern]| patterns.iter().map(freeze).collect::<Vec<_>>();
         let (pre, target) = (frozen(&other.pre), frozen(&other.target));
         let other_post: Vec<_> = other.post.iter().map(|(what, absent)| (freeze(what), *absent)).collect();
         let parts = |one: &Observation| {
             let same = other_post.iter().filter(|(what, _)| what == one);
-            Parts::all(same.map(|(_, absent)| Parts::post(*absent)))
+            ConditionRoles::all(same.map(|(_, absent)| ConditionRoles::post(*absent)))
         };
         let loose = other_post.iter().filter(|(what, _)| !pre.contains(what));
         let case = Case {
@@ -269,7 +270,7 @@ impl Lifted {
         };
         let target: Vec<_> = target.iter().collect();
         let post: Vec<_> = self.post.iter().map(|(what, absent)| (what, *absent)).collect();
-        let alike = Alike::new(&self.pre, &self.target, post.iter().copied());
+        let alike = Symmetry::new(&self.pre, &self.target, post.iter().copied());
         let law = Statement { pre: &self.pre, alike: &alike, target: &self.target, post: &post };
         represents(law, &case, &target, &mut { ATTEMPTS_MAX })
     }

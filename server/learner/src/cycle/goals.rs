@@ -2,7 +2,7 @@
 //! [`crate::cycle::plan`].
 
 use crate::cycle::stages;
-use crate::memory::instance::Bound;
+use crate::memory::instance::Instance;
 use crate::memory::{Content, Memory};
 use crate::nouns::curriculum::Curriculum;
 use crate::nouns::observation::{MATCH_ATTEMPTS_MAX, Observation, Pattern, Substitution, Term};
@@ -116,9 +116,9 @@ pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: Primit
         .filter(|(_, concrete)| world.satisfies(concrete.pre.iter().map(|o| content.observation(*o))))
         .collect();
     let none = Substitution::new();
-    let mut known: Vec<(SchemaId, Substitution, Bound)> = here
+    let mut known: Vec<(SchemaId, Substitution, Instance)> = here
         .iter()
-        .filter_map(|(id, _)| Some((*id, none.clone(), Bound::new(content, *id, &none)?)))
+        .filter_map(|(id, _)| Some((*id, none.clone(), Instance::new(content, *id, &none)?)))
         .collect();
     for id in memory.index().generalised() {
         let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
@@ -126,7 +126,7 @@ pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: Primit
             let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
             let achieved =
                 target.is_some_and(|target| here.iter().any(|(_, c)| predicts(memory, c, &target)));
-            if let Some(bound) = achieved.then(|| Bound::new(content, *id, &binding)).flatten() {
+            if let Some(bound) = achieved.then(|| Instance::new(content, *id, &binding)).flatten() {
                 known.push((*id, binding, bound));
             }
         }

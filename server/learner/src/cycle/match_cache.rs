@@ -16,10 +16,10 @@ pub(crate) type Match = (Substitution, Vec<usize>);
 
 /// The last matches of each law. Follows from what was perceived, and is never part of memory.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Matched(FxHashMap<SchemaId, Last>);
+pub(crate) struct MatchCache(FxHashMap<SchemaId, LawMatches>);
 
 #[derive(Clone, Debug)]
-struct Last {
+struct LawMatches {
     /// The types of its pre-conditions, ordered, each once: nothing else can be matched.
     kinds: Vec<TypeId>,
     /// What was perceived of these types.
@@ -28,7 +28,7 @@ struct Last {
     matches: Vec<Match>,
 }
 
-impl Matched {
+impl MatchCache {
     /// The matches of a law where just `world` is observed, as [`Index::matches`] gives them.
     pub(crate) fn of(
         &mut self,
@@ -40,7 +40,7 @@ impl Matched {
         if self.0.len() >= LAWS_KEPT_MAX && !self.0.contains_key(&id) {
             self.0.clear();
         }
-        let last = self.0.entry(id).or_insert_with(|| Last::new(index, id, law));
+        let last = self.0.entry(id).or_insert_with(|| LawMatches::new(index, id, law));
         let places: Vec<usize> =
             (0..).zip(world.observations()).filter(|(_, o)| last.concerns(o)).map(|(at, _)| at).collect();
         let among = || places.iter().filter_map(|at| world.observations().get(*at));
@@ -54,7 +54,7 @@ impl Matched {
     }
 }
 
-impl Last {
+impl LawMatches {
     /// Before anything was perceived.
     fn new(index: &Index, id: SchemaId, law: &Generalised) -> Self {
         let mut kinds: Vec<_> = law.pre.iter().map(|pattern| pattern.kind()).collect();
@@ -118,7 +118,7 @@ mod tests {
         let memory = memory();
         let seed = 11;
         let mut random = Random::from_seed(seed);
-        let mut matched = Matched::default();
+        let mut matched = MatchCache::default();
         let (mut world, mut found) = (Vec::new(), 0);
         for _ in 0..500 {
             // Something comes, goes or stays; what stays is at other places of the world state when another comes before it.

@@ -8,7 +8,7 @@ use crate::cycle::babbling::executable;
 use crate::cycle::chaining::{Access, Reach};
 use crate::cycle::goals::{best_match, fits, holds};
 use crate::memory::Memory;
-use crate::memory::instance::Bound;
+use crate::memory::instance::Instance;
 use crate::nouns::execution::ChainLink;
 use crate::nouns::observation::{Observation, Substitution};
 use crate::nouns::pursuit::Goal;
@@ -30,7 +30,7 @@ pub struct Plan {
 
 /// What a search for a plan came to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct PlanSearch {
     /// The best plan; none if nothing known leads there.
     pub plan: Option<Plan>,
     /// Whether the search used up its budget, so that there may be a better one.
@@ -65,7 +65,7 @@ impl Plan {
 /// The most probable way to bring `goal` about from `world`; of equals the shortest, then the one whose last
 /// schema is oldest, then the first found. Events of `world` are over: they hold no goal.
 #[must_use]
-pub fn plan(memory: &Memory, body: BodyId, world: &WorldState, goal: &Goal) -> Found {
+pub fn plan(memory: &Memory, body: BodyId, world: &WorldState, goal: &Goal) -> PlanSearch {
     plan_along(memory, body, world, goal, &Reach::search(memory, body, world))
 }
 
@@ -76,13 +76,13 @@ pub(crate) fn plan_along(
     world: &WorldState,
     goal: &Goal,
     reach: &Reach,
-) -> Found {
+) -> PlanSearch {
     if holds(goal, &world.lasting(memory.rules())) {
-        return Found { plan: Some(Plan { steps: Vec::new(), probability: 1.0 }), truncated: false };
+        return PlanSearch { plan: Some(Plan { steps: Vec::new(), probability: 1.0 }), truncated: false };
     }
     let wanted = wanted(memory, goal);
     let start = world.context(memory.rules());
-    let mut found = Found { plan: None, truncated: reach.truncated };
+    let mut found = PlanSearch { plan: None, truncated: reach.truncated };
     let mut weighed = 0;
     for access in reach.all() {
         // Nothing longer is better than what is certain.
@@ -170,7 +170,7 @@ fn generalised_finals(
     for id in memory.index().generalised() {
         let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
         for binding in memory.index().bindings(*id, generalised, reach.context(access).observations()) {
-            let Some(bound) = Bound::new(content, *id, &binding) else { continue };
+            let Some(bound) = Instance::new(content, *id, &binding) else { continue };
             if !has_part(memory, &bound, goal) {
                 continue;
             }
@@ -189,15 +189,15 @@ fn generalised_finals(
 }
 
 /// Whether the schema predicts anything of the goal.
-fn has_part(memory: &Memory, bound: &Bound, goal: &Goal) -> bool {
+fn has_part(memory: &Memory, bound: &Instance, goal: &Goal) -> bool {
     let mut caused = bound.predicted(memory.parameters()).filter(|post| !post.absent);
     caused.any(|post| goal.iter().any(|pattern| fits(pattern, &post.what)))
 }
 
 /// One link of a chain in the context that the links before it lead to.
-struct Placed {
+struct LinkInContext {
     link: ChainLink,
-    bound: Bound,
+    bound: Instance,
     action: PrimitiveId,
     reliability: f64,
     through: Vec<PostCondition<Observation>>,
@@ -228,8 +228,8 @@ fn weigh(memory: &Memory, start: &WorldState, chain: &[ChainLink], goal: &Goal) 
     (probability > 0.0).then_some(Plan { steps, probability })
 }
 
-fn step(placed: &Placed, relies_on: Vec<PostCondition<Observation>>) -> PlanStep {
-    let Placed { link, action, reliability, through, .. } = placed;
+fn step(placed: &LinkInContext, relies_on: Vec<PostCondition<Observation>>) -> PlanStep {
+    let LinkInContext { link, action, reliability, through, .. } = placed;
     let needs = through.iter().chain(&relies_on);
     let probability = needs.fold(*reliability, |product, post| product * likely(post));
     let (link, through) = (link.clone(), through.clone());
@@ -241,12 +241,12 @@ fn likely(post: &PostCondition<Observation>) -> f64 {
     if post.absent { 1.0 - post.count.ratio() } else { post.count.ratio() }
 }
 
-fn place(memory: &Memory, start: &WorldState, chain: &[ChainLink]) -> Option<Vec<Placed>> {
+fn place(memory: &Memory, start: &WorldState, chain: &[ChainLink]) -> Option<Vec<LinkInContext>> {
     let content = memory.content();
     let mut context = start.clone();
     let mut placed = Vec::new();
     for link in chain {
-        let bound = Bound::new(content, link.schema, &link.binding)?;
+        let bound = Instance::new(content, link.schema, &link.binding)?;
         let carrier = content.schema(link.carrier.unwrap_or(link.schema))?.concrete()?;
         let mut pre = bound.pre.clone();
         if link.carrier.is_some() {
@@ -265,13 +265,13 @@ fn place(memory: &Memory, start: &WorldState, chain: &[ChainLink]) -> Option<Vec
         let before = std::mem::replace(&mut context, after);
         let (link, action) = (link.clone(), carrier.action);
         let reliability = memory.content().reliability(action);
-        placed.push(Placed { link, bound, action, reliability, through, pre, context: before });
+        placed.push(LinkInContext { link, bound, action, reliability, through, pre, context: before });
     }
     Some(placed)
 }
 
 /// The context after `bound` in `context`, if all comes about that it predicts.
-fn after(memory: &Memory, context: &WorldState, bound: &Bound) -> WorldState {
+fn after(memory: &Memory, context: &WorldState, bound: &Instance) -> WorldState {
     let mut after = context.observations().to_vec();
     let precondition = |post: &&PostCondition<Observation>| memory.rules().precondition(post.what.kind());
     for post in bound.predicted(memory.parameters()).filter(precondition) {
@@ -286,7 +286,7 @@ fn after(memory: &Memory, context: &WorldState, bound: &Bound) -> WorldState {
 
 /// What `bound` does to `observation`, if it was ever seen to do anything: make it hold or leave it, rather than
 /// end it.
-fn outcome<'a>(bound: &'a Bound, observation: &Observation) -> Option<&'a PostCondition<Observation>> {
+fn outcome<'a>(bound: &'a Instance, observation: &Observation) -> Option<&'a PostCondition<Observation>> {
     let of = |absent| bound.post.iter().find(|p| p.absent == absent && p.what == *observation);
     of(false).or_else(|| of(true))
 }
@@ -295,8 +295,8 @@ type Reliance = (Vec<PostCondition<Observation>>, Vec<Observation>);
 
 /// What the goal needs of the last schema: outcomes that it relies on, and observations that must be there
 /// before, for the schema leaves them.
-fn brings_about(memory: &Memory, last: &Placed, goal: &Goal) -> Option<Reliance> {
-    let Placed { bound, context, .. } = last;
+fn brings_about(memory: &Memory, last: &LinkInContext, goal: &Goal) -> Option<Reliance> {
+    let LinkInContext { bound, context, .. } = last;
     let wanted = |o: &Observation| goal.iter().any(|pattern| fits(pattern, o));
     let caused = bound.predicted(memory.parameters()).filter(|p| !p.absent && wanted(&p.what));
     let caused: Vec<_> = caused.map(|post| (&post.what, post.count.ratio())).collect();

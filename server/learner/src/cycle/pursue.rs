@@ -4,7 +4,7 @@
 
 use crate::cycle::chaining::Reach;
 use crate::cycle::choice::{self, Situation};
-use crate::cycle::excitation::Perceived;
+use crate::cycle::excitation::PairCounts;
 use crate::cycle::goals::holds;
 use crate::cycle::plan::plan_along;
 use crate::cycle::stages;
@@ -12,13 +12,14 @@ use crate::memory::Memory;
 use crate::memory::draft::Draft;
 use crate::memory::notation;
 use crate::nouns::curriculum::Curriculum;
-use crate::nouns::decision::{Decision, ForGoal, Reason};
+use crate::nouns::decision::{Decision, DecisionGoal, Reason};
 use crate::nouns::effect::Effect;
 use crate::nouns::execution::{ChainLink, Execution};
 use crate::nouns::frame::ActionOutcome;
 use crate::nouns::observation::Pattern;
 use crate::nouns::pursuit::{
-    Because, Ending, GOAL_ACTIONS_MAX, GOAL_PATTERNS_MAX, Goal, PlanMade, PursueError, Pursuit, PursuitEffect,
+    Ending, GOAL_ACTIONS_MAX, GOAL_PATTERNS_MAX, Goal, PlanCause, PlanRecord, PursueError, Pursuit,
+    PursuitEffect,
 };
 use crate::nouns::vocabulary::BodyId;
 use crate::nouns::world_state::WorldState;
@@ -111,7 +112,7 @@ pub(crate) fn observed(
 }
 
 /// What came of the execution before, for the choice of the next.
-pub(crate) struct Before<'a> {
+pub(crate) struct PreviousExecution<'a> {
     /// How the body says it went, if it was sent out for the goal.
     pub(crate) outcome: Option<ActionOutcome>,
     /// What was left of the plan.
@@ -125,9 +126,9 @@ pub(crate) fn next(
     body: BodyId,
     world: &WorldState,
     reach: &Reach,
-    before: &Before<'_>,
+    before: &PreviousExecution<'_>,
 ) -> Option<(Execution, Decision)> {
-    let perceived = &Perceived::new(world);
+    let perceived = &PairCounts::new(world);
     let memory = draft.memory();
     let situation = Situation { body, world, perceived, reach, unhabituated: &[], executable: &[] };
     let goal = memory.content().pursuit_of(body)?.goal.clone();
@@ -137,7 +138,7 @@ pub(crate) fn next(
         let plan = found.plan?;
         let chosen = choice::continue_chain(memory, &situation, &plan.chain())?;
         let pursuit = memory.content().pursuit_of(body)?;
-        planned = Some(PlanMade {
+        planned = Some(PlanRecord {
             after_actions: pursuit.actions,
             because: because(pursuit, before),
             chain: plan.chain(),
@@ -157,7 +158,7 @@ pub(crate) fn next(
     execution.for_goal = true;
     decision.reason = Reason::Goal;
     let current = draft.memory().content().pursuit_of(body).and_then(|pursuit| pursuit.plans.last());
-    decision.goal = current.map(|plan| ForGoal {
+    decision.goal = current.map(|plan| DecisionGoal {
         goal,
         chain: plan.chain.clone(),
         at: plan.chain.len().saturating_sub(execution.chain.len() + 1),
@@ -166,12 +167,12 @@ pub(crate) fn next(
     Some((execution, decision))
 }
 
-fn because(pursuit: &Pursuit, before: &Before<'_>) -> Because {
+fn because(pursuit: &Pursuit, before: &PreviousExecution<'_>) -> PlanCause {
     match before.outcome {
-        _ if pursuit.plans_made == 0 => Because::First,
-        None => Because::Interrupted,
-        Some(ActionOutcome::Done) if before.chain.is_empty() => Because::NotReached,
-        Some(ActionOutcome::Done) => Because::NextNotAllowed,
-        Some(_) => Because::NotCarriedOut,
+        _ if pursuit.plans_made == 0 => PlanCause::First,
+        None => PlanCause::Interrupted,
+        Some(ActionOutcome::Done) if before.chain.is_empty() => PlanCause::NotReached,
+        Some(ActionOutcome::Done) => PlanCause::NextNotAllowed,
+        Some(_) => PlanCause::NotCarriedOut,
     }
 }

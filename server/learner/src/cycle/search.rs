@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 use crate::cycle::carrier::carrier;
 use crate::memory::Memory;
 use crate::memory::groups::GroupId;
-use crate::memory::instance::Bound;
+use crate::memory::instance::Instance;
 use crate::memory::outline::Change;
 use crate::nouns::execution::ChainLink;
 use crate::nouns::observation::{Observation, Substitution};
@@ -41,7 +41,7 @@ impl Node {
 
 /// What a search came to.
 #[derive(Debug, Default)]
-pub(crate) struct Found {
+pub(crate) struct SearchResult {
     pub(crate) nodes: Vec<Node>,
     /// Whether it used up its budget, so that there may be more.
     pub(crate) truncated: bool,
@@ -53,19 +53,19 @@ pub(crate) struct Found {
 
 /// The most probable first; of equals the shortest, then the first found. Probabilities are not negative, so that
 /// their bits are in their order.
-type Priority = (u64, Reverse<u32>, Reverse<Place>);
+type Priority = (u64, Reverse<u32>, Reverse<DiscoveryOrder>);
 
 /// When a way is found, going from context to context, and in each first along concrete schemas, then along
 /// generalised ones: from which node, whether generalised, which schema, which of its bindings.
-type Place = (usize, bool, SchemaId, usize);
+type DiscoveryOrder = (usize, bool, SchemaId, usize);
 
-struct Open {
+struct OpenContext {
     context: Box<[ObservationId]>,
     via: Option<(usize, ChainLink)>,
 }
 
 /// Where a context that was found stands.
-enum Standing {
+enum ContextState {
     Waiting(Priority),
     Reached,
 }
@@ -81,10 +81,10 @@ struct Edge {
 struct Search<'a> {
     memory: &'a Memory,
     body: BodyId,
-    found: Found,
+    found: SearchResult,
     budget: usize,
-    waiting: BTreeMap<Priority, Open>,
-    known: FxHashMap<Box<[ObservationId]>, Standing>,
+    waiting: BTreeMap<Priority, OpenContext>,
+    known: FxHashMap<Box<[ObservationId]>, ContextState>,
     /// Observations without a number, each with one that nothing in memory has.
     strangers: Vec<Observation>,
     /// The edges of groups that were come to.
@@ -92,11 +92,11 @@ struct Search<'a> {
 }
 
 /// Searches from `context` with the actions that `body` has.
-pub(crate) fn search(memory: &Memory, body: BodyId, context: &WorldState) -> Found {
+pub(crate) fn search(memory: &Memory, body: BodyId, context: &WorldState) -> SearchResult {
     let mut search = Search {
         memory,
         body,
-        found: Found::default(),
+        found: SearchResult::default(),
         budget: memory.parameters().chain_expansions_max as usize,
         waiting: BTreeMap::new(),
         known: FxHashMap::default(),
@@ -151,9 +151,9 @@ impl Search<'_> {
         via: impl FnOnce() -> Option<(usize, ChainLink)>,
     ) {
         match self.known.get_mut(context) {
-            Some(Standing::Reached) => return,
-            Some(Standing::Waiting(known)) if *known >= priority => return,
-            Some(Standing::Waiting(known)) => {
+            Some(ContextState::Reached) => return,
+            Some(ContextState::Waiting(known)) if *known >= priority => return,
+            Some(ContextState::Waiting(known)) => {
                 let Some(mut open) = self.waiting.remove(known) else { return };
                 *known = priority;
                 open.via = via();
@@ -167,8 +167,8 @@ impl Search<'_> {
             return;
         }
         let context: Box<[_]> = context.into();
-        self.known.insert(context.clone(), Standing::Waiting(priority));
-        self.waiting.insert(priority, Open { context, via: via() });
+        self.known.insert(context.clone(), ContextState::Waiting(priority));
+        self.waiting.insert(priority, OpenContext { context, via: via() });
         if self.waiting.len() > self.room()
             && let Some((_, worst)) = self.waiting.pop_first()
         {
@@ -178,12 +178,12 @@ impl Search<'_> {
     }
 
     /// Enters the best context that waits, and offers what can be reached from there.
-    fn reach(&mut self, (probability, Reverse(depth), _): Priority, best: Open) {
-        let Open { context: ids, via } = best;
+    fn reach(&mut self, (probability, Reverse(depth), _): Priority, best: OpenContext) {
+        let OpenContext { context: ids, via } = best;
         let best = (probability, Reverse(depth + 1), Reverse((0, false, SchemaId(0), 0)));
         let probability = f64::from_bits(probability);
         if let Some(standing) = self.known.get_mut(&ids) {
-            *standing = Standing::Reached;
+            *standing = ContextState::Reached;
         }
         let context = WorldState::new(ids.iter().map(|id| self.observation(*id)));
         let groups = self.memory.index().groups().holding(&ids);
@@ -266,7 +266,7 @@ impl Search<'_> {
             let bindings = memory.index().bindings(*id, generalised, node.context.observations());
             for (number, binding) in bindings.into_iter().enumerate() {
                 let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
-                let (Some(target), Some(bound)) = (target, Bound::new(content, *id, &binding)) else {
+                let (Some(target), Some(bound)) = (target, Instance::new(content, *id, &binding)) else {
                     continue;
                 };
                 let link = |carrier| ChainLink { schema: *id, binding, carrier: Some(carrier) };
@@ -277,10 +277,10 @@ impl Search<'_> {
 
     fn along_binding(
         &mut self,
-        place: Place,
+        place: DiscoveryOrder,
         groups: &[GroupId],
         target: &[Observation],
-        bound: &Bound,
+        bound: &Instance,
         link: impl FnOnce(SchemaId) -> ChainLink,
     ) {
         let memory = self.memory;
@@ -311,7 +311,7 @@ impl Search<'_> {
     }
 
     /// What a schema under a binding predicts that may change a context.
-    fn changes(&mut self, bound: &Bound) -> Vec<Change> {
+    fn changes(&mut self, bound: &Instance) -> Vec<Change> {
         let memory = self.memory;
         let predicted = bound.predicted(memory.parameters());
         let changes = predicted.filter(|post| memory.rules().precondition(post.what.kind())).map(|post| {

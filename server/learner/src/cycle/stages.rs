@@ -4,7 +4,7 @@
 use crate::memory::Memory;
 use crate::memory::draft::Draft;
 use crate::nouns::curriculum::{
-    Afterwards, Argument, Curriculum, Lift, SceneCommand, Stage, Until, Utterance,
+    Afterwards, Argument, Curriculum, Lift, NamedObservation, SceneCommand, Stage, Utterance,
 };
 use crate::nouns::effect::Effect;
 use crate::nouns::observation::{Observation, TypeId, Value};
@@ -127,12 +127,12 @@ fn is_occasion(
     fresh: bool,
     observations: &[Observation],
 ) -> bool {
-    let observed = |what: &Until| observed(vocabulary, what, observations);
+    let observed = |what: &NamedObservation| observed(vocabulary, what, observations);
     utterance.when.as_ref().map_or(fresh, observed) && !utterance.unless.as_ref().is_some_and(observed)
 }
 
 /// What is heard, if the body has a sense that hears it.
-fn as_observation(vocabulary: &Vocabulary, heard: &Until) -> Option<Observation> {
+fn as_observation(vocabulary: &Vocabulary, heard: &NamedObservation) -> Option<Observation> {
     let kind = vocabulary.type_named(&heard.kind)?;
     let properties: Option<Vec<_>> = heard
         .properties
@@ -281,7 +281,7 @@ pub(crate) fn saturate(
 }
 
 /// Whether `until` is observed: its type, with at least its properties.
-fn observed(vocabulary: &Vocabulary, until: &Until, observations: &[Observation]) -> bool {
+fn observed(vocabulary: &Vocabulary, until: &NamedObservation, observations: &[Observation]) -> bool {
     let Some(kind) = vocabulary.type_named(&until.kind) else { return false };
     let has = |observation: &Observation| {
         until.properties.iter().all(|(name, argument)| {

@@ -12,15 +12,15 @@ use crate::cycle::babbling::executable;
 use crate::cycle::chaining::Reach;
 use crate::cycle::choice::{self, Choice, Situation};
 use crate::cycle::creation::{self, Creation};
-use crate::cycle::excitation::Perceived;
+use crate::cycle::excitation::PairCounts;
 use crate::cycle::generalisation;
 use crate::cycle::habituation::unhabituated;
-use crate::cycle::match_cache::Matched;
+use crate::cycle::match_cache::MatchCache;
 use crate::cycle::pursue;
 use crate::cycle::stages::{self, Demand, Novelty, is_lifted};
 use crate::memory::Memory;
 use crate::memory::draft::Draft;
-use crate::memory::instance::Bound;
+use crate::memory::instance::Instance;
 use crate::nouns::curriculum::Curriculum;
 use crate::nouns::decision::Decision;
 use crate::nouns::effect::Effect;
@@ -40,7 +40,7 @@ pub(crate) struct Caches {
     /// The last search for chains.
     reach: Option<Reach>,
     /// The last matches of laws.
-    matched: Matched,
+    matched: MatchCache,
 }
 
 /// One step. The numbers are those of the cycle in `docs/LEARNING.md`.
@@ -72,7 +72,7 @@ pub(crate) fn step(memory: &mut Memory, curriculum: &Curriculum, caches: &mut Ca
     }
     pursue::observed(&mut draft, curriculum, body, &world, acted.is_some());
     // 9 and 10. Choose, and resolve to a primitive: for the goal, if one is pursued.
-    let before = pursue::Before { outcome: outcome.filter(|_| for_goal), chain: &chain };
+    let before = pursue::PreviousExecution { outcome: outcome.filter(|_| for_goal), chain: &chain };
     let turn = pursue(&mut draft, &mut caches.reach, body, &world, &before).unwrap_or_else(|| {
         let chain = if for_goal { &[][..] } else { &chain };
         choose(&mut draft, curriculum, caches, frame, novelty, chain)
@@ -150,7 +150,7 @@ fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifte
         .chain(execution.carrier.map(|carrier| (carrier, &none)))
         .collect();
     let content = draft.memory().content();
-    let reads = |(schema, binding): &(SchemaId, &Substitution)| Bound::new(content, *schema, binding);
+    let reads = |(schema, binding): &(SchemaId, &Substitution)| Instance::new(content, *schema, binding);
     let bounds: Vec<_> = executed.iter().map(reads).collect();
     let bound = execution.schema.and_then(|_| bounds.first()?.as_ref());
     // 3 comes before 2 is applied: a schema's surprise is measured against what it knew beforehand.
@@ -169,7 +169,7 @@ fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifte
     let mut concerned = executed.clone();
     concerned.extend(created.into_iter().chain(updated).map(|schema| (schema, &none)));
     let content = draft.memory().content();
-    let reads = |(schema, binding): &(SchemaId, &Substitution)| Bound::new(content, *schema, binding);
+    let reads = |(schema, binding): &(SchemaId, &Substitution)| Instance::new(content, *schema, binding);
     let explained: Vec<_> = concerned.iter().map(reads).collect();
     let around = WorldState::new(before.observations().iter().chain(after.observations()).cloned());
     for (schema, _) in &concerned {
@@ -224,7 +224,7 @@ fn pursue(
     reach: &mut Option<Reach>,
     body: BodyId,
     world: &WorldState,
-    before: &pursue::Before<'_>,
+    before: &pursue::PreviousExecution<'_>,
 ) -> Option<Turn> {
     let memory = draft.memory();
     if memory.content().progress.held || memory.content().pursuit_of(body).is_none() {
@@ -262,7 +262,7 @@ fn choose(
         let (world, _) = lift(draft.memory(), curriculum, frame);
         let memory = draft.memory();
         let reach = Reach::renew(&mut caches.reach, memory, body, &world);
-        let perceived = Perceived::new(&world);
+        let perceived = PairCounts::new(&world);
         let executable = executable(memory, body, &memory.index().known_ids(&world));
         let wanting = |memory: &Memory| {
             let progress = &memory.content().progress;

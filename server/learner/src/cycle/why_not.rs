@@ -3,23 +3,23 @@
 
 use crate::cycle::babbling::executable;
 use crate::cycle::chaining::{Access, Reach, achieve};
-use crate::cycle::excitation::{self, Perceived};
+use crate::cycle::excitation::{self, PairCounts};
 use crate::cycle::habituation::unhabituated;
 use crate::cycle::stages;
 use crate::memory::Memory;
-use crate::memory::instance::Bound;
+use crate::memory::instance::Instance;
 use crate::memory::matching::can_match;
 use crate::nouns::curriculum::Curriculum;
 use crate::nouns::decision::{Candidate, Decision, Reason, Role, Subject};
 use crate::nouns::execution::ChainLink;
 use crate::nouns::observation::{Observation, Pattern, Substitution};
 use crate::nouns::schema::{Concrete, Form, Generalised, SchemaId};
-use crate::nouns::terms::{Drive, Kept};
+use crate::nouns::terms::{Drive, TermSource};
 use crate::nouns::vocabulary::PrimitiveId;
 
 /// What stood in a schema's way, and how near it was.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Weighed {
+pub struct Reweighing {
     /// What stood in its way; of a generalised schema, in the way of the binding that came nearest.
     pub verdict: Verdict,
     /// That binding.
@@ -52,7 +52,7 @@ pub enum Verdict {
     /// The body does not have its action.
     NotInRepertoire,
     /// Its pre-conditions do not hold, and no chain that was found leads to where they do.
-    PreConditions(Vec<Lacking>),
+    PreConditions(Vec<UnmetCondition>),
     /// Nothing that is known achieves its target from here.
     TargetNotAchievable(Vec<Observation>),
     /// This concrete schema is for exactly this case, and is selected instead (IV-A).
@@ -67,7 +67,7 @@ pub enum Verdict {
 
 /// A pre-condition that does not hold.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lacking {
+pub struct UnmetCondition {
     /// It.
     pub wanted: Pattern,
     /// What was perceived of its type with the most values the same; of equals the first.
@@ -96,7 +96,7 @@ pub fn weigh(
     curriculum: &Curriculum,
     decision: &Decision,
     id: SchemaId,
-) -> Result<Weighed, WeighError> {
+) -> Result<Reweighing, WeighError> {
     let schema = memory.content().schema(id).ok_or(WeighError::Schema)?;
     let reach = Reach::search(memory, decision.body, &decision.world);
     let executable = executable(memory, decision.body, &memory.index().known_ids(&decision.world));
@@ -105,7 +105,7 @@ pub fn weigh(
     let first_step = progress.report().map_or(0, |report| report.first_step);
     let wanting = rule.map(|rule| unhabituated(memory, rule, first_step, &executable));
     let scale =
-        Scale { memory, curriculum, decision, perceived: Perceived::new(&decision.world), reach, wanting };
+        Scale { memory, curriculum, decision, perceived: PairCounts::new(&decision.world), reach, wanting };
     scale.check()?;
     let mut weighed = match &schema.form {
         Form::Concrete(concrete) => scale.concrete(id, concrete),
@@ -129,7 +129,7 @@ struct Scale<'a> {
     memory: &'a Memory,
     curriculum: &'a Curriculum,
     decision: &'a Decision,
-    perceived: Perceived,
+    perceived: PairCounts,
     reach: Reach,
     /// What the stage still asks to be tried, if it is at that.
     wanting: Option<Vec<SchemaId>>,
@@ -219,12 +219,12 @@ impl Scale<'_> {
     }
 
     /// As a candidate, reached by `access`, and what stood in its way as such.
-    fn scored(&self, id: SchemaId, binding: Substitution, action: PrimitiveId, access: Access) -> Weighed {
+    fn scored(&self, id: SchemaId, binding: Substitution, action: PrimitiveId, access: Access) -> Reweighing {
         let (memory, distance) = (self.memory, access.preceding + 1);
         let reliability = memory.content().reliability(action);
         let drive = self.drive(id, reliability);
         let drive = drive.map(|value| Drive { role: Role::Habituation, weight: reliability, value });
-        let mut kept = Kept::new(&self.decision.world, 1, 0);
+        let mut kept = TermSource::new(&self.decision.world, 1, 0);
         kept.add(drive, |list| excitation::remember(memory, id, &binding, reliability, list));
         let excitation = self.excitation(id, &binding, action, distance);
         let top = self.decision.candidates.first().map_or(0.0, |candidate| candidate.excitation);
@@ -240,10 +240,10 @@ impl Scale<'_> {
             Candidate { subject, binding, distance, excitation, terms }
         });
         let chain = self.reach.chain(access);
-        Weighed { candidate, chain, action: Some(action), ..out(verdict, binding) }
+        Reweighing { candidate, chain, action: Some(action), ..out(verdict, binding) }
     }
 
-    fn concrete(&self, id: SchemaId, concrete: &Concrete) -> Weighed {
+    fn concrete(&self, id: SchemaId, concrete: &Concrete) -> Reweighing {
         let weighed = if !self.memory.content().vocabulary.can_do(self.decision.body, concrete.action) {
             out(Verdict::NotInRepertoire, Substitution::new())
         } else if let Some(access) = self.access(id) {
@@ -255,29 +255,29 @@ impl Scale<'_> {
             let lacking = wanted.filter(|wanted| !context.contains(wanted)).map(|o| self.lacking(o.into()));
             out(Verdict::PreConditions(lacking.collect()), Substitution::new())
         };
-        Weighed { action: Some(concrete.action), ..weighed }
+        Reweighing { action: Some(concrete.action), ..weighed }
     }
 
     /// The binding that came nearest: the most exciting; else one that was stood in for, then one that excites nothing,
     /// then one whose target nothing achieves.
-    fn generalised(&self, id: SchemaId, known: &Generalised) -> Weighed {
+    fn generalised(&self, id: SchemaId, known: &Generalised) -> Reweighing {
         if known.retired {
             return out(Verdict::Retired, Substitution::new());
         }
         let world = self.decision.world.observations();
         let found = self.memory.index().bindings(id, known, world);
         let count = found.len();
-        let nearness = |weighed: &Weighed| match &weighed.verdict {
+        let nearness = |weighed: &Reweighing| match &weighed.verdict {
             Verdict::LotFellOnAnother => (4, 0.0),
             Verdict::LessExciting(by) => (3, -by),
             Verdict::StoodInFor(_) => (2, 0.0),
             Verdict::NotExciting => (1, 0.0),
             _ => (0, 0.0),
         };
-        let mut best: Option<Weighed> = None;
+        let mut best: Option<Reweighing> = None;
         for binding in found {
             let weighed = self.bound(id, known, binding);
-            let nearer = |best: &Weighed| {
+            let nearer = |best: &Reweighing| {
                 let (a, b) = (nearness(&weighed), nearness(best));
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).is_gt()
             };
@@ -286,26 +286,26 @@ impl Scale<'_> {
             }
         }
         let lacking = || out(Verdict::PreConditions(self.unbound(&known.pre)), Substitution::new());
-        Weighed { bindings: count, ..best.unwrap_or_else(lacking) }
+        Reweighing { bindings: count, ..best.unwrap_or_else(lacking) }
     }
 
-    fn bound(&self, id: SchemaId, known: &Generalised, binding: Substitution) -> Weighed {
+    fn bound(&self, id: SchemaId, known: &Generalised, binding: Substitution) -> Reweighing {
         let Some((action, access)) = self.achieved(known, &binding) else {
             let target = known.target.iter().filter_map(|pattern| pattern.apply(&binding)).collect();
             return out(Verdict::TargetNotAchievable(target), binding);
         };
-        let bound = Bound::new(self.memory.content(), id, &binding);
+        let bound = Instance::new(self.memory.content(), id, &binding);
         let pre: Vec<_> = bound.iter().flat_map(|bound| &bound.pre).collect();
         let exact = self.memory.index().exact(&pre, action).filter(|_| access.preceding == 0);
         match exact {
-            Some(exact) => Weighed { action: Some(action), ..out(Verdict::StoodInFor(exact), binding) },
+            Some(exact) => Reweighing { action: Some(action), ..out(Verdict::StoodInFor(exact), binding) },
             None => self.scored(id, binding, action, access),
         }
     }
 
     /// Patterns that nothing perceived matches; when each has a match and all together have none, the first that has none
     /// beside those before it.
-    fn unbound(&self, pre: &[Pattern]) -> Vec<Lacking> {
+    fn unbound(&self, pre: &[Pattern]) -> Vec<UnmetCondition> {
         let world = self.decision.world.observations();
         let none = |patterns: &[Pattern]| !can_match(patterns, world);
         let alone: Vec<_> = pre.iter().filter(|pattern| none(std::slice::from_ref(*pattern))).collect();
@@ -314,7 +314,7 @@ impl Scale<'_> {
         lacking.into_iter().map(|pattern| self.lacking(pattern.clone())).collect()
     }
 
-    fn lacking(&self, wanted: Pattern) -> Lacking {
+    fn lacking(&self, wanted: Pattern) -> UnmetCondition {
         let alike = |seen: &Observation| {
             let same =
                 wanted.terms().iter().zip(seen.properties()).filter(|((property, term), (other, value))| {
@@ -329,12 +329,12 @@ impl Scale<'_> {
         let stage = stages::present(self.memory, self.curriculum);
         let lifted = stages::lifted(&self.memory.content().vocabulary, stage);
         let constrained = !stages::is_lifted(&lifted, wanted.kind());
-        Lacking { wanted, nearest, constrained }
+        UnmetCondition { wanted, nearest, constrained }
     }
 }
 
-fn out(verdict: Verdict, binding: Substitution) -> Weighed {
-    Weighed {
+fn out(verdict: Verdict, binding: Substitution) -> Reweighing {
+    Reweighing {
         verdict,
         binding,
         bindings: 0,

@@ -6,7 +6,7 @@ use crate::memory::chunks::Chunks;
 use crate::memory::content::Content;
 use crate::memory::index::Index;
 use crate::memory::outline::Basis;
-use crate::nouns::effect::{Effect, Seen};
+use crate::nouns::effect::{Effect, Score};
 use crate::nouns::effect_error::EffectError;
 use crate::nouns::observation::Observation;
 use crate::nouns::parameters::{Parameters, TypeRules};
@@ -234,8 +234,8 @@ impl Memory {
         &mut self,
         id: SchemaId,
         success: bool,
-        post: &[Seen],
-        associations: &[Seen],
+        post: &[Score],
+        associations: &[Score],
     ) -> Result<(), EffectError> {
         let schema = self.schema_mut(id)?;
         let known = match &schema.form {
@@ -267,10 +267,10 @@ impl Memory {
         Ok(())
     }
 
-    fn score_associations(&mut self, id: SchemaId, seen: &[Seen]) {
+    fn score_associations(&mut self, id: SchemaId, seen: &[Score]) {
         let Self { content, index, rules, .. } = self;
         let Some(before) = content.schema(id) else { return };
-        let held = |at: usize| seen.get(at) == Some(&Seen::Held);
+        let held = |at: usize| seen.get(at) == Some(&Score::Held);
         let held_at: Vec<usize> = (0..before.associations.len()).filter(|at| held(*at)).collect();
         held_at.iter().for_each(|at| index.unrank(id, before, &before.associations[*at]));
         if let Some(schema) = content.schemas.get_mut(id.index()) {
@@ -465,10 +465,10 @@ fn rise(count: Option<&mut u32>) {
     }
 }
 
-fn observe(count: &mut Count, seen: Seen) {
+fn observe(count: &mut Count, seen: Score) {
     match seen {
-        Seen::Held => count.observe(true),
-        Seen::Missed => count.observe(false),
-        Seen::Constrained => (),
+        Score::Held => count.observe(true),
+        Score::Missed => count.observe(false),
+        Score::Constrained => (),
     }
 }

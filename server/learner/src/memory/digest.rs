@@ -5,7 +5,7 @@ use crate::memory::content::Content;
 use crate::nouns::execution::{ChainLink, Execution};
 use crate::nouns::observation::{Observation, Pattern, Substitution, Term, Value};
 use crate::nouns::probability::Count;
-use crate::nouns::pursuit::{Because, Ending};
+use crate::nouns::pursuit::{Ending, PlanCause};
 use crate::nouns::schema::{Form, Schema, SchemaId};
 use crate::nouns::vocabulary::Parameter;
 
@@ -239,11 +239,11 @@ fn pursuit(sink: &mut Sink, content: &Content) {
     for plan in &pursuit.plans {
         sink.number(u64::from(plan.after_actions));
         sink.number(match plan.because {
-            Because::First => 0,
-            Because::NotReached => 1,
-            Because::NextNotAllowed => 2,
-            Because::NotCarriedOut => 3,
-            Because::Interrupted => 4,
+            PlanCause::First => 0,
+            PlanCause::NotReached => 1,
+            PlanCause::NextNotAllowed => 2,
+            PlanCause::NotCarriedOut => 3,
+            PlanCause::Interrupted => 4,
         });
         chain(sink, &plan.chain);
         sink.number(plan.probability.to_bits());

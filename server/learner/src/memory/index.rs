@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 
 use crate::memory::content::Content;
 use crate::memory::groups::{GroupId, Groups, insert};
-use crate::memory::matching::{Alike, bindings, matches};
+use crate::memory::matching::{Symmetry, bindings, matches};
 use crate::memory::outline::{Basis, Classes, Outline, associated};
 use crate::memory::pages::Pages;
 use crate::memory::shape::Shape;
@@ -42,7 +42,7 @@ pub(crate) struct Index {
     /// Generalised schemas in use.
     generalised: Vec<SchemaId>,
     /// By generalised schema: which of its pre-conditions are alike.
-    alike: FxHashMap<SchemaId, Alike>,
+    alike: FxHashMap<SchemaId, Symmetry>,
     /// Those of them that are edges of chains.
     generalised_changing: Vec<SchemaId>,
     /// Generalised schemas taken out of use.
@@ -51,7 +51,7 @@ pub(crate) struct Index {
     /// and the order of conditions.
     by_shape: FxHashMap<Shape, Vec<SchemaId>>,
     /// Who is associated with an event, the one that leads first.
-    events: FxHashMap<ObservationId, BTreeSet<Standing>>,
+    events: FxHashMap<ObservationId, BTreeSet<AssociationRank>>,
     /// Counts changes of the edges of chains and of their probabilities, but for what carries a generalised schema.
     edges_version: u64,
 }
@@ -92,10 +92,10 @@ impl FromIterator<PairId> for Pairs {
 
 /// How firmly a schema is associated with an event: how often, since when, concrete or not, which; the
 /// smaller the firmer.
-pub(crate) type Standing = (Reverse<u32>, u64, bool, SchemaId);
+pub(crate) type AssociationRank = (Reverse<u32>, u64, bool, SchemaId);
 
 /// The standing of one association of `schema`.
-pub(crate) fn standing(id: SchemaId, schema: &Schema, occurrences: u32, since_step: u64) -> Standing {
+pub(crate) fn standing(id: SchemaId, schema: &Schema, occurrences: u32, since_step: u64) -> AssociationRank {
     (Reverse(occurrences), since_step, schema.concrete().is_some(), id)
 }
 
@@ -163,7 +163,7 @@ impl Index {
     fn add_generalised(&mut self, id: SchemaId, generalised: &Generalised, rules: &TypeRules) {
         insert(&mut self.generalised, id);
         let post = generalised.post.iter().map(|p| (&p.what, p.absent));
-        self.alike.insert(id, Alike::new(&generalised.pre, &generalised.target, post));
+        self.alike.insert(id, Symmetry::new(&generalised.pre, &generalised.target, post));
         self.by_shape.entry(Shape::of(generalised)).or_default().push(id);
         let kept = |what: &Pattern| generalised.pre.contains(what);
         let changes =
@@ -278,7 +278,7 @@ impl Index {
     }
 
     /// The firmest association with an event of any schema but `other`.
-    pub(crate) fn leader_beside(&self, event: ObservationId, other: SchemaId) -> Option<&Standing> {
+    pub(crate) fn leader_beside(&self, event: ObservationId, other: SchemaId) -> Option<&AssociationRank> {
         self.events.get(&event)?.iter().find(|(.., id)| *id != other)
     }
 
@@ -366,7 +366,7 @@ impl Index {
     }
 
     /// Which pre-conditions of a generalised schema are alike.
-    pub(crate) fn alike(&self, id: SchemaId) -> Option<&Alike> {
+    pub(crate) fn alike(&self, id: SchemaId) -> Option<&Symmetry> {
         self.alike.get(&id)
     }
 
@@ -388,7 +388,7 @@ impl Index {
 #[cfg(test)]
 mod tests {
     use crate::memory::apply::Memory;
-    use crate::nouns::effect::{Effect, Seen};
+    use crate::nouns::effect::{Effect, Score};
     use crate::nouns::observation::{Observation, Pattern, PropertyId, Term, TypeId, Value, Variable};
     use crate::nouns::parameters::Parameters;
     use crate::nouns::schema::SchemaId;
@@ -441,7 +441,7 @@ mod tests {
         let missed = || Effect::Executed {
             schema: SchemaId(0),
             success: false,
-            post: vec![Seen::Missed, Seen::Missed],
+            post: vec![Score::Missed, Score::Missed],
             associations: Vec::new(),
         };
         vec![

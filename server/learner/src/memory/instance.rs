@@ -7,7 +7,7 @@ use crate::nouns::schema::{Form, PostCondition, SchemaId};
 
 /// Pre- and post-conditions of a schema under a binding.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Bound {
+pub(crate) struct Instance {
     pub(crate) pre: Vec<Observation>,
     pub(crate) post: Vec<PostCondition<Observation>>,
     /// Whether all post-conditions are predictions, as in a generalised schema: it states a law, and gains
@@ -15,7 +15,7 @@ pub(crate) struct Bound {
     law: bool,
 }
 
-impl Bound {
+impl Instance {
     /// The schema under `binding`; `None` if a variable is left unbound or there is no such schema.
     pub(crate) fn new(content: &Content, id: SchemaId, binding: &Substitution) -> Option<Self> {
         match &content.schema(id)?.form {

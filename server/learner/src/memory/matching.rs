@@ -10,25 +10,25 @@ use crate::nouns::observation::{
 
 /// How the conditions of a generalised schema stand to one another.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Alike {
+pub(crate) struct Symmetry {
     /// For each pre-condition the last one before it that is alike, if any. Alike are those that differ only in variables that
     /// occur nowhere else, but in the same condition as post-condition or as target.
     before: Box<[Option<u16>]>,
     /// For each pre-condition as what else it occurs.
-    parts: Box<[Parts]>,
+    parts: Box<[ConditionRoles]>,
     /// Places of those of the target, and of the post-conditions, that are no pre-conditions.
     target: Box<[usize]>,
     post: Box<[usize]>,
 }
 
 /// A condition without the variables that are its own, and as what else it occurs.
-type Likeness = (TypeId, Vec<(PropertyId, Option<Term>)>, Parts);
+type ConditionForm = (TypeId, Vec<(PropertyId, Option<Term>)>, ConditionRoles);
 
 /// What a condition is, besides a pre-condition.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Parts(u8);
+pub(crate) struct ConditionRoles(u8);
 
-impl Parts {
+impl ConditionRoles {
     const TARGET: Self = Self(1);
 
     /// A post-condition.
@@ -46,7 +46,7 @@ impl Parts {
     }
 }
 
-impl Alike {
+impl Symmetry {
     /// Of the pre-conditions of a schema with this target and these post-conditions (each with whether it is an absence).
     pub(crate) fn new<'a>(
         pre: &[Pattern],
@@ -54,7 +54,7 @@ impl Alike {
         post: impl Iterator<Item = (&'a Pattern, bool)>,
     ) -> Self {
         let places: BTreeMap<_, _> = pre.iter().enumerate().map(|(at, pattern)| (pattern, at)).collect();
-        let mut parts = vec![Parts::default(); pre.len()];
+        let mut parts = vec![ConditionRoles::default(); pre.len()];
         // By variable: in how many pre-conditions and in other conditions it occurs.
         let mut occurs: BTreeMap<Variable, usize> = BTreeMap::new();
         let mut count = |pattern: &Pattern| {
@@ -62,7 +62,7 @@ impl Alike {
         };
         pre.iter().for_each(&mut count);
         // Whether it is no pre-condition as well.
-        let mut is_loose = |pattern: &Pattern, part: Parts| match places.get(pattern) {
+        let mut is_loose = |pattern: &Pattern, part: ConditionRoles| match places.get(pattern) {
             Some(at) => {
                 parts[*at].0 |= part.0;
                 false
@@ -74,11 +74,12 @@ impl Alike {
             }
         };
         let target = target.iter().enumerate();
-        let target = target.filter(|(_, what)| is_loose(what, Parts::TARGET)).map(|(at, _)| at).collect();
+        let target =
+            target.filter(|(_, what)| is_loose(what, ConditionRoles::TARGET)).map(|(at, _)| at).collect();
         let post = post.enumerate();
-        let post = post.filter(|(_, (what, absent))| is_loose(what, Parts::post(*absent)));
+        let post = post.filter(|(_, (what, absent))| is_loose(what, ConditionRoles::post(*absent)));
         let post = post.map(|(at, _)| at).collect();
-        let likeness = |(pattern, parts): (&Pattern, &Parts)| -> Likeness {
+        let likeness = |(pattern, parts): (&Pattern, &ConditionRoles)| -> ConditionForm {
             let term = |term: &Term| match term {
                 Term::Variable(variable) if occurs.get(variable) == Some(&1) => None,
                 said => Some(*said),
@@ -86,7 +87,7 @@ impl Alike {
             let terms = pattern.terms().iter().map(|(property, said)| (*property, term(said))).collect();
             (pattern.kind(), terms, *parts)
         };
-        let mut last: BTreeMap<Likeness, u16> = BTreeMap::new();
+        let mut last: BTreeMap<ConditionForm, u16> = BTreeMap::new();
         let likenesses = pre.iter().zip(&parts).map(likeness).zip(0_u16..);
         let before = likenesses.map(|(likeness, at)| last.insert(likeness, at)).collect();
         Self { before, parts: parts.into(), target, post }
@@ -106,7 +107,7 @@ fn variables(pattern: &Pattern) -> impl Iterator<Item = Variable> + '_ {
 /// the one before.
 pub(crate) fn bindings(
     patterns: &[Pattern],
-    alike: &Alike,
+    alike: &Symmetry,
     observations: &[Observation],
     limit: usize,
 ) -> Vec<Substitution> {
@@ -116,15 +117,15 @@ pub(crate) fn bindings(
 /// The same, each with which observations are matched, in their order.
 pub(crate) fn matches(
     patterns: &[Pattern],
-    alike: &Alike,
+    alike: &Symmetry,
     observations: &[Observation],
     limit: usize,
 ) -> Vec<(Substitution, Vec<usize>)> {
     let observations: Vec<_> = observations.iter().collect();
     let mut found = Vec::new();
     // Bounds work on hostile worlds; ordinary ones never reach it.
-    let (mut values, mut budget) = (Values::default(), MATCH_ATTEMPTS_MAX);
-    if let Some(places) = Places::new(patterns, &observations, &values, |_, _| true) {
+    let (mut values, mut budget) = (Assignment::default(), MATCH_ATTEMPTS_MAX);
+    if let Some(places) = Domains::new(patterns, &observations, &values, |_, _| true) {
         let order: Vec<_> = (0..patterns.len()).collect();
         let mut search = Search::new(patterns, alike, &observations, &places, &order, &mut budget);
         search.extend(0, &mut values, &mut |values, used| {
@@ -139,7 +140,7 @@ pub(crate) fn matches(
 
 /// Whether each of `patterns` can match a different one of `observations`, variables the same wherever they occur.
 pub(crate) fn can_match(patterns: &[Pattern], observations: &[Observation]) -> bool {
-    let alike = Alike::new(patterns, &[], std::iter::empty());
+    let alike = Symmetry::new(patterns, &[], std::iter::empty());
     !bindings(patterns, &alike, observations, 1).is_empty()
 }
 
@@ -147,7 +148,7 @@ pub(crate) fn can_match(patterns: &[Pattern], observations: &[Observation]) -> b
 #[derive(Clone, Copy)]
 pub(crate) struct Statement<'a> {
     pub(crate) pre: &'a [Pattern],
-    pub(crate) alike: &'a Alike,
+    pub(crate) alike: &'a Symmetry,
     pub(crate) target: &'a [Pattern],
     /// Each with whether it is an absence.
     pub(crate) post: &'a [(&'a Pattern, bool)],
@@ -158,7 +159,7 @@ pub(crate) struct Case<'a> {
     /// Pre-conditions, in canonical order.
     pub(crate) pre: Vec<&'a Observation>,
     /// For each of them, as what it is predicted. What is achieved is found among `target`.
-    pub(crate) parts: Vec<Parts>,
+    pub(crate) parts: Vec<ConditionRoles>,
     /// What is predicted and is no pre-condition.
     pub(crate) post: Vec<(&'a Observation, bool)>,
 }
@@ -175,7 +176,7 @@ impl Case<'_> {
     }
 
     fn predicted(&self, absent: bool) -> impl Iterator<Item = &Observation> {
-        let part = Parts::post(absent);
+        let part = ConditionRoles::post(absent);
         let kept =
             self.pre.iter().zip(&self.parts).filter(move |(_, parts)| parts.has(part)).map(|(one, _)| *one);
         kept.chain(self.post.iter().filter(move |(_, known)| *known == absent).map(|(what, _)| *what))
@@ -205,7 +206,7 @@ pub(crate) fn represents(
         outcomes.push((pattern, among.collect()));
     }
     outcomes.sort_by_key(|(_, among)| among.len());
-    bring_about(law, case, achieved, &outcomes, &mut Values::default(), budget)
+    bring_about(law, case, achieved, &outcomes, &mut Assignment::default(), budget)
 }
 
 /// Matches the first of `outcomes`, then the rest, then the pre-conditions.
@@ -214,7 +215,7 @@ fn bring_about(
     case: &Case<'_>,
     achieved: &[&Observation],
     outcomes: &[(&Pattern, Vec<&Observation>)],
-    values: &mut Values,
+    values: &mut Assignment,
     budget: &mut usize,
 ) -> bool {
     let Some(((pattern, among), rest)) = outcomes.split_first() else {
@@ -240,25 +241,25 @@ fn hold(
     law: Statement<'_>,
     case: &Case<'_>,
     achieved: &[&Observation],
-    values: &mut Values,
+    values: &mut Assignment,
     budget: &mut usize,
 ) -> bool {
-    let made = |what: &Observation, absent: bool, values: &Values| {
+    let made = |what: &Observation, absent: bool, values: &Assignment| {
         let mut loose = law.alike.post.iter().map(|at| law.post[*at]);
         loose.any(|(pattern, known)| known == absent && values.makes(pattern, what))
     };
     // What is a post-condition too, or part of the target, must be so in the case; and the case must have nothing else.
-    let may = |at: usize, one: usize, values: &Values| {
+    let may = |at: usize, one: usize, values: &Assignment| {
         let (parts, known) = (law.alike.parts[at], case.parts[one]);
         [false, true].into_iter().all(|absent| {
-            let part = Parts::post(absent);
+            let part = ConditionRoles::post(absent);
             parts.has(part) == known.has(part) || (!parts.has(part) && made(case.pre[one], absent, values))
-        }) && (!parts.has(Parts::TARGET) || achieved.contains(&case.pre[one]))
+        }) && (!parts.has(ConditionRoles::TARGET) || achieved.contains(&case.pre[one]))
     };
     if !case.post.iter().all(|(what, absent)| made(what, *absent, values)) {
         return false;
     }
-    let Some(places) = Places::new(law.pre, &case.pre, values, |at, one| may(at, one, values)) else {
+    let Some(places) = Domains::new(law.pre, &case.pre, values, |at, one| may(at, one, values)) else {
         return false;
     };
     let mut order: Vec<_> = (0..law.pre.len()).collect();
@@ -286,18 +287,18 @@ fn spend(budget: &mut usize) -> bool {
 
 /// Values of variables, while they are being found.
 #[derive(Debug, Default)]
-struct Values {
+struct Assignment {
     of: Vec<Option<Value>>,
     /// In the order in which they were bound.
     bound: Vec<Variable>,
 }
 
-impl Values {
+impl Assignment {
     fn get(&self, variable: Variable) -> Option<Value> {
         self.of.get(usize::from(variable.0)).copied().flatten()
     }
 
-    /// Matches `pattern` with `observation`; what it binds in vain is left to [`Values::undo`].
+    /// Matches `pattern` with `observation`; what it binds in vain is left to [`Assignment::undo`].
     fn bind(&mut self, pattern: &Pattern, observation: &Observation) -> bool {
         if !pattern.has_form_of(observation) {
             return false;
@@ -350,7 +351,7 @@ impl Values {
 }
 
 /// For each pattern the observations that it may match, as far as one pair at a time tells.
-struct Places {
+struct Domains {
     all: Vec<usize>,
     /// Where those of each pattern end.
     ends: Vec<usize>,
@@ -358,12 +359,12 @@ struct Places {
     reserved: Vec<Option<usize>>,
 }
 
-impl Places {
+impl Domains {
     /// None if one of the patterns is left without.
     fn new(
         patterns: &[Pattern],
         observations: &[&Observation],
-        values: &Values,
+        values: &Assignment,
         may: impl Fn(usize, usize) -> bool,
     ) -> Option<Self> {
         if patterns.len() > observations.len() {
@@ -392,14 +393,14 @@ impl Places {
 }
 
 /// What is given each match that is found, with which observations it takes, and says whether to stop.
-type Found<'a> = dyn FnMut(&Values, &[bool]) -> bool + 'a;
+type Visitor<'a> = dyn FnMut(&Assignment, &[bool]) -> bool + 'a;
 
 /// A search that matches patterns with different observations.
 struct Search<'a> {
     patterns: &'a [Pattern],
-    alike: &'a Alike,
+    alike: &'a Symmetry,
     observations: &'a [&'a Observation],
-    places: &'a Places,
+    places: &'a Domains,
     /// In which order patterns are matched.
     order: &'a [usize],
     /// By variable: where in that order it occurs last.
@@ -416,9 +417,9 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(
         patterns: &'a [Pattern],
-        alike: &'a Alike,
+        alike: &'a Symmetry,
         observations: &'a [&'a Observation],
-        places: &'a Places,
+        places: &'a Domains,
         order: &'a [usize],
         budget: &'a mut usize,
     ) -> Self {
@@ -446,7 +447,7 @@ impl<'a> Search<'a> {
 
     /// Matches the patterns from `place` on in the order. `found` is given each match of all, and says whether to stop; so
     /// does this, also when the budget is used up.
-    fn extend(&mut self, place: usize, values: &mut Values, found: &mut Found<'_>) -> bool {
+    fn extend(&mut self, place: usize, values: &mut Assignment, found: &mut Visitor<'_>) -> bool {
         let Some(at) = self.order.get(place).copied() else { return found(values, &self.used) };
         let Self { patterns, observations, places, .. } = *self;
         let after =
@@ -484,7 +485,7 @@ impl<'a> Search<'a> {
     }
 
     /// Whether each pattern after `place` that shares a variable bound since `mark` can still match something.
-    fn leaves_room(&self, place: usize, mark: usize, values: &Values) -> bool {
+    fn leaves_room(&self, place: usize, mark: usize, values: &Assignment) -> bool {
         let new = &values.bound[mark..];
         let last = new.iter().map(|variable| self.last.get(usize::from(variable.0)).copied().unwrap_or(0));
         let last = last.max().unwrap_or(0);
@@ -533,7 +534,7 @@ mod tests {
 
     /// As many as there are, of patterns that nothing makes alike.
     fn all(patterns: &[Pattern], observations: &[Observation]) -> Vec<Substitution> {
-        let alike = Alike { before: vec![None; patterns.len()].into(), ..Alike::default() };
+        let alike = Symmetry { before: vec![None; patterns.len()].into(), ..Symmetry::default() };
         bindings(patterns, &alike, observations, usize::MAX)
     }
 
@@ -570,7 +571,7 @@ mod tests {
     #[test]
     fn of_a_dozen_alike_things_each_can_be_touched_in_one_way() {
         let (pre, target, post) = touching(12, 4);
-        let alike = Alike::new(&pre, &target, post.iter().map(|(pattern, absent)| (pattern, *absent)));
+        let alike = Symmetry::new(&pre, &target, post.iter().map(|(pattern, absent)| (pattern, *absent)));
         let table: Vec<_> = (0..12).map(|one| object(one, 100 - i64::from(one))).collect();
         let found = bindings(&pre, &alike, &table, 64);
         let touched: Vec<_> = found.iter().map(|binding| target[0].apply(binding)).collect();
@@ -584,7 +585,7 @@ mod tests {
     fn what_else_a_condition_is_makes_it_unlike() {
         let (pre, target, mut post) = touching(3, 0);
         let of = |post: &[(Pattern, bool)]| {
-            Alike::new(&pre, &target, post.iter().map(|(pattern, absent)| (pattern, *absent)))
+            Symmetry::new(&pre, &target, post.iter().map(|(pattern, absent)| (pattern, *absent)))
         };
         assert_eq!(of(&post).before[..], [None, None, Some(1)]);
         // The last one is taken away.
@@ -596,12 +597,12 @@ mod tests {
     fn a_law_represents_what_reads_like_it_and_nothing_else() {
         let (pre, target, post) = touching(12, 11);
         let post: Vec<_> = post.iter().map(|(pattern, absent)| (pattern, *absent)).collect();
-        let alike = Alike::new(&pre, &target, post.iter().copied());
+        let alike = Symmetry::new(&pre, &target, post.iter().copied());
         let law = Statement { pre: &pre, alike: &alike, target: &target, post: &post };
         let table: Vec<_> = (0..12).map(|one| object(one, 100 - i64::from(one))).collect();
         let at = |field: i64| {
             let there = finger(field);
-            let parts = vec![Parts::post(false); table.len()];
+            let parts = vec![ConditionRoles::post(false); table.len()];
             let case = Case { pre: table.iter().collect(), parts, post: vec![(&there, false)] };
             let mut budget = 200;
             (represents(law, &case, &[&there], &mut budget), budget > 0)

@@ -32,7 +32,7 @@ pub(crate) struct Change {
 
 /// A post-condition in outline.
 #[derive(Clone, Copy, Debug)]
-struct Predicted {
+struct OutcomeOutline {
     what: ObservationId,
     absent: bool,
     /// In Ψ, and can excite: observed, no pre-condition, and of some property.
@@ -44,13 +44,13 @@ struct Predicted {
 
 /// Most schemas have one such post-condition, which then costs no allocation and no cache line of its own.
 #[derive(Clone, Debug)]
-enum List {
-    One(Predicted),
-    Any(Box<[Predicted]>),
+enum OutcomeList {
+    One(OutcomeOutline),
+    Any(Box<[OutcomeOutline]>),
 }
 
-impl List {
-    fn iter(&self) -> std::slice::Iter<'_, Predicted> {
+impl OutcomeList {
+    fn iter(&self) -> std::slice::Iter<'_, OutcomeOutline> {
         match self {
             Self::One(one) => std::slice::from_ref(one).iter(),
             Self::Any(any) => any.iter(),
@@ -58,8 +58,8 @@ impl List {
     }
 }
 
-impl FromIterator<Predicted> for List {
-    fn from_iter<I: IntoIterator<Item = Predicted>>(items: I) -> Self {
+impl FromIterator<OutcomeOutline> for OutcomeList {
+    fn from_iter<I: IntoIterator<Item = OutcomeOutline>>(items: I) -> Self {
         let items: Vec<_> = items.into_iter().collect();
         match items[..] {
             [one] => Self::One(one),
@@ -76,7 +76,7 @@ pub(crate) struct Outline {
     /// Which class it is in.
     pub(crate) class: ClassId,
     /// Its post-conditions that matter to either, in order. As probabilities seldom change, so does this.
-    predicted: List,
+    predicted: OutcomeList,
     /// Which of its associations, by place, may be strong and can excite: the others make no difference.
     pub(crate) associated: u32,
 }
@@ -98,7 +98,7 @@ impl Outline {
             .iter()
             // What it keeps as it was neither excites nor changes anything.
             .filter(|p| p.absent || !concrete.pre.contains(&p.what))
-            .map(|p| Predicted {
+            .map(|p| OutcomeOutline {
                 what: p.what,
                 absent: p.absent,
                 excites: !p.absent && excites(p.what),
@@ -143,13 +143,13 @@ pub(crate) fn associated(Basis { content, rules, parameters }: Basis<'_>, schema
 pub(crate) struct ClassId(u32);
 
 /// The types of pre-conditions, of predicted observed and of predicted absent post-conditions.
-type Likeness = [Vec<TypeId>; 3];
+type ClassKey = [Vec<TypeId>; 3];
 
 /// Classes of schemas with "the same number of the same type of observations for their pre-conditions and
 /// post-conditions" (II-E).
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Classes {
-    by_likeness: FxHashMap<Likeness, ClassId>,
+    by_likeness: FxHashMap<ClassKey, ClassId>,
     /// By class. A tree, for schemas enter and leave large ones.
     members: Vec<BTreeSet<SchemaId>>,
 }

@@ -6,10 +6,10 @@ use crate::nouns::schema::Generalised;
 /// What generalised schemas that differ only in the names of variables and the order of conditions have in common:
 /// their pre-conditions, targets and post-conditions, each without its variables.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Shape([Vec<Nameless>; 3]);
+pub(crate) struct Shape([Vec<VariableFreePattern>; 3]);
 
 /// A pattern, whether it is an absence, and where it has variables.
-type Nameless = (TypeId, bool, Vec<(PropertyId, Option<Value>)>);
+type VariableFreePattern = (TypeId, bool, Vec<(PropertyId, Option<Value>)>);
 
 impl Shape {
     pub(crate) fn new<'a>(
@@ -24,7 +24,7 @@ impl Shape {
             };
             (pattern.kind(), absent, pattern.terms().iter().map(|(p, term)| (*p, value(*term))).collect())
         };
-        let mut lists: [Vec<Nameless>; 3] = [
+        let mut lists: [Vec<VariableFreePattern>; 3] = [
             pre.iter().map(|p| nameless((p, false))).collect(),
             target.iter().map(|p| nameless((p, false))).collect(),
             post.map(nameless).collect(),

@@ -47,7 +47,7 @@ pub struct Stage {
     /// What is arranged at the start of each trial.
     pub arrange: Vec<SceneCommand>,
     /// A trial ends when this is observed.
-    pub until: Option<Until>,
+    pub until: Option<NamedObservation>,
     /// A trial ends when this has not been observed for a while.
     pub until_absent: Option<Absence>,
     /// A trial ends after this many actions; 0 for no such end.
@@ -75,7 +75,7 @@ impl Stage {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Absence {
     /// What was not observed.
-    pub observation: Until,
+    pub observation: NamedObservation,
     /// After how many actions in a row; 1 or more.
     pub actions: u32,
 }
@@ -85,11 +85,11 @@ pub struct Absence {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Utterance {
     /// What is heard: one of these, drawn when there are several.
-    pub heard: Vec<Until>,
+    pub heard: Vec<NamedObservation>,
     /// Said when this is observed; without it in the first frame after the trial has begun.
-    pub when: Option<Until>,
+    pub when: Option<NamedObservation>,
     /// Not said when this is observed.
-    pub unless: Option<Until>,
+    pub unless: Option<NamedObservation>,
     /// How probable it is to be said when there is occasion, in 0..=1.
     pub probability: f64,
     /// How often it is said in one trial at most.
@@ -107,7 +107,7 @@ pub enum Lift {
 
 /// Something that may be observed: a type, and the properties it must have.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Until {
+pub struct NamedObservation {
     /// The observation type's name.
     pub kind: String,
     /// Property names with the values they must have; integers and symbols.

@@ -34,12 +34,12 @@ pub struct Decision {
     /// Whether the search for chains used up its budget.
     pub search_truncated: bool,
     /// The goal and the plan that it follows, when that is the reason.
-    pub goal: Option<ForGoal>,
+    pub goal: Option<DecisionGoal>,
 }
 
 /// What a decision in pursuit of a goal follows.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ForGoal {
+pub struct DecisionGoal {
     /// What is to be brought about.
     pub goal: Vec<Pattern>,
     /// The plan's schemas, in order.

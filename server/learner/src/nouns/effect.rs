@@ -30,9 +30,9 @@ pub enum Effect {
         /// Whether everything it predicts happened.
         success: bool,
         /// One entry a post-condition, in order.
-        post: Vec<Seen>,
+        post: Vec<Score>,
         /// One entry an association, in order.
-        associations: Vec<Seen>,
+        associations: Vec<Score>,
     },
     /// A concrete schema gained an outcome that it did not know.
     OutcomeAdded {
@@ -111,7 +111,7 @@ pub enum Effect {
 
 /// Whether something held after an execution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Seen {
+pub enum Score {
     /// It did.
     Held,
     /// It did not.

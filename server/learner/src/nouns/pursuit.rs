@@ -33,18 +33,18 @@ pub struct Pursuit {
     /// Plans made for it.
     pub plans_made: u32,
     /// The last of them, at most [`PLANS_KEPT_MAX`], the present one at the end.
-    pub plans: Vec<PlanMade>,
+    pub plans: Vec<PlanRecord>,
     /// How it ended; none while it is pursued.
     pub ended: Option<Ending>,
 }
 
 /// A plan made in pursuit of a goal.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PlanMade {
+pub struct PlanRecord {
     /// Actions that had been sent for the goal.
     pub after_actions: u32,
     /// Why it was made.
-    pub because: Because,
+    pub because: PlanCause,
     /// The schemas to execute, in order.
     pub chain: Vec<ChainLink>,
     /// The probability that it brings the goal about.
@@ -55,7 +55,7 @@ pub struct PlanMade {
 
 /// Why a plan was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Because {
+pub enum PlanCause {
     /// It is the first.
     First,
     /// The last schema of the plan before was executed, and the goal does not hold.
@@ -96,7 +96,7 @@ pub enum PursuitEffect {
         actions_max: u32,
     },
     /// A plan was made.
-    Planned(PlanMade),
+    Planned(PlanRecord),
     /// An action was sent for the goal.
     Acted,
     /// It is pursued no more.

@@ -113,9 +113,9 @@ pub struct Schema {
 /// The pre-conditions of schemas that come from elsewhere, to be shared as in a memory that was lived through: most of a
 /// million schemas have them in common.
 #[derive(Debug, Default)]
-pub struct Sharing(FxHashSet<Arc<[ObservationId]>>);
+pub struct PreConditionInterner(FxHashSet<Arc<[ObservationId]>>);
 
-impl Sharing {
+impl PreConditionInterner {
     /// Has the schema share its pre-conditions with those given before it.
     pub fn share(&mut self, schema: &mut Schema) {
         let Form::Concrete(concrete) = &mut schema.form else { return };

@@ -52,7 +52,7 @@ pub enum Role {
 /// The terms of a candidate: a list of [`Term`], made when it is first looked at, and the same whenever that is.
 #[derive(Clone)]
 pub struct Terms {
-    of: Arc<Kept>,
+    of: Arc<TermSource>,
     /// Which candidate's.
     at: usize,
 }
@@ -89,7 +89,7 @@ impl<'a> IntoIterator for &'a Terms {
 
 /// A remembered observation, as equation (1) weighed it.
 #[derive(Clone)]
-pub(crate) struct Remembered {
+pub(crate) struct Recollection {
     pub(crate) role: Role,
     pub(crate) observation: Observation,
     pub(crate) attention: u32,
@@ -97,7 +97,7 @@ pub(crate) struct Remembered {
     pub(crate) weight: f64,
 }
 
-impl Remembered {
+impl Recollection {
     /// What it adds to the sum when it shares so many values with what is perceived.
     pub(crate) fn value(&self, shared: u32) -> f64 {
         value(shared, self.attention, self.probability, self.weight)
@@ -118,16 +118,16 @@ pub(crate) struct Drive {
 }
 
 /// What the terms of a decision's candidates are made of.
-pub(crate) struct Kept {
+pub(crate) struct TermSource {
     world: WorldState,
     /// What the candidates remember, one candidate after another.
-    remembered: Vec<Remembered>,
+    remembered: Vec<Recollection>,
     /// For each candidate where that ends, and its drive.
     candidates: Vec<(usize, Option<Drive>)>,
     made: OnceLock<Vec<Vec<Term>>>,
 }
 
-impl Kept {
+impl TermSource {
     /// Of no candidate yet, of a decision in `world`; with room for so many candidates that remember so many observations.
     pub(crate) fn new(world: &WorldState, candidates: usize, remembered: usize) -> Self {
         Self {
@@ -139,7 +139,7 @@ impl Kept {
     }
 
     /// Adds a candidate: `remember` lists what it remembers, as the schema does.
-    pub(crate) fn add(&mut self, drive: Option<Drive>, remember: impl FnOnce(&mut Vec<Remembered>)) {
+    pub(crate) fn add(&mut self, drive: Option<Drive>, remember: impl FnOnce(&mut Vec<Recollection>)) {
         remember(&mut self.remembered);
         self.candidates.push((self.remembered.len(), drive));
     }
@@ -169,7 +169,7 @@ impl Kept {
     }
 
     /// The terms of one candidate: at most `room` of them, and the rest as one.
-    fn of_one(&self, remembered: &[Remembered], room: usize) -> Vec<Term> {
+    fn of_one(&self, remembered: &[Recollection], room: usize) -> Vec<Term> {
         let mut terms = Vec::new();
         let mut rest: Option<f64> = None;
         for known in remembered {
@@ -180,7 +180,7 @@ impl Kept {
                 }
                 let value = known.value(shared);
                 if terms.len() < room {
-                    let Remembered { role, observation, attention, probability, weight } = known.clone();
+                    let Recollection { role, observation, attention, probability, weight } = known.clone();
                     let pair = Some((observation, seen.clone()));
                     terms.push(Term { role, pair, shared, attention, probability, weight, value });
                 } else {

@@ -206,7 +206,7 @@ pub struct Vocabulary {
 
 /// A vocabulary as plain lists, to be written down and read back.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Parts {
+pub struct VocabularyLists {
     /// Observation types, by number.
     pub types: Vec<ObservationType>,
     /// Property names, by number.
@@ -226,8 +226,8 @@ pub struct Parts {
 impl Vocabulary {
     /// Everything in it, as plain lists.
     #[must_use]
-    pub fn parts(&self) -> Parts {
-        Parts {
+    pub fn lists(&self) -> VocabularyLists {
+        VocabularyLists {
             types: self.types.clone(),
             properties: self.properties.clone(),
             property_kinds: self.property_kinds.clone(),
@@ -242,8 +242,9 @@ impl Vocabulary {
     ///
     /// # Errors
     /// Which list refers to something that is not in the others, or is longer than its limit.
-    pub fn from_parts(parts: Parts) -> Result<Self, &'static str> {
-        let Parts { types, properties, property_kinds, symbols, actions, primitives, bodies } = parts;
+    pub fn from_lists(parts: VocabularyLists) -> Result<Self, &'static str> {
+        let VocabularyLists { types, properties, property_kinds, symbols, actions, primitives, bodies } =
+            parts;
         let fits = |at: usize, list: usize| at < list;
         let sound_types = types.len() <= limits::TYPES_MAX
             && types.iter().all(|kind| {

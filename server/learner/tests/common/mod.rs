@@ -2,7 +2,7 @@
 #![allow(dead_code, unreachable_pub, missing_docs, clippy::unwrap_used)]
 
 use pschema_learner::curriculum::{
-    Afterwards, Argument, Curriculum, Lift, Pool, Saturation, SceneCommand, Stage, Until,
+    Afterwards, Argument, Curriculum, Lift, NamedObservation, Pool, Saturation, SceneCommand, Stage,
 };
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
 use pschema_learner::parameters::Parameters;
@@ -78,7 +78,7 @@ pub fn exp1_s1(within: i64, beyond: i64) -> Curriculum {
         command: "place".into(),
         arguments: vec![("position".into(), Argument::Draw(pool.into()))],
     };
-    let touch = Some(Until { kind: "touch".into(), properties: Vec::new() });
+    let touch = Some(NamedObservation { kind: "touch".into(), properties: Vec::new() });
     let seen = ["finger", "object", "touch"];
     let reaching = |name: &str, pool: &str, trials, actions| Stage {
         trials,

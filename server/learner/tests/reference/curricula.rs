@@ -4,8 +4,8 @@ use proptest::collection::vec;
 use proptest::option::weighted;
 use proptest::prelude::*;
 use pschema_learner::curriculum::{
-    Absence, Afterwards, Argument, Curriculum, Habituation, Lift, Pool, Saturation, SceneCommand, Stage,
-    Until, Utterance,
+    Absence, Afterwards, Argument, Curriculum, Habituation, Lift, NamedObservation, Pool, Saturation,
+    SceneCommand, Stage, Utterance,
 };
 use pschema_learner::parameters::{Parameters, TypeOverride};
 
@@ -23,16 +23,17 @@ fn stage(kinds: usize) -> impl Strategy<Value = Stage> {
     let value = (0..PROPERTIES.len(), 0..4_i64)
         .prop_map(|(at, value)| (PROPERTIES[at].to_owned(), Argument::Integer(value)));
     let until = (0..kinds, vec(value, 0..=1))
-        .prop_map(|(kind, properties)| Until { kind: kind_name(kind), properties });
+        .prop_map(|(kind, properties)| NamedObservation { kind: kind_name(kind), properties });
     let saturation = (0..=30_u8, 1..=4_u32)
         .prop_map(|(level, actions)| Saturation { excitation_below: f64::from(level) / 10.0, actions });
     let habituation = (0..=3_u32, 0..=10_u8)
         .prop_map(|(executions_min, i)| Habituation { executions_min, interval_max: f64::from(i) / 10.0 });
     let word = (0..kinds, 0..4_i64).prop_map(|(kind, value)| {
         let properties = vec![(PROPERTIES[0].to_owned(), Argument::Integer(value))];
-        Until { kind: kind_name(kind), properties }
+        NamedObservation { kind: kind_name(kind), properties }
     });
-    let occasion = (0..kinds).prop_map(|kind| Until { kind: kind_name(kind), properties: Vec::new() });
+    let occasion =
+        (0..kinds).prop_map(|kind| NamedObservation { kind: kind_name(kind), properties: Vec::new() });
     let utterance = (
         vec(word, 1..=2),
         weighted(0.7, occasion.clone()),
@@ -121,7 +122,7 @@ pub(crate) fn paper() -> impl Strategy<Value = Curriculum> {
         let touching = Stage {
             trials,
             arrange: vec![place],
-            until: Some(Until { kind: kind_name(2), properties: Vec::new() }),
+            until: Some(NamedObservation { kind: kind_name(2), properties: Vec::new() }),
             trial_actions_max: 12,
             ..free_play("touching")
         };

@@ -1,6 +1,6 @@
 //! Steps 2 to 6 of the cycle: score, surprise, create, associate, attend.
 
-use pschema_learner::effect::{Effect, Seen};
+use pschema_learner::effect::{Effect, Score};
 use pschema_learner::execution::Execution;
 use pschema_learner::observation::{Observation, Substitution};
 use pschema_learner::probability::Count;
@@ -126,23 +126,23 @@ impl Reference {
         for condition in &schema.post {
             let what = put_in(&condition.what, binding);
             let seen = if !self.lifted(what.kind()) {
-                Seen::Constrained
+                Score::Constrained
             } else if after.contains(&what) != condition.absent {
-                Seen::Held
+                Score::Held
             } else {
-                Seen::Missed
+                Score::Missed
             };
             let predicted = schema.predicts(condition.count, self.memory.parameters.prediction_ratio_min);
-            success &= !(predicted && seen == Seen::Missed);
+            success &= !(predicted && seen == Score::Missed);
             post.push(seen);
         }
         let associations = schema.associations.iter().map(|(observation, ..)| {
             if !self.lifted(observation.kind()) {
-                Seen::Constrained
+                Score::Constrained
             } else if before.contains(observation) || after.contains(observation) {
-                Seen::Held
+                Score::Held
             } else {
-                Seen::Missed
+                Score::Missed
             }
         });
         let associations = associations.collect();

@@ -2,7 +2,7 @@
 //! effects to them.
 
 use pschema_learner::curriculum::Curriculum;
-use pschema_learner::effect::{Effect, Seen};
+use pschema_learner::effect::{Effect, Score};
 use pschema_learner::execution::Execution;
 use pschema_learner::observation::{Observation, Pattern};
 use pschema_learner::parameters::Parameters;
@@ -194,10 +194,10 @@ fn tally(counts: &mut Vec<(Observation, u32)>, observation: &Observation) {
     }
 }
 
-fn count(count: &mut Count, seen: Seen) {
+fn count(count: &mut Count, seen: Score) {
     match seen {
-        Seen::Held => count.observe(true),
-        Seen::Missed => count.observe(false),
-        Seen::Constrained => {}
+        Score::Held => count.observe(true),
+        Score::Missed => count.observe(false),
+        Score::Constrained => {}
     }
 }

@@ -8,7 +8,7 @@ use pschema_learner::execution::{ChainLink, Execution};
 use pschema_learner::observation::{Observation, Pattern, Substitution, Term, Value, Variable};
 use pschema_learner::plan::CHAINS_WEIGHED_MAX;
 use pschema_learner::probability::Count;
-use pschema_learner::pursuit::{Because, Ending, PlanMade, PursuitEffect};
+use pschema_learner::pursuit::{Ending, PlanCause, PlanRecord, PursuitEffect};
 use pschema_learner::schema::SchemaId;
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::world_state::WorldState;
@@ -178,14 +178,14 @@ impl Reference {
         {
             next = self.next_in_chain(&way, world);
             let because = match outcome {
-                _ if pursuit.plans_made == 0 => Because::First,
-                None => Because::Interrupted,
-                Some(ActionOutcome::Done) if chain.is_empty() => Because::NotReached,
-                Some(ActionOutcome::Done) => Because::NextNotAllowed,
-                Some(_) => Because::NotCarriedOut,
+                _ if pursuit.plans_made == 0 => PlanCause::First,
+                None => PlanCause::Interrupted,
+                Some(ActionOutcome::Done) if chain.is_empty() => PlanCause::NotReached,
+                Some(ActionOutcome::Done) => PlanCause::NextNotAllowed,
+                Some(_) => PlanCause::NotCarriedOut,
             };
             let after_actions = pursuit.actions;
-            let plan = PlanMade { after_actions, because, chain: way, probability, truncated: false };
+            let plan = PlanRecord { after_actions, because, chain: way, probability, truncated: false };
             self.emit(Effect::Pursuit(PursuitEffect::Planned(plan)));
         }
         let Some(next) = next else {

@@ -1,6 +1,8 @@
 //! Step 8 of the cycle: developmental control (II-F, II-G).
 
-use pschema_learner::curriculum::{Absence, Afterwards, Argument, Lift, SceneCommand, Stage, Until};
+use pschema_learner::curriculum::{
+    Absence, Afterwards, Argument, Lift, NamedObservation, SceneCommand, Stage,
+};
 use pschema_learner::effect::Effect;
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
 use pschema_learner::progress::{StageCommand, StageCommandError, StageEffect};
@@ -165,7 +167,7 @@ impl Reference {
         }
         self.staged(StageEffect::Spoken { utterances, random: random.state() });
         let position = |names: &[String], name: &str| names.iter().position(|known| known == name);
-        let hear = |words: &Until| {
+        let hear = |words: &NamedObservation| {
             let kind = self.memory.types.iter().position(|known| known.name == words.kind)?;
             let mut properties = Vec::new();
             for (name, value) in &words.properties {
@@ -185,7 +187,7 @@ impl Reference {
         words.iter().filter_map(hear).collect()
     }
 
-    fn observed(&self, until: &Until, observations: &[Observation]) -> bool {
+    fn observed(&self, until: &NamedObservation, observations: &[Observation]) -> bool {
         observations.iter().any(|o| {
             usize::from(o.kind().0) < self.memory.types.len()
                 && self.memory.types[usize::from(o.kind().0)].name == until.kind

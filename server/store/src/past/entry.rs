@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use pschema_learner::effect::{Effect, Seen};
+use pschema_learner::effect::{Effect, Score};
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, Pattern};
 use pschema_learner::progress::StageEffect;
-use pschema_learner::pursuit::{Because, Ending, PursuitEffect};
+use pschema_learner::pursuit::{Ending, PlanCause, PursuitEffect};
 use pschema_learner::vocabulary::{BodyId, Vocabulary};
 use pschema_learner::{ActionOutcome, Frame};
 
@@ -295,11 +295,11 @@ impl Words {
             }
             PursuitEffect::Planned(plan) => {
                 let because = match plan.because {
-                    Because::First => "the first plan",
-                    Because::NotReached => "a new plan, for the goal was not reached",
-                    Because::NextNotAllowed => "a new plan, for the next schema was not allowed",
-                    Because::NotCarriedOut => "a new plan, for an action was not carried out",
-                    Because::Interrupted => "a new plan, for the last was interrupted",
+                    PlanCause::First => "the first plan",
+                    PlanCause::NotReached => "a new plan, for the goal was not reached",
+                    PlanCause::NextNotAllowed => "a new plan, for the next schema was not allowed",
+                    PlanCause::NotCarriedOut => "a new plan, for an action was not carried out",
+                    PlanCause::Interrupted => "a new plan, for the last was interrupted",
                 };
                 let schemas: Vec<_> = plan.chain.iter().map(|link| link.schema.0.to_string()).collect();
                 format!("{because}: schemas {}, probability {:.2}", schemas.join(", "), plan.probability)
@@ -319,9 +319,9 @@ impl Words {
     }
 }
 
-fn executed(schema: u32, success: bool, post: &[Seen]) -> String {
-    let held = post.iter().filter(|seen| **seen == Seen::Held).count();
-    let known = post.iter().filter(|seen| **seen != Seen::Constrained).count();
+fn executed(schema: u32, success: bool, post: &[Score]) -> String {
+    let held = post.iter().filter(|seen| **seen == Score::Held).count();
+    let known = post.iter().filter(|seen| **seen != Score::Constrained).count();
     let verdict = if success { "as predicted" } else { "not as predicted" };
     let outcomes = if known == 1 { "outcome" } else { "outcomes" };
     format!("schema {schema} was executed, {verdict}: {held} of {known} {outcomes} held")

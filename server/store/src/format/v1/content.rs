@@ -11,7 +11,7 @@ use pschema_learner::memory::Content;
 use pschema_learner::observation as seen;
 use pschema_learner::progress::REPORTS_MAX;
 use pschema_learner::random::Random;
-use pschema_learner::schema::{self as live, ObservationId, SchemaId, Sharing};
+use pschema_learner::schema::{self as live, ObservationId, PreConditionInterner, SchemaId};
 use pschema_learner::vocabulary::PrimitiveId;
 use serde::{Deserialize, Serialize};
 
@@ -255,7 +255,7 @@ pub(crate) struct Reading {
     bodies: Vec<Body>,
     pools: Vec<Vec<i64>>,
     reports: Vec<StageReport>,
-    sharing: Sharing,
+    sharing: PreConditionInterner,
     /// Once all of the vocabulary is there.
     content: Option<(Content, Bounds)>,
 }
@@ -276,7 +276,7 @@ impl Reading {
     pub(crate) fn begin(facts: Facts) -> Self {
         let (symbols, primitives, bodies) = (Vec::new(), Vec::new(), Vec::new());
         let (pools, reports, content) = (Vec::new(), Vec::new(), None);
-        let sharing = Sharing::default();
+        let sharing = PreConditionInterner::default();
         Self { facts, symbols, primitives, bodies, pools, reports, sharing, content }
     }
 
@@ -391,7 +391,7 @@ impl Reading {
 struct Filling<'a> {
     content: &'a mut Content,
     bounds: &'a Bounds,
-    sharing: &'a mut Sharing,
+    sharing: &'a mut PreConditionInterner,
 }
 
 impl Filling<'_> {

@@ -98,17 +98,17 @@ fn number(id: Option<SchemaId>) -> Option<u32> {
     id.map(|id| id.0)
 }
 
-impl From<&live::Seen> for Seen {
-    fn from(seen: &live::Seen) -> Self {
+impl From<&live::Score> for Seen {
+    fn from(seen: &live::Score) -> Self {
         match seen {
-            live::Seen::Held => Self::Held,
-            live::Seen::Missed => Self::Missed,
-            live::Seen::Constrained => Self::Constrained,
+            live::Score::Held => Self::Held,
+            live::Score::Missed => Self::Missed,
+            live::Score::Constrained => Self::Constrained,
         }
     }
 }
 
-impl From<Seen> for live::Seen {
+impl From<Seen> for live::Score {
     fn from(seen: Seen) -> Self {
         match seen {
             Seen::Held => Self::Held,

@@ -323,7 +323,7 @@ impl From<Stage> for live::Stage {
             learning: disk.learning,
             trials: disk.trials,
             arrange: back(disk.arrange),
-            until: disk.until.map(live::Until::from),
+            until: disk.until.map(live::NamedObservation::from),
             until_absent: disk.until_absent.map(|absence| live::Absence {
                 observation: absence.observation.into(),
                 actions: absence.actions,
@@ -342,13 +342,13 @@ impl From<Stage> for live::Stage {
     }
 }
 
-impl From<&live::Until> for Until {
-    fn from(live::Until { kind, properties }: &live::Until) -> Self {
+impl From<&live::NamedObservation> for Until {
+    fn from(live::NamedObservation { kind, properties }: &live::NamedObservation) -> Self {
         Self { kind: kind.clone(), properties: named(properties) }
     }
 }
 
-impl From<Until> for live::Until {
+impl From<Until> for live::NamedObservation {
     fn from(Until { kind, properties }: Until) -> Self {
         Self { kind, properties: named_back(properties) }
     }
@@ -381,7 +381,8 @@ impl From<&live::Utterance> for Utterance {
 
 impl From<Utterance> for live::Utterance {
     fn from(Utterance { probability, times_max, heard, when, unless }: Utterance) -> Self {
-        let (when, unless) = (when.map(live::Until::from), unless.map(live::Until::from));
+        let (when, unless) =
+            (when.map(live::NamedObservation::from), unless.map(live::NamedObservation::from));
         Self { heard: back(heard), when, unless, probability, times_max }
     }
 }

@@ -182,14 +182,14 @@ impl TryFrom<StageEffect> for live::StageEffect {
     }
 }
 
-impl From<&pursuit::PlanMade> for PlanMade {
-    fn from(plan: &pursuit::PlanMade) -> Self {
+impl From<&pursuit::PlanRecord> for PlanMade {
+    fn from(plan: &pursuit::PlanRecord) -> Self {
         let because = match plan.because {
-            pursuit::Because::First => Because::First,
-            pursuit::Because::NotReached => Because::NotReached,
-            pursuit::Because::NextNotAllowed => Because::NextNotAllowed,
-            pursuit::Because::NotCarriedOut => Because::NotCarriedOut,
-            pursuit::Because::Interrupted => Because::Interrupted,
+            pursuit::PlanCause::First => Because::First,
+            pursuit::PlanCause::NotReached => Because::NotReached,
+            pursuit::PlanCause::NextNotAllowed => Because::NextNotAllowed,
+            pursuit::PlanCause::NotCarriedOut => Because::NotCarriedOut,
+            pursuit::PlanCause::Interrupted => Because::Interrupted,
         };
         Self {
             after_actions: plan.after_actions,
@@ -201,14 +201,14 @@ impl From<&pursuit::PlanMade> for PlanMade {
     }
 }
 
-impl From<PlanMade> for pursuit::PlanMade {
+impl From<PlanMade> for pursuit::PlanRecord {
     fn from(plan: PlanMade) -> Self {
         let because = match plan.because {
-            Because::First => pursuit::Because::First,
-            Because::NotReached => pursuit::Because::NotReached,
-            Because::NextNotAllowed => pursuit::Because::NextNotAllowed,
-            Because::NotCarriedOut => pursuit::Because::NotCarriedOut,
-            Because::Interrupted => pursuit::Because::Interrupted,
+            Because::First => pursuit::PlanCause::First,
+            Because::NotReached => pursuit::PlanCause::NotReached,
+            Because::NextNotAllowed => pursuit::PlanCause::NextNotAllowed,
+            Because::NotCarriedOut => pursuit::PlanCause::NotCarriedOut,
+            Because::Interrupted => pursuit::PlanCause::Interrupted,
         };
         Self {
             after_actions: plan.after_actions,

@@ -230,7 +230,7 @@ pub(super) fn whole(
         repertoire: body.repertoire.into_iter().map(live::PrimitiveId).collect(),
     });
     let (properties, kinds): (Vec<_>, Vec<_>) = vocabulary.properties.into_iter().unzip();
-    live::Vocabulary::from_parts(live::Parts {
+    live::Vocabulary::from_lists(live::VocabularyLists {
         types: types.collect(),
         properties,
         property_kinds: back(kinds),

@@ -11,10 +11,12 @@ use pschema_learner::notation;
 use pschema_learner::observation::{self as seen, PropertyId, Substitution, SymbolId, Term, TypeId};
 use pschema_learner::probability::Count;
 use pschema_learner::progress::{Progress, REPORTS_MAX, StageReport};
-use pschema_learner::pursuit::{Because, Ending, PLANS_KEPT_MAX, PlanMade, Pursuit};
+use pschema_learner::pursuit::{Ending, PLANS_KEPT_MAX, PlanCause, PlanRecord, Pursuit};
 use pschema_learner::random::Random;
 use pschema_learner::schema::{self as learnt, Form, ObservationId, PostCondition, SCHEMAS_MAX, SchemaId};
-use pschema_learner::vocabulary::{self, BodyId, Parts, PrimitiveId, ValueKind, Vocabulary, limits};
+use pschema_learner::vocabulary::{
+    self, BodyId, PrimitiveId, ValueKind, Vocabulary, VocabularyLists, limits,
+};
 use pschema_learner::world_state::WorldState;
 
 use super::lines::*;
@@ -27,11 +29,11 @@ const POOLS_MAX: usize = 65_536;
 #[derive(Debug)]
 pub(super) struct Reading {
     header: Header,
-    parts: Parts,
+    parts: VocabularyLists,
     known: Known,
     content: Content,
     observed: HashMap<seen::Observation, ObservationId>,
-    sharing: learnt::Sharing,
+    sharing: learnt::PreConditionInterner,
     stands: bool,
     generator: bool,
 }
@@ -78,11 +80,11 @@ impl Reading {
         };
         Ok(Self {
             header: *header,
-            parts: Parts::default(),
+            parts: VocabularyLists::default(),
             known: Known::default(),
             content,
             observed: HashMap::new(),
-            sharing: learnt::Sharing::default(),
+            sharing: learnt::PreConditionInterner::default(),
             stands: false,
             generator: false,
         })
@@ -145,7 +147,7 @@ impl Reading {
                 return Err(format!("the first line speaks of {said} {what}, and there are {there}"));
             }
         }
-        let vocabulary = Vocabulary::from_parts(parts);
+        let vocabulary = Vocabulary::from_lists(parts);
         let wrong = |what| format!("its {what} refer to something that is not there, or are too many");
         content.vocabulary = Arc::new(vocabulary.map_err(wrong)?);
         Ok((header, content))
@@ -318,14 +320,14 @@ impl Reading {
         }
         room("plans", line.plans.len().saturating_sub(1), PLANS_KEPT_MAX)?;
         let plans = line.plans.into_iter().map(|plan| {
-            Ok(PlanMade {
+            Ok(PlanRecord {
                 after_actions: plan.after_actions,
                 because: match plan.because {
-                    BecauseWord::First => Because::First,
-                    BecauseWord::NotReached => Because::NotReached,
-                    BecauseWord::NextNotAllowed => Because::NextNotAllowed,
-                    BecauseWord::NotCarriedOut => Because::NotCarriedOut,
-                    BecauseWord::Interrupted => Because::Interrupted,
+                    BecauseWord::First => PlanCause::First,
+                    BecauseWord::NotReached => PlanCause::NotReached,
+                    BecauseWord::NextNotAllowed => PlanCause::NextNotAllowed,
+                    BecauseWord::NotCarriedOut => PlanCause::NotCarriedOut,
+                    BecauseWord::Interrupted => PlanCause::Interrupted,
                 },
                 chain: self.chain(plan.chain)?,
                 probability: plan.probability,

@@ -7,7 +7,7 @@ use pschema_learner::notation;
 use pschema_learner::observation::{self as seen, Substitution, Term};
 use pschema_learner::probability::Count;
 use pschema_learner::progress::StageReport;
-use pschema_learner::pursuit::{Because, Ending, PlanMade, Pursuit};
+use pschema_learner::pursuit::{Ending, PlanCause, PlanRecord, Pursuit};
 use pschema_learner::schema::{self as learnt, Form, PostCondition};
 use pschema_learner::vocabulary::{self, BodyId, Primitive, ValueKind, Vocabulary, bin_middle};
 
@@ -220,14 +220,14 @@ fn stage(report: &StageReport) -> StageLine {
 }
 
 fn goal(names: Names<'_>, pursuit: &Pursuit) -> GoalLine {
-    let plan = |plan: &PlanMade| PlanLine {
+    let plan = |plan: &PlanRecord| PlanLine {
         after_actions: plan.after_actions,
         because: match plan.because {
-            Because::First => BecauseWord::First,
-            Because::NotReached => BecauseWord::NotReached,
-            Because::NextNotAllowed => BecauseWord::NextNotAllowed,
-            Because::NotCarriedOut => BecauseWord::NotCarriedOut,
-            Because::Interrupted => BecauseWord::Interrupted,
+            PlanCause::First => BecauseWord::First,
+            PlanCause::NotReached => BecauseWord::NotReached,
+            PlanCause::NextNotAllowed => BecauseWord::NextNotAllowed,
+            PlanCause::NotCarriedOut => BecauseWord::NotCarriedOut,
+            PlanCause::Interrupted => BecauseWord::Interrupted,
         },
         chain: plan.chain.iter().map(|one| link(names, one)).collect(),
         probability: plan.probability,
