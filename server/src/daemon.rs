@@ -159,7 +159,7 @@ fn found(
     };
     let wake = move || waker.wake();
     let Opened { learner, seed, changed, store } = pschema_store::open(&keeping.directory, options, wake)?;
-    let found = &store.recovered;
+    let found = store.recovered();
     tracing::info!(
         step = found.step,
         snapshot = found.snapshot_step,

@@ -51,19 +51,19 @@ pub(crate) trait Ledger {
 
 impl Ledger for Store {
     fn append(&mut self, change: &Change<'_>, content: &Content) -> Result<u64, StoreError> {
-        self.writer.append(change, content)
+        Store::append(self, change, content)
     }
 
     fn is_strict(&self) -> bool {
-        self.durability == Durability::Strict
+        self.durability() == Durability::Strict
     }
 
     fn is_durable(&self, batch: u64) -> bool {
-        self.writer.is_durable(batch)
+        Store::is_durable(self, batch)
     }
 
     fn failure(&self) -> Option<StoreError> {
-        self.writer.failure()
+        Store::failure(self)
     }
 }
 
@@ -120,12 +120,12 @@ impl<T> Keeper<T> {
     pub(crate) fn facts(&self) -> Option<Storage> {
         let store = self.ledger.as_ref()?;
         Some(Storage {
-            directory: store.directory.display().to_string(),
-            durability: store.durability.to_string(),
-            durable_step: store.writer.durable_step(),
-            journal_bytes: store.writer.journal_bytes(),
-            oldest_step: store.writer.oldest_step(),
-            snapshot_step: store.writer.snapshot_step(),
+            directory: store.directory().display().to_string(),
+            durability: store.durability().to_string(),
+            durable_step: store.durable_step(),
+            journal_bytes: store.journal_bytes(),
+            oldest_step: store.oldest_step(),
+            snapshot_step: store.snapshot_step(),
         })
     }
 

@@ -13,9 +13,9 @@ use crate::error::StoreError;
 use crate::format::v1::Setting;
 use crate::journal::Place;
 use crate::retention;
+use crate::shared::{Shared, Wake};
 use crate::snapshot;
 use crate::storage::Storage;
-use crate::writer::{Shared, Wake};
 
 /// Memory as it was at a mark that is durable.
 #[derive(Debug)]

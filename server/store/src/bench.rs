@@ -79,25 +79,24 @@ pub fn figures(directory: &Path, schemas: usize) -> Result<Figures, StoreError> 
     let digest_ms = micros(digested.elapsed()) / 1e3;
     drop(content);
     let commits = life.steps(STEPS, |_| true)?;
-    life.store.writer.snapshot_when_grown_by(0);
+    life.store.request_snapshot();
     let started = Instant::now();
-    let snapshot = life.store.writer.snapshot_step();
-    let beside = life.steps(STEPS_MAX, |store| store.writer.snapshot_step() == snapshot)?;
-    while life.store.writer.snapshot_step() == snapshot {
-        if let Some(failure) = life.store.writer.failure() {
+    let snapshot = life.store.snapshot_step();
+    let beside = life.steps(STEPS_MAX, |store| store.snapshot_step() == snapshot)?;
+    while life.store.snapshot_step() == snapshot {
+        if let Some(failure) = life.store.failure() {
             return Err(failure);
         }
         std::thread::sleep(Duration::from_millis(1));
     }
     let snapshot_s = started.elapsed().as_secs_f64();
-    life.store.writer.snapshot_when_grown_by(u64::MAX);
     let step = life.memory.content().step;
-    let (schemas, snapshot_bytes) = (life.memory.content().schemas.len(), life.store.writer.snapshot_bytes());
+    let (schemas, snapshot_bytes) = (life.memory.content().schemas.len(), life.store.snapshot_bytes());
     drop(life);
     let started = Instant::now();
     let Opened { learner, store, .. } = crate::open(directory, options, || ())?;
     let start_s = started.elapsed().as_secs_f64();
-    let found = &store.recovered;
+    let found = store.recovered();
     if found.step != step || before.is_empty() {
         return Err(StoreError::Content(format!("{} of {step} steps were found again", found.step)));
     }
@@ -165,7 +164,7 @@ impl Life {
             self.memory.apply(effect).map_err(|error| StoreError::Content(error.to_string()))?;
         }
         let change = Change { cause, at_unix_ms: 0, effects };
-        self.store.writer.append(&change, self.memory.content())
+        self.store.append(&change, self.memory.content())
     }
 
     fn build(&mut self, schemas: usize) -> Result<(), StoreError> {
@@ -192,8 +191,8 @@ impl Life {
             let began = Instant::now();
             let batch = self.take(Cause::Step(&frame), &effects)?;
             let handed = began.elapsed();
-            while !self.store.writer.is_durable(batch) {
-                if let Some(failure) = self.store.writer.failure() {
+            while !self.store.is_durable(batch) {
+                if let Some(failure) = self.store.failure() {
                     return Err(failure);
                 }
                 // The writer wakes it; the limit is for a writer that died.

@@ -15,9 +15,11 @@ use pschema_learner::vocabulary::BodyId;
 use crate::error::StoreError;
 use crate::format::v1::{self, Record};
 use crate::journal::{self, Place, segments};
+use crate::store::open_in;
 use crate::store_tests::{SIZES, World, attach, curriculum, opened_as, options, settled, step};
 use crate::twin::Twin;
-use crate::{Cause, Change, Options, Retention, Writer, codec, manifest, open_in, recovery, retention};
+use crate::writer::Writer;
+use crate::{Cause, Change, Options, Retention, codec, manifest, recovery, retention};
 
 /// A memory that lived through several daemons, with its digest after every step.
 fn lived(history_bytes: Option<u64>) -> (Twin, Vec<String>) {
@@ -121,7 +123,7 @@ fn eventful(twin: &Twin, steps: u64) -> Learner {
             let options = Options { change: true, parameters: &parameters, ..options };
             let found = open_in(Arc::new(twin.clone()), options, SIZES, Arc::new(|| ())).unwrap();
             assert!(found.changed);
-            (learner, writer) = (found.learner, found.writer);
+            (learner, writer) = (found.learner, found.store.writer);
         }
         match random.below(200) {
             0 => {

@@ -17,11 +17,12 @@ use crate::error::StoreError;
 use crate::format::v1;
 use crate::journal::{Sizes, segment_name, segments};
 use crate::storage::Storage;
+use crate::store::open_in;
 use crate::twin::{Fault, Twin};
+use crate::writer::Writer;
 use crate::{
-    Cause, Change, Durability, Options, Recovered, Retention, Writer, codec, manifest, open_in, recovery,
+    Cause, Change, Durability, Options, Recovered, Retention, codec, frame, manifest, recovery, snapshot,
 };
-use crate::{frame, snapshot};
 
 const FIELDS: i64 = 12;
 pub(crate) const SIZES: Sizes = Sizes { segment_max: 40_000, ahead: 4_000 };
@@ -113,7 +114,8 @@ pub(crate) fn opened_as(
     options: Options<'_>,
 ) -> Result<(Learner, Writer, Recovered), StoreError> {
     let found = open_in(Arc::new(twin.clone()), options, SIZES, Arc::new(|| ()))?;
-    Ok((found.learner, found.writer, found.recovered))
+    let recovered = found.store.recovered().clone();
+    Ok((found.learner, found.store.writer, recovered))
 }
 
 fn opened(twin: &Twin, seed: u64, snapshot_bytes: u64) -> Result<(Learner, Writer, Recovered), StoreError> {

@@ -2,9 +2,9 @@
 //! led to it is durable. What comes in while the disk is at work is written together.
 
 use std::fmt;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -16,12 +16,13 @@ use crate::codec;
 use crate::error::StoreError;
 use crate::format::v1;
 use crate::journal::Journal;
+use crate::shared::{Shared, Wake};
 
 /// Batches that may wait for the disk; beyond it the daemon waits with them.
 const WAITING_MAX: usize = 1_024;
 /// A digest of memory is written after every so many steps, or after as many as there are schemas divided by
 /// 16 when that is more: it takes time.
-pub const DIGEST_STEPS: u64 = 1_024;
+pub(crate) const DIGEST_STEPS: u64 = 1_024;
 const DIGEST_SCHEMAS: u64 = 16;
 /// How old what is not yet durable may get under [`Durability::Relaxed`].
 const RELAXED_MAX: Duration = Duration::from_secs(1);
@@ -40,30 +41,8 @@ struct Checkpoint {
     snapshot: bool,
 }
 
-/// What the threads tell each other and the daemon.
-#[derive(Debug, Default)]
-pub(crate) struct Shared {
-    durable: AtomicU64,
-    durable_step: AtomicU64,
-    /// Bytes that were in the journal at the start, and that were written since.
-    journal_bytes: AtomicU64,
-    /// Of these, removed since.
-    pub(crate) removed_bytes: AtomicU64,
-    pub(crate) oldest_step: AtomicU64,
-    /// The step of the last snapshot, plus one; 0 for none.
-    pub(crate) snapshot: AtomicU64,
-    /// How long it is.
-    pub(crate) snapshot_bytes: AtomicU64,
-    /// Whether the archivist is at work.
-    pub(crate) busy: AtomicBool,
-    failure: Mutex<Option<String>>,
-}
-
-/// Tells the daemon that there is something to see.
-pub(crate) type Wake = Arc<dyn Fn() + Send + Sync>;
-
 /// The thread, from the daemon's side. Dropping it writes what was handed over and ends the thread.
-pub struct Writer {
+pub(crate) struct Writer {
     jobs: Option<SyncSender<Job>>,
     thread: Option<JoinHandle<()>>,
     shared: Arc<Shared>,
@@ -107,13 +86,7 @@ impl Writer {
     pub(crate) fn start(start: Start, wake: Wake) -> Result<Self, StoreError> {
         let (jobs, waiting) = sync_channel(WAITING_MAX);
         let Start { archive, journal, durability, step, snapshot_step, kept, since_snapshot, .. } = start;
-        let shared = Arc::new(Shared {
-            durable_step: step.into(),
-            journal_bytes: kept.bytes.into(),
-            oldest_step: kept.oldest_step.into(),
-            snapshot: snapshot_step.map_or(0, |step| step + 1).into(),
-            ..Shared::default()
-        });
+        let shared = Arc::new(Shared::new(step, snapshot_step, kept));
         let path = archive.storage.path(crate::journal::DIRECTORY);
         let archivist = Archivist::start(archive, shared.clone(), wake.clone())?;
         let mut thread = Thread {
@@ -152,7 +125,7 @@ impl Writer {
     ///
     /// # Errors
     /// When it can't be written, or the thread has failed.
-    pub fn append(&mut self, change: &Change<'_>, content: &Content) -> Result<u64, StoreError> {
+    pub(crate) fn append(&mut self, change: &Change<'_>, content: &Content) -> Result<u64, StoreError> {
         if change.effects.is_empty() {
             return Ok(self.handed);
         }
@@ -201,7 +174,7 @@ impl Writer {
     ///
     /// # Errors
     /// When it can't be written.
-    pub fn finish(mut self, content: &Content) -> Result<(), StoreError> {
+    pub(crate) fn finish(mut self, content: &Content) -> Result<(), StoreError> {
         if self.handed > 0 || !self.at_snapshot {
             let step = content.step;
             let payload = codec::encode(&v1::Record::Mark { step })?;
@@ -221,19 +194,19 @@ impl Writer {
 
     /// Whether the batch of this number is durable.
     #[must_use]
-    pub fn is_durable(&self, batch: u64) -> bool {
+    pub(crate) fn is_durable(&self, batch: u64) -> bool {
         self.shared.durable.load(Ordering::Acquire) >= batch
     }
 
     /// The last step that is durable.
     #[must_use]
-    pub fn durable_step(&self) -> u64 {
+    pub(crate) fn durable_step(&self) -> u64 {
         self.shared.durable_step.load(Ordering::Acquire)
     }
 
     /// Bytes of journal there are.
     #[must_use]
-    pub fn journal_bytes(&self) -> u64 {
+    pub(crate) fn journal_bytes(&self) -> u64 {
         self.written_bytes().saturating_sub(self.shared.removed_bytes.load(Ordering::Acquire))
     }
 
@@ -243,36 +216,36 @@ impl Writer {
 
     /// The oldest step that memory can be returned to.
     #[must_use]
-    pub fn oldest_step(&self) -> u64 {
+    pub(crate) fn oldest_step(&self) -> u64 {
         self.shared.oldest_step.load(Ordering::Acquire)
     }
 
     /// The step of the last snapshot.
     #[must_use]
-    pub fn snapshot_step(&self) -> Option<u64> {
+    pub(crate) fn snapshot_step(&self) -> Option<u64> {
         self.shared.snapshot.load(Ordering::Acquire).checked_sub(1)
     }
 
     /// How long the last snapshot of this run is; 0 before the first.
     #[must_use]
-    pub fn snapshot_bytes(&self) -> u64 {
+    pub(crate) fn snapshot_bytes(&self) -> u64 {
         self.shared.snapshot_bytes.load(Ordering::Acquire)
     }
 
-    /// Has a snapshot made whenever the journal has grown by so much from now on.
-    pub(crate) fn snapshot_when_grown_by(&mut self, bytes: u64) {
-        self.snapshot_bytes = bytes;
+    /// Has a snapshot made with the next change, however little the journal has grown.
+    pub(crate) fn request_snapshot(&mut self) {
+        self.overdue = true;
     }
 
     /// Whether a digest or a snapshot is being made.
-    #[must_use]
-    pub fn is_archiving(&self) -> bool {
+    #[cfg(test)]
+    pub(crate) fn is_archiving(&self) -> bool {
         self.shared.busy.load(Ordering::Acquire)
     }
 
     /// Why nothing more can be written, if so.
     #[must_use]
-    pub fn failure(&self) -> Option<StoreError> {
+    pub(crate) fn failure(&self) -> Option<StoreError> {
         if let Some(failure) = self.shared.failure() {
             return Some(StoreError::Failed(failure));
         }
@@ -284,21 +257,6 @@ impl Writer {
 impl Drop for Writer {
     fn drop(&mut self) {
         self.join();
-    }
-}
-
-impl Shared {
-    pub(crate) fn fail(&self, why: &str) {
-        let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
-        failure.get_or_insert_with(|| why.to_owned());
-    }
-
-    fn failure(&self) -> Option<String> {
-        self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    pub(crate) fn has_failed(&self) -> bool {
-        self.failure().is_some()
     }
 }
 

@@ -179,14 +179,14 @@ fn in_process(directory: &Path, rounds: u32, stop: &Stop, bar: &Bar) -> Result<M
     let mut bare = Bare::new(directory, "bare-1").map_err(disk)?;
     let (mut ours, mut without, mut bared) = (Times::default(), Times::default(), Times::default());
     let mut write = |change: &Change<'_>, content: &_| {
-        let batch = store.writer.append(change, content).map_err(disk)?;
-        while !store.writer.is_durable(batch) {
-            if let Some(failure) = store.writer.failure() {
+        let batch = store.append(change, content).map_err(disk)?;
+        while !store.is_durable(batch) {
+            if let Some(failure) = store.failure() {
                 return Err(disk(failure));
             }
             thread::park_timeout(Duration::from_secs(1));
         }
-        Ok(store.writer.journal_bytes())
+        Ok(store.journal_bytes())
     };
     let declared = Change { cause: Cause::Declared("bench"), at_unix_ms: 0, effects: &effects };
     let mut before = write(&declared, learner.memory().content())?;

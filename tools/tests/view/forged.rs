@@ -25,7 +25,7 @@ pub(crate) fn unlike(data: &Path) -> u64 {
             effects.extend(learner.symbol("forged").1);
         }
         let change = Change { cause: Cause::Step(&frame), at_unix_ms: 0, effects: &effects };
-        store.writer.append(&change, learner.memory().content()).unwrap();
+        store.append(&change, learner.memory().content()).unwrap();
         if decided {
             let last = learner.memory().content().step;
             store.finish(learner.memory()).unwrap();

@@ -14,7 +14,8 @@ use super::*;
 use crate::journal::{Sizes, segment_name};
 use crate::store_tests::{World, curriculum, declaration};
 use crate::twin::Twin;
-use crate::{Change, Durability, Options, Retention, Writer};
+use crate::writer::Writer;
+use crate::{Change, Durability, Options, Retention};
 
 pub(super) const SIZES: Sizes = Sizes { segment_max: 30_000, ahead: 3_000 };
 
@@ -46,8 +47,8 @@ pub(super) fn opened(twin: &Twin, seed: u64, retention: Retention) -> (Learner, 
     let mut options = Options::new("test", seed, &parameters, &curriculum);
     options.durability = Durability::Strict;
     options.retention = retention;
-    let found = crate::open_in(Arc::new(twin.clone()), options, SIZES, Arc::new(|| ())).unwrap();
-    (found.learner, found.writer)
+    let found = crate::store::open_in(Arc::new(twin.clone()), options, SIZES, Arc::new(|| ())).unwrap();
+    (found.learner, found.store.writer)
 }
 
 /// Some lives of `steps` steps each, of one memory. The last one ends as it should, or is cut off.
@@ -305,8 +306,8 @@ fn beside_a_daemon_nothing_sound_is_taken_for_damaged() {
     let mut options = Options::new("test", 9, &parameters, &curriculum);
     options.durability = Durability::Relaxed;
     options.retention = Retention { snapshot_bytes: 40_000, history_bytes: Some(100_000) };
-    let found = crate::open_in(storage, options, SIZES, Arc::new(|| ())).unwrap();
-    let (mut learner, mut writer) = (found.learner, found.writer);
+    let found = crate::store::open_in(storage, options, SIZES, Arc::new(|| ())).unwrap();
+    let (mut learner, mut writer) = (found.learner, found.store.writer);
     let (_, mut effects) = learner.declare(declaration()).unwrap();
     for symbol in ["red", "blue"] {
         effects.extend(learner.symbol(symbol).1);

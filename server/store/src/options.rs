@@ -1,0 +1,78 @@
+//! What a memory is begun with, and how it is kept.
+
+use pschema_learner::curriculum::Curriculum;
+use pschema_learner::parameters::Parameters;
+
+use crate::change::Durability;
+use crate::journal::Sizes;
+
+/// What a memory is begun with, or found again with.
+#[derive(Clone, Copy, Debug)]
+pub struct Options<'a> {
+    /// The learner's name.
+    pub learner: &'a str,
+    /// Where its randomness begins.
+    pub seed: u64,
+    /// Its numbers and switches.
+    pub parameters: &'a Parameters,
+    /// What it is led through.
+    pub curriculum: &'a Curriculum,
+    /// Whether somebody asked for this seed: a memory that was begun with another is refused then.
+    pub seed_given: bool,
+    /// Whether somebody asked for these parameters and this curriculum: a memory that lives under others is refused
+    /// then, unless `change` is set.
+    pub setting_given: bool,
+    /// Whether a memory that lives under other parameters or another curriculum goes on under these.
+    pub change: bool,
+    /// The time now, in milliseconds since 1970: for people, who may look when a memory was changed.
+    pub at_unix_ms: u64,
+    /// When a reply may leave.
+    pub durability: Durability,
+    /// How much is kept.
+    pub retention: Retention,
+}
+
+impl<'a> Options<'a> {
+    /// A memory of this learner, begun with this and nothing else; durable at every step.
+    #[must_use]
+    pub fn new(learner: &'a str, seed: u64, parameters: &'a Parameters, curriculum: &'a Curriculum) -> Self {
+        Self {
+            learner,
+            seed,
+            parameters,
+            curriculum,
+            seed_given: true,
+            setting_given: true,
+            change: false,
+            at_unix_ms: 0,
+            durability: Durability::Strict,
+            retention: Retention::default(),
+        }
+    }
+}
+
+/// How much is kept on disk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Retention {
+    /// A snapshot is made whenever the journal has grown by so many bytes, or by the size of the last snapshot when
+    /// that is more.
+    pub snapshot_bytes: u64,
+    /// Bytes of journal that are kept to return to earlier steps; none: all of it. What the two newest snapshots need
+    /// is always kept.
+    pub history_bytes: Option<u64>,
+}
+
+impl Default for Retention {
+    fn default() -> Self {
+        Self { snapshot_bytes: 64 << 20, history_bytes: Some(8 << 30) }
+    }
+}
+
+impl Retention {
+    /// Segments short enough that history can be dropped in small parts.
+    pub(crate) fn sizes(self) -> Sizes {
+        let default = Sizes::default();
+        let history = self.history_bytes.unwrap_or(u64::MAX);
+        Sizes { segment_max: (history / 8).clamp(1 << 20, default.segment_max), ..default }
+    }
+}

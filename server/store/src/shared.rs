@@ -1,0 +1,54 @@
+//! The state that the daemon, the writer's thread and the archivist's thread have in common.
+
+use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::retention::Kept;
+
+/// What the threads tell each other and the daemon.
+#[derive(Debug, Default)]
+pub(crate) struct Shared {
+    pub(crate) durable: AtomicU64,
+    pub(crate) durable_step: AtomicU64,
+    /// Bytes that were in the journal at the start, and that were written since.
+    pub(crate) journal_bytes: AtomicU64,
+    /// Of these, removed since.
+    pub(crate) removed_bytes: AtomicU64,
+    pub(crate) oldest_step: AtomicU64,
+    /// The step of the last snapshot, plus one; 0 for none.
+    pub(crate) snapshot: AtomicU64,
+    /// How long it is.
+    pub(crate) snapshot_bytes: AtomicU64,
+    /// Whether the archivist is at work.
+    pub(crate) busy: AtomicBool,
+    failure: Mutex<Option<String>>,
+}
+
+/// Tells the daemon that there is something to see.
+pub(crate) type Wake = Arc<dyn Fn() + Send + Sync>;
+
+impl Shared {
+    /// After a start at `step`, with the step of the newest snapshot and what is kept of the journal.
+    pub(crate) fn new(step: u64, snapshot_step: Option<u64>, kept: Kept) -> Self {
+        Self {
+            durable_step: step.into(),
+            journal_bytes: kept.bytes.into(),
+            oldest_step: kept.oldest_step.into(),
+            snapshot: snapshot_step.map_or(0, |step| step + 1).into(),
+            ..Self::default()
+        }
+    }
+
+    pub(crate) fn fail(&self, why: &str) {
+        let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        failure.get_or_insert_with(|| why.to_owned());
+    }
+
+    pub(crate) fn failure(&self) -> Option<String> {
+        self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    pub(crate) fn has_failed(&self) -> bool {
+        self.failure().is_some()
+    }
+}
