@@ -9,9 +9,9 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use pschema_arm::JointPositions;
+use pschema_arm::route::{Heading, OUTWARDS, Waypoint};
 use pschema_protocol::body::Outcome;
-use pschema_sim::manifold::JointPositions;
-use pschema_sim::route::{Heading, OUTWARDS, Waypoint};
 
 use crate::config::Setup;
 use crate::controller::{Controller, Fault, State};
@@ -327,8 +327,7 @@ impl Arm {
     pub fn go(&mut self, to: JointPositions) -> Outcome {
         let connected = self.ensure_connected();
         self.recorder.event("order", &format!("go {} {}", to.j1, to.j2));
-        let range = 0.0..=1.0;
-        let outcome = if range.contains(&to.j1) && range.contains(&to.j2) {
+        let outcome = if to.are_commandable() {
             self.go_recorded(to, connected)
         } else {
             tracing::warn!(j1 = to.j1, j2 = to.j2, "refused: joint positions are 0 to 1");

@@ -4,12 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use pschema_arm::{JointPositions, Percept, Side, action, object_symbol, scene};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Description, Value};
 use pschema_protocol::picture::{FieldMark, Picture};
-use pschema_sim::declare::{Sensed, action, scene};
-use pschema_sim::manifold::JointPositions;
-use pschema_sim::touch::Side;
 use pschema_vision::eye::{Eye, Seen};
 use pschema_vision::image::RgbImage;
 
@@ -36,7 +34,7 @@ pub struct AdeptBody {
     eye: Eye,
     operator: Operator,
     stop: Arc<AtomicBool>,
-    last: Sensed,
+    last: Percept,
     /// What it saw last, and where the fields are in it: for people.
     seen: Option<RgbImage>,
     marks: Vec<FieldMark>,
@@ -72,7 +70,7 @@ impl AdeptBody {
             source,
             operator,
             stop,
-            last: Sensed::default(),
+            last: Percept::default(),
             seen: None,
             asked_at: None,
             told_at: None,
@@ -111,7 +109,7 @@ impl AdeptBody {
     }
 
     /// Looks and feels.
-    fn try_sense(&mut self) -> Result<Sensed, Box<dyn std::error::Error>> {
+    fn try_sense(&mut self) -> Result<Percept, Box<dyn std::error::Error>> {
         let signals = self.arm.signals()?;
         let image = self.source.frame()?;
         let seen = self.eye.look(&image);
@@ -273,23 +271,16 @@ impl Drop for AdeptBody {
 }
 
 /// What touch inputs and a picture come to.
-fn sensed(setup: &Setup, signals: u8, seen: &Seen) -> Sensed {
+fn sensed(setup: &Setup, signals: u8, seen: &Seen) -> Percept {
     let touch = &setup.file.touch;
     let signals = if touch.inverted { !signals & 0b1111 } else { signals & 0b1111 };
-    let felt = |side: &Side| {
-        touch
-            .sides
-            .iter()
-            .enumerate()
-            .any(|(bit, name)| Side::from(*name) == *side && signals & (1 << bit) != 0)
-    };
+    let felt =
+        |side: &Side| touch.sides.iter().enumerate().any(|(bit, of)| of == side && signals & (1 << bit) != 0);
     let field = |(u, v): (f64, f64)| setup.fields.field_at(u, v);
     let object = |(colour, blob): &(usize, pschema_vision::blobs::Blob)| {
-        // The finger's own colour is no symbol of an object.
-        let symbol = if *colour > setup.finger_colour() { colour - 1 } else { *colour };
-        Some((u32::try_from(symbol).ok()?, field(blob.centre_px)?))
+        Some((object_symbol(*colour, setup.finger_colour())?, field(blob.centre_px)?))
     };
-    Sensed {
+    Percept {
         finger: seen.finger.as_ref().and_then(|blob| field(blob.centre_px)),
         objects: seen.objects.iter().filter_map(object).collect(),
         touching: signals != 0,

@@ -7,9 +7,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use pschema_arm::SplitMix;
 use pschema_protocol::body::Outcome;
-use pschema_sim::random::SplitMix;
-use pschema_sim::route::Square;
 use serde::Deserialize;
 use thiserror::Error;
 use toml_edit::{Array, DocumentMut, Item, Table, value};
@@ -156,7 +155,7 @@ fn visit(body: &mut AdeptBody, stop: &AtomicBool) -> Result<Visited, Calibration
         }
         visited.visited += 1;
         let finger = body.find_finger()?;
-        let (across_m, outwards_m) = setup.plane.square_m(node);
+        let (across_m, outwards_m) = setup.plane.at_m(node);
         tracing::info!(across_mm = across_m * 1e3, outwards_mm = outwards_m * 1e3, ?finger, "visited");
         visited.seen.extend(finger.map(|seen_px| ((across_m * 1e3, outwards_m * 1e3), seen_px)));
     }

@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use pschema_sim::route::Waypoint;
+use pschema_arm::route::Waypoint;
 
 use crate::taught::{Joints, Taught};
 
@@ -212,7 +212,7 @@ impl Gate {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use pschema_sim::manifold::JointPositions;
+    use pschema_arm::JointPositions;
 
     use super::*;
     use crate::taught::tests::grid;

@@ -24,7 +24,6 @@ pub mod body;
 pub mod calibration;
 pub mod config;
 pub mod controller;
-pub mod emulator;
 pub mod gate;
 pub mod line;
 mod motion;

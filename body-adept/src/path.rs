@@ -2,8 +2,8 @@
 //! simulated arm does; point by point in the arm's own joints, near enough to each other for the arm, which goes straight
 //! in its joints, to stay on what was taught.
 
-use pschema_sim::manifold::JointPositions;
-use pschema_sim::route::{self, Heading, Square, Waypoint};
+use pschema_arm::JointPositions;
+use pschema_arm::route::{self, Heading, Waypoint};
 
 use crate::config::{Mode, Setup};
 use crate::gate::{LEGS_MAX, Leg, Permitted};
@@ -107,7 +107,7 @@ fn straighten(
 
 /// How far apart two points are, in metres.
 pub(crate) fn way_m(setup: &Setup, (from, to): &(Waypoint, Waypoint)) -> f64 {
-    let (a, b) = (setup.plane.square_m(from.joints), setup.plane.square_m(to.joints));
+    let (a, b) = (setup.plane.at_m(from.joints), setup.plane.at_m(to.joints));
     ((a.0 - b.0).powi(2) + (a.1 - b.1).powi(2) + (from.lift_m - to.lift_m).powi(2)).sqrt()
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use pschema_sim::manifold::JointPositions;
+use pschema_arm::JointPositions;
 use thiserror::Error;
 
 use crate::arm::May;

@@ -3,8 +3,8 @@
 //! interpolated, so that they never leave the values that were taught, whatever arm it is.
 
 use nalgebra::{DVector, Matrix3, Vector3};
-use pschema_sim::manifold::JointPositions;
-use pschema_sim::route::{Square, Waypoint};
+use pschema_arm::JointPositions;
+use pschema_arm::route::Waypoint;
 
 use crate::v_plus::JOINTS_MAX;
 
@@ -256,36 +256,6 @@ fn cell(axis: &[f64], value: f64) -> Option<(usize, f64)> {
     Some((above - 1, (value - low) / (high - low)))
 }
 
-/// What the two joint positions mean on the table: the square that they span.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plane {
-    /// How far `j1` goes from 0 to 1, across, in metres; 0.5 is straight ahead of the base.
-    pub across_m: f64,
-    /// Distance from the base's axis at `j2` = 0, in metres.
-    pub nearest_m: f64,
-    /// How far `j2` goes from 0 to 1, outwards, in metres.
-    pub outwards_m: f64,
-    /// Distance of the rest posture, in metres.
-    pub rest_m: f64,
-}
-
-impl Square for Plane {
-    fn square_m(&self, joints: JointPositions) -> (f64, f64) {
-        ((joints.j1 - 0.5) * self.across_m, self.nearest_m + joints.j2 * self.outwards_m)
-    }
-
-    fn joints_on_square(&self, (across_m, outwards_m): (f64, f64)) -> JointPositions {
-        JointPositions {
-            j1: across_m / self.across_m + 0.5,
-            j2: (outwards_m - self.nearest_m) / self.outwards_m,
-        }
-    }
-
-    fn rest_m(&self) -> f64 {
-        self.rest_m
-    }
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
@@ -370,7 +340,7 @@ pub(crate) mod tests {
     fn every_point_of_the_shipped_grid_is_located() {
         let setup = crate::config::Setup::load("emulated").unwrap();
         let (taught, tolerances) = (setup.gate.taught(), setup.gate.tolerances());
-        let mut random = pschema_sim::random::SplitMix::new(7);
+        let mut random = pschema_arm::SplitMix::new(7);
         let mut share = || (random.within_one() + 1.0) / 2.0;
         let mut found = 0;
         for _ in 0..3000 {

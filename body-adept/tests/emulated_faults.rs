@@ -15,11 +15,11 @@ use std::time::{Duration, Instant};
 
 use pschema_adept::arm::{Arm, Phase};
 use pschema_adept::config::Setup;
-use pschema_adept::emulator::{Joints, Speaks};
 use pschema_adept::line::record::Recorder;
+use pschema_arm::SplitMix;
+use pschema_arm::route::Waypoint;
 use pschema_protocol::body::Outcome;
-use pschema_sim::random::SplitMix;
-use pschema_sim::route::Waypoint;
+use pschema_vplus_emulator::{Joints, Speaks};
 use rig::{Rig, setup};
 
 /// Longest that one order may take, whatever the line does.
@@ -147,7 +147,7 @@ fn lives_with_faults(speaks: Speaks, mode: &[(&str, &str)], seed: u64) {
 }
 
 /// Whether the arm is where a posture was taught.
-fn is_at(setup: &Setup, to: pschema_sim::manifold::JointPositions, at: &Joints) {
+fn is_at(setup: &Setup, to: pschema_arm::JointPositions, at: &Joints) {
     let taught = setup.gate.taught().at(Waypoint { joints: to, lift_m: 0.0 }).unwrap();
     let off = taught.iter().zip(at).map(|(taught, at)| (taught - at).abs()).fold(0.0, f64::max);
     assert!(off < 0.5, "said to be done, but off by {off} degrees: {at:?} instead of {taught:?}");

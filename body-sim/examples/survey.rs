@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use std::error::Error;
 use std::time::{Duration, Instant};
 
+use pschema_arm::{observation, scene};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Value};
 use pschema_sim::body::SimBody;
 use pschema_sim::config::WorldFile;
-use pschema_sim::declare::{observation, scene};
 
 /// What was counted; `pairs` of a place and a posture.
 #[derive(Debug, Default)]

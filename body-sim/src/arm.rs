@@ -6,10 +6,11 @@
 //! tip.
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
+use pschema_arm::JointPositions;
+use pschema_arm::route::Waypoint;
 
 use crate::config;
-use crate::manifold::{JointPositions, Manifold, OnManifold};
-use crate::route::Waypoint;
+use crate::manifold::{Manifold, OnManifold};
 
 /// Share of the stretched arm's length that is used: a straight elbow would be a singularity.
 const STRETCH_MAX: f64 = 0.995;
@@ -223,7 +224,7 @@ impl Motion {
     /// Length of the way in metres, along the manifold and up.
     #[must_use]
     pub fn way_m(&self, manifold: &Manifold) -> f64 {
-        let (from, to) = (manifold.square_m(self.from.joints), manifold.square_m(self.to.joints));
+        let (from, to) = (manifold.square.at_m(self.from.joints), manifold.square.at_m(self.to.joints));
         Vector3::new(to.0 - from.0, to.1 - from.1, self.to.lift_m - self.from.lift_m).norm()
     }
 }

@@ -1,6 +1,8 @@
 //! The simulated body: what it senses, how it moves, and what can be arranged around it.
 
 use nalgebra::{Isometry3, Translation3};
+use pschema_arm::route::{Heading, OUTWARDS, Waypoint};
+use pschema_arm::{JointPositions, Percept, action, object_symbol, scene};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Description, Value};
 use pschema_protocol::picture::{FieldMark, Picture};
@@ -10,13 +12,11 @@ use pschema_vision::image::RgbImage;
 use crate::arm::Posture;
 use crate::camera::Renderer;
 use crate::config::{Object, WorldError, WorldFile};
-use crate::declare::{self, Sensed, action, scene};
+use crate::declare;
 use crate::eye::{self, Eye, Seen};
-use crate::manifold::JointPositions;
 use crate::noise::Faults;
 use crate::objects::Hand;
 use crate::pace::Pace;
-use crate::route::{Heading, OUTWARDS, Waypoint};
 use crate::scene::{fixed, solids, table_top};
 use crate::touch;
 use crate::workspace::Workspace;
@@ -195,14 +195,15 @@ impl Body for SimBody {
     fn sense(&mut self, frame: &mut Senses) {
         let (_, seen) = self.look();
         let Self { workspace, faults, .. } = self;
+        let finger_colour = workspace.file.finger_colour();
         let mut noticed = |blob: &Blob| {
             let (u, v) = blob.centre_px;
             workspace.fields.field_at(u, v).filter(|_| !faults.misses_blob())
         };
         let finger = seen.finger.as_ref().and_then(&mut noticed);
-        let mut sensed = Sensed::default();
+        let mut sensed = Percept::default();
         for (colour, blob) in &seen.objects {
-            let symbol = declare::colour_symbol(&workspace.file, *colour);
+            let symbol = object_symbol(*colour, finger_colour);
             let (Some(symbol), Some(field)) = (symbol, noticed(blob)) else { continue };
             sensed.objects.push((symbol, field));
         }
@@ -227,8 +228,8 @@ impl Body for SimBody {
 
     fn act(&mut self, action: &Action) -> Outcome {
         let joints = |j1: f64, j2: f64| {
-            let range = 0.0..=1.0;
-            (range.contains(&j1) && range.contains(&j2)).then_some(JointPositions { j1, j2 })
+            let joints = JointPositions { j1, j2 };
+            joints.are_commandable().then_some(joints)
         };
         let ordered = match (action.action, action.parameters.as_slice()) {
             (action::MOVE, &[Value::Real(j1), Value::Real(j2)]) => joints(j1, j2).map(|to| self.go(to)),

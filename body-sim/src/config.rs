@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use pschema_arm::{PointMm, Within};
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -60,54 +61,6 @@ pub enum WorldError {
         /// What does not fit, with figures, and what to change.
         problem: String,
     },
-}
-
-/// A number read from a world file, within `MIN..=MAX`.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct Within<const MIN: i64, const MAX: i64>(f64);
-
-impl<const MIN: i64, const MAX: i64> TryFrom<f64> for Within<MIN, MAX> {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        if (MIN as f64..=MAX as f64).contains(&value) {
-            Ok(Self(value))
-        } else {
-            Err(format!("{value} is out of range: must be {MIN} to {MAX}"))
-        }
-    }
-}
-
-impl<const MAX: i64> Within<0, MAX> {
-    /// Nothing.
-    pub const ZERO: Self = Self(0.0);
-}
-
-impl<const MIN: i64, const MAX: i64> Within<MIN, MAX> {
-    /// The number as written.
-    #[must_use]
-    pub fn get(self) -> f64 {
-        self.0
-    }
-
-    /// Millimetres as metres.
-    #[must_use]
-    pub fn metres(self) -> f64 {
-        self.0 / 1000.0
-    }
-
-    /// Degrees as radians.
-    #[must_use]
-    pub fn radians(self) -> f64 {
-        self.0.to_radians()
-    }
-
-    /// A number of things or pixels, rounded.
-    #[must_use]
-    pub fn count(self) -> usize {
-        self.0.round().max(0.0) as usize
-    }
 }
 
 /// A world file. Its keys are explained in `worlds/wide.toml`.
@@ -287,9 +240,6 @@ pub struct Push {
     pub to_mm: PointMm,
 }
 
-/// A point of the table: x, y.
-pub type PointMm = [Within<-10_000, 10_000>; 2];
-
 /// A colour.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -369,6 +319,12 @@ impl WorldFile {
     #[must_use]
     pub fn colour_index(&self, name: &str) -> Option<usize> {
         self.colours.iter().position(|colour| colour.name == name)
+    }
+
+    /// The index of the finger's colour; its name was checked when the world was read.
+    #[must_use]
+    pub fn finger_colour(&self) -> usize {
+        self.colour_index(&self.finger.colour).unwrap_or_default()
     }
 
     fn check_names(&self) -> Result<(), String> {

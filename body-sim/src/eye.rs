@@ -31,5 +31,5 @@ pub fn for_world(file: &WorldFile) -> Result<Eye, ClassifyError> {
         area_px_min: px(file.vision.blob_area_px_min.count()),
         gap_px_max: px(file.vision.blob_gap_px_max.count()),
     };
-    Eye::new(&ranges, file.colour_index(&file.finger.colour).unwrap_or_default(), rules)
+    Eye::new(&ranges, file.finger_colour(), rules)
 }

@@ -23,8 +23,6 @@ pub mod manifold;
 pub mod noise;
 pub mod objects;
 pub mod pace;
-pub mod random;
-pub mod route;
 pub mod scene;
 pub mod snapshot;
 pub mod touch;

@@ -8,6 +8,7 @@
 //! posture in these coordinates approaches every place from its near side.
 
 use nalgebra::Point3;
+use pschema_arm::{JointPositions, Square};
 use pschema_vision::camera::Camera;
 
 /// Bisection steps: enough to use up a f64.
@@ -22,16 +23,6 @@ pub struct OnManifold {
     pub arc_m: f64,
 }
 
-/// The two numbers that command the arm, each a fraction 0 to 1 of its travel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointPositions {
-    /// Across: 0 far left, 1 far right.
-    pub j1: f64,
-    /// Outwards: 0 where the work space begins, 1 at the end of the rim straight ahead. The rest posture is
-    /// nearer than 0.
-    pub j2: f64,
-}
-
 /// The manifold's shape, all lengths in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Manifold {
@@ -41,12 +32,8 @@ pub struct Manifold {
     pub flat_reach_m: f64,
     /// Arc length at which the rim ends.
     pub arc_max_m: f64,
-    /// Arc length straight ahead at which `j2` is 0.
-    pub nearest_m: f64,
-    /// Arc length of the rest posture, straight ahead.
-    pub rest_m: f64,
-    /// Range of `j1`, either way.
-    pub lateral_max_m: f64,
+    /// The square that the joint positions span, laid over the manifold.
+    pub square: Square,
     /// Centre of the circle of reach in the arm's plane: distance from the axis, height.
     reach_centre_m: (f64, f64),
     /// Radius of the circle of reach.
@@ -106,13 +93,18 @@ impl Manifold {
                 flat_reach_m * 1e3
             ));
         }
+        let arc_max_m = flat_reach_m + reach_radius_m * (rim_to_rad - rim_from_rad);
+        let square = Square {
+            across_m: 2.0 * setup.lateral_max_m,
+            nearest_m: setup.nearest_m,
+            outwards_m: arc_max_m - setup.nearest_m,
+            rest_m: setup.rest_m,
+        };
         Ok(Self {
             tip_height_m,
             flat_reach_m,
-            arc_max_m: flat_reach_m + reach_radius_m * (rim_to_rad - rim_from_rad),
-            nearest_m: setup.nearest_m,
-            rest_m: setup.rest_m,
-            lateral_max_m: setup.lateral_max_m,
+            arc_max_m,
+            square,
             reach_centre_m,
             reach_radius_m,
             rim_from_rad,
@@ -123,7 +115,7 @@ impl Manifold {
     /// The point that joint positions command. None where the square sticks out over the end of the rim.
     #[must_use]
     pub fn at(&self, joints: JointPositions) -> Option<OnManifold> {
-        let (across_m, outwards_m) = self.square_m(joints);
+        let (across_m, outwards_m) = self.square.at_m(joints);
         let arc_m = (across_m * across_m + outwards_m * outwards_m).sqrt();
         let inside = arc_m <= self.arc_max_m + 1e-9;
         inside.then(|| OnManifold { bearing_rad: libm::atan2(across_m, outwards_m), arc_m })
@@ -133,30 +125,13 @@ impl Manifold {
     #[must_use]
     pub fn joints(&self, point: OnManifold) -> JointPositions {
         let (sine, cosine) = libm::sincos(point.bearing_rad);
-        self.joints_on_square((point.arc_m * sine, point.arc_m * cosine))
-    }
-
-    /// Where joint positions are on the square that they span, in metres across and outwards from the base's
-    /// axis. Over the flat part these are x and y of the tip.
-    #[must_use]
-    pub fn square_m(&self, joints: JointPositions) -> (f64, f64) {
-        let across_m = (joints.j1 * 2.0 - 1.0) * self.lateral_max_m;
-        (across_m, self.nearest_m + joints.j2 * (self.arc_max_m - self.nearest_m))
-    }
-
-    /// The joint positions at a place on that square; the inverse of [`Self::square_m`].
-    #[must_use]
-    pub fn joints_on_square(&self, (across_m, outwards_m): (f64, f64)) -> JointPositions {
-        JointPositions {
-            j1: (across_m / self.lateral_max_m + 1.0) / 2.0,
-            j2: (outwards_m - self.nearest_m) / (self.arc_max_m - self.nearest_m),
-        }
+        self.square.joints((point.arc_m * sine, point.arc_m * cosine))
     }
 
     /// The rest posture, a little before the range of `j2`.
     #[must_use]
     pub fn rest(&self) -> JointPositions {
-        self.joints(OnManifold { bearing_rad: 0.0, arc_m: self.rest_m })
+        self.joints(OnManifold { bearing_rad: 0.0, arc_m: self.square.rest_m })
     }
 
     /// The profile: distance from the axis and height at an arc length.
@@ -252,13 +227,15 @@ pub(crate) mod tests {
     fn the_profile_is_continuous_and_rises_only_at_the_rim() {
         let manifold = manifold();
         let steps = 2000;
-        let mut before = manifold.profile(manifold.nearest_m);
+        let mut before = manifold.profile(manifold.square.nearest_m);
         for step in 1..=steps {
-            let arc_m = manifold.nearest_m
-                + (manifold.arc_max_m - manifold.nearest_m) * f64::from(step) / f64::from(steps);
+            let arc_m = manifold.square.nearest_m
+                + (manifold.arc_max_m - manifold.square.nearest_m) * f64::from(step) / f64::from(steps);
             let here = manifold.profile(arc_m);
             let moved = ((here.0 - before.0).powi(2) + (here.1 - before.1).powi(2)).sqrt();
-            assert!((moved - (manifold.arc_max_m - manifold.nearest_m) / f64::from(steps)).abs() < 1e-4);
+            assert!(
+                (moved - (manifold.arc_max_m - manifold.square.nearest_m) / f64::from(steps)).abs() < 1e-4
+            );
             assert!(here.1 >= before.1 - 1e-12 && here.0 > before.0);
             assert!((manifold.height_at(here.0).unwrap() - here.1).abs() < 1e-6);
             before = here;

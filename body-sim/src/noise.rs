@@ -3,12 +3,11 @@
 
 use std::str::FromStr;
 
+use pschema_arm::{JointPositions, SplitMix, Within};
 use pschema_vision::fields::VisualFields;
 use serde::Deserialize;
 
-use crate::config::Within;
-use crate::manifold::{JointPositions, Manifold};
-use crate::random::SplitMix;
+use crate::manifold::Manifold;
 
 /// So that a body's faults are not those of the hand with the same seed.
 const STREAM: u64 = 0x6A09_E667_F3BC_C909;
@@ -131,9 +130,9 @@ impl Faults {
         if most_m <= 0.0 {
             return to;
         }
-        let (across_m, outwards_m) = manifold.square_m(to);
+        let (across_m, outwards_m) = manifold.square.at_m(to);
         let error_m = (most_m * self.random.within_one(), most_m * self.random.within_one());
-        let missed = manifold.joints_on_square((across_m + error_m.0, outwards_m + error_m.1));
+        let missed = manifold.square.joints((across_m + error_m.0, outwards_m + error_m.1));
         if manifold.at(missed).is_some() { missed } else { to }
     }
 }
@@ -191,11 +190,11 @@ mod tests {
         let mut furthest_m = 0.0_f64;
         for (j1, j2) in [(0.5, 0.5), (0.5, 1.0)] {
             let to = JointPositions { j1, j2 };
-            let wanted = manifold.square_m(to);
+            let wanted = manifold.square.at_m(to);
             for _ in 0..1000 {
                 let goal = faults.goal(&manifold, to);
                 assert!(manifold.at(goal).is_some());
-                let there = manifold.square_m(goal);
+                let there = manifold.square.at_m(goal);
                 furthest_m = furthest_m.max((there.0 - wanted.0).abs().max((there.1 - wanted.1).abs()));
             }
         }

@@ -1,7 +1,8 @@
 //! Placing blocks as a person would: near the place meant, turned a little. The errors follow from the seed
 //! and the number of placements before, so a run is repeatable.
 
-use crate::random::SplitMix;
+use pschema_arm::SplitMix;
+
 use crate::workspace::{Place, Workspace};
 use crate::world::World;
 

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
+use pschema_arm::{action, scene};
 use pschema_protocol::body::{Body, Outcome};
 use pschema_protocol::description::{Action, Value};
 use pschema_vision::blobs::Blob;
@@ -12,7 +13,6 @@ use pschema_vision::image::RgbImage;
 use thiserror::Error;
 
 use crate::body::SimBody;
-use crate::declare::{action, scene};
 
 /// The camera's picture is enlarged this much, so that lines drawn in stay fine.
 const ZOOM: usize = 2;

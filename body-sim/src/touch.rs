@@ -2,6 +2,7 @@
 //! They are a little soft: what is within their give is felt.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use pschema_arm::Side;
 
 use crate::world::Gap;
 
@@ -10,42 +11,13 @@ pub const GIVE_M: f64 = 0.001;
 /// Half the angle that a pad covers, as a cosine: 52 degrees, so that a contact on a corner is felt by two.
 const HALF_PAD_COSINE: f64 = 0.616;
 
-/// A pad, by the side of the finger it is on. The order is that of the declared symbols.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// Towards the finger's left.
-    Left,
-    /// Towards its right.
-    Right,
-    /// Towards the arm's base.
-    Near,
-    /// Away from it.
-    Far,
-}
-
-impl Side {
-    /// All pads, in the order of their symbols.
-    pub const ALL: [Self; 4] = [Self::Left, Self::Right, Self::Near, Self::Far];
-
-    /// The pad's symbol.
-    #[must_use]
-    pub fn symbol(self) -> &'static str {
-        match self {
-            Self::Left => "left",
-            Self::Right => "right",
-            Self::Near => "near",
-            Self::Far => "far",
-        }
-    }
-
-    /// Where the pad faces, in the finger's frame.
-    fn facing(self) -> Vector3<f64> {
-        match self {
-            Self::Left => -Vector3::x(),
-            Self::Right => Vector3::x(),
-            Self::Near => -Vector3::y(),
-            Self::Far => Vector3::y(),
-        }
+/// Where a pad faces, in the finger's frame.
+fn facing(side: Side) -> Vector3<f64> {
+    match side {
+        Side::Left => -Vector3::x(),
+        Side::Right => Vector3::x(),
+        Side::Near => -Vector3::y(),
+        Side::Far => Vector3::y(),
     }
 }
 
@@ -66,7 +38,7 @@ pub fn sides(gaps: &[Gap], finger_turn: &UnitQuaternion<f64>) -> Vec<Side> {
             Vector3::new(local.x, local.y, 0.0).try_normalize(0.2)
         })
         .collect();
-    let feels = |side: &Side| felt.iter().any(|direction| direction.dot(&side.facing()) >= HALF_PAD_COSINE);
+    let feels = |side: &Side| felt.iter().any(|direction| direction.dot(&facing(*side)) >= HALF_PAD_COSINE);
     Side::ALL.into_iter().filter(feels).collect()
 }
 

@@ -2,16 +2,15 @@
 //! each, and the places for blocks.
 
 use nalgebra::Point3;
+use pschema_arm::route::Waypoint;
+use pschema_arm::{JOINT_RESOLUTION, JointPositions, PointMm};
 use pschema_vision::camera::{Camera, CameraSetup};
 use pschema_vision::fields::VisualFields;
 
 use crate::arm::Arm;
-use crate::config::{PointMm, Push, WorldError, WorldFile};
-use crate::manifold::{JointPositions, Manifold, ManifoldSetup, OnManifold};
-use crate::route::Waypoint;
+use crate::config::{Push, WorldError, WorldFile};
+use crate::manifold::{Manifold, ManifoldSetup, OnManifold};
 
-/// Joint positions are declared, compared and taught in steps of this.
-pub const JOINT_RESOLUTION: f64 = 0.001;
 /// Height of a block's apparent centre, as a share of its edge: from above one sees its top and one side.
 const SEEN_HEIGHT_SHARE: f64 = 0.8;
 /// The arm's joints stay at least this far above the table, so that only the finger can meet a block.
@@ -154,9 +153,8 @@ impl Workspace {
                 return None;
             }
             let joints = rounded(self.manifold.joints(self.manifold.seen_at(&self.camera, u, v)?));
-            let commanded = (0.0..=1.0).contains(&joints.j1) && (0.0..=1.0).contains(&joints.j2);
             // Rounded, it may have left the rim's end.
-            let point = self.manifold.at(joints).filter(|_| commanded)?;
+            let point = self.manifold.at(joints).filter(|_| joints.are_commandable())?;
             Some(Taught { field, joints, flat: self.manifold.is_flat(point) })
         });
         taught.collect()
@@ -165,10 +163,9 @@ impl Workspace {
     fn pushing(&self, push: &Push) -> Result<Pushing, String> {
         let joints = |point_mm: &PointMm| {
             let (x_m, y_m) = (point_mm[0].metres(), point_mm[1].metres());
-            let joints = rounded(self.manifold.joints_on_square((x_m, y_m)));
-            let commanded = (0.0..=1.0).contains(&joints.j1) && (0.0..=1.0).contains(&joints.j2);
+            let joints = rounded(self.manifold.square.joints((x_m, y_m)));
             let flat = self.manifold.at(joints).is_some_and(|point| self.manifold.is_flat(point));
-            if commanded && flat {
+            if joints.are_commandable() && flat {
                 return Ok(joints);
             }
             Err(format!(
@@ -176,9 +173,9 @@ impl Workspace {
                  to {:.0} mm from the base and y at least {:.0} mm",
                 x_m * 1e3,
                 y_m * 1e3,
-                self.manifold.nearest_m * 1e3,
+                self.manifold.square.nearest_m * 1e3,
                 self.manifold.flat_reach_m * 1e3,
-                self.manifold.nearest_m * 1e3
+                self.manifold.square.nearest_m * 1e3
             ))
         };
         Ok(Pushing { from: joints(&push.from_mm)?, to: joints(&push.to_mm)? })
@@ -245,7 +242,7 @@ impl Workspace {
     /// Whether a block there keeps clear of the finger at rest.
     fn clear_of_rest(&self, place: &Place) -> bool {
         let (x, y) = place.centre_m;
-        let apart = (x * x + (y - self.manifold.rest_m) * (y - self.manifold.rest_m)).sqrt();
+        let apart = (x * x + (y - self.manifold.square.rest_m) * (y - self.manifold.square.rest_m)).sqrt();
         apart > self.meeting_distance_m() + CLEARANCE_M
     }
 
@@ -327,7 +324,7 @@ fn check_arm(file: &WorldFile, arm: &Arm, manifold: &Manifold) -> Result<(), Str
     let steps = 200;
     for step in 0..=steps {
         let share = f64::from(step) / f64::from(steps);
-        let arc_m = manifold.rest_m + (manifold.arc_max_m - manifold.rest_m) * share;
+        let arc_m = manifold.square.rest_m + (manifold.arc_max_m - manifold.square.rest_m) * share;
         let Some(posture) = arm.posture(manifold, OnManifold { bearing_rad: 0.0, arc_m }) else {
             return Err(format!(
                 "the links do not reach the manifold {:.0} mm from the axis; change arm.upper_arm_mm, \
@@ -381,7 +378,7 @@ mod tests {
     #[test]
     fn a_number_of_fields_that_does_not_come_out_is_refused_with_the_right_one() {
         let mut file = WorldFile::load("wide").unwrap();
-        file.repertoire.fields = crate::config::Within::try_from(100.0).unwrap();
+        file.repertoire.fields = pschema_arm::Within::try_from(100.0).unwrap();
         let error = Workspace::new("wide", file).unwrap_err().to_string();
         assert!(error.contains("224 fields") && error.contains("states 100"), "{error}");
     }
@@ -424,7 +421,7 @@ mod tests {
     #[test]
     fn an_arm_that_does_not_fit_is_refused_with_figures() {
         let mut file = WorldFile::load("wide").unwrap();
-        file.arm.upper_arm_mm = crate::config::Within::try_from(900.0).unwrap();
+        file.arm.upper_arm_mm = pschema_arm::Within::try_from(900.0).unwrap();
         let error = Workspace::new("wide", file).unwrap_err().to_string();
         assert!(error.contains("mm"), "{error}");
     }

@@ -5,11 +5,11 @@ mod common;
 use std::collections::BTreeSet;
 
 use common::{BLUE_BLOCK, Choices, Frame, block_xy, body, body_in, moved_m, place, places, reach, sense};
+use pschema_arm::{action, observation, scene};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Value};
 use pschema_sim::body::SimBody;
 use pschema_sim::config::WIDE;
-use pschema_sim::declare::{action, observation, scene};
 
 #[test]
 fn the_finger_is_seen_in_as_many_fields_as_published() {

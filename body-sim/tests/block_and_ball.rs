@@ -4,10 +4,10 @@
 mod common;
 
 use common::{Frame, body, place, sense};
+use pschema_arm::action;
 use pschema_protocol::body::{Body, Outcome};
 use pschema_protocol::description::Action;
 use pschema_sim::body::SimBody;
-use pschema_sim::declare::action;
 
 const BLOCK: u32 = 0;
 const BALL: u32 = 1;

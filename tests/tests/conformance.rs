@@ -21,12 +21,12 @@ use std::sync::atomic::AtomicBool;
 use clap::Parser;
 use pschema_adept::AdeptArgs;
 use pschema_adept::body::AdeptBody;
-use pschema_adept::emulator::{Emulator, EmulatorArgs};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Description};
 use pschema_sim::body::SimBody;
 use pschema_sim::config::WorldFile;
 use pschema_tests::{House, Running, until};
+use pschema_vplus_emulator::{Emulator, EmulatorArgs};
 use tempfile::TempDir;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");

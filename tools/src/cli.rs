@@ -198,7 +198,7 @@ pub(crate) struct AdeptCommand {
     --operator /tmp/adept-operator --fast 10 --consent")]
 pub(crate) struct EmulatorCommand {
     #[command(flatten)]
-    pub(crate) args: pschema_adept::emulator::EmulatorArgs,
+    pub(crate) args: pschema_vplus_emulator::EmulatorArgs,
     #[command(flatten)]
     pub(crate) parent: ParentArgs,
 }

@@ -1,7 +1,6 @@
 //! The keys of an arm file, each value checked as it is read.
 
-use pschema_sim::config::{PointMm, Within};
-use pschema_sim::touch::Side;
+use pschema_arm::{PointMm, Side, Within};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -127,32 +126,10 @@ pub struct Touch {
     /// The controller's digital inputs, four. In mode server they are those of `pschema.v2`, in its order.
     pub signals: [Within<1, 9999>; 4],
     /// Which side of the finger each is on.
-    pub sides: [SideName; 4],
+    pub sides: [Side; 4],
     /// The inputs are on when nothing is touched.
     #[serde(default)]
     pub inverted: bool,
-}
-
-/// A side of the finger.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[expect(missing_docs, reason = "the names are those of `Side`")]
-pub enum SideName {
-    Left,
-    Right,
-    Near,
-    Far,
-}
-
-impl From<SideName> for Side {
-    fn from(name: SideName) -> Self {
-        match name {
-            SideName::Left => Self::Left,
-            SideName::Right => Self::Right,
-            SideName::Near => Self::Near,
-            SideName::Far => Self::Far,
-        }
-    }
 }
 
 /// The camera's picture.

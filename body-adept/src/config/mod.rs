@@ -6,10 +6,8 @@ mod file;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use pschema_sim::config::Within;
-use pschema_sim::declare::FingerArm;
-use pschema_sim::manifold::JointPositions;
-use pschema_sim::route::{RouteSetup, Waypoint};
+use pschema_arm::route::{RouteSetup, Waypoint};
+use pschema_arm::{FingerArm, JointPositions, Square, Within};
 use pschema_vision::blobs::BlobRules;
 use pschema_vision::classify::ColourRange;
 use pschema_vision::eye::Eye;
@@ -20,7 +18,7 @@ use toml::Spanned;
 pub use file::*;
 
 use crate::gate::{Gate, JointLimits};
-use crate::taught::{GridSetup, Plane, Taught};
+use crate::taught::{GridSetup, Taught};
 use crate::v_plus::JOINTS_MAX;
 
 /// The emulated arm, as shipped.
@@ -82,7 +80,7 @@ pub struct Setup {
     /// The gate with its limits and the taught grid.
     pub gate: Gate,
     /// What the joint positions mean on the table.
-    pub plane: Plane,
+    pub plane: Square,
     /// The rest posture.
     pub rest: JointPositions,
     /// The eye's fields.
@@ -139,7 +137,7 @@ impl Setup {
         }
         let limits = joint_limits(&file)?;
         let taught = taught(&file, &limits)?;
-        let plane = Plane {
+        let plane = Square {
             across_m: file.plane.across_mm.metres(),
             nearest_m: file.plane.nearest_mm.metres(),
             outwards_m: file.plane.outwards_mm.metres(),

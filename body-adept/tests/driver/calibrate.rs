@@ -2,10 +2,10 @@
 
 use pschema_adept::calibration::calibrate;
 use pschema_adept::config::{EMULATED, Setup};
-use pschema_adept::emulator::Speaks;
 use pschema_adept::operator::OperatorPlace;
 use pschema_adept::sight::Camera;
 use pschema_adept::{AdeptArgs, build, enable};
+use pschema_vplus_emulator::Speaks;
 
 use crate::rig::Rig;
 

@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use pschema_adept::arm::{Arm, May, Phase};
 use pschema_adept::arm_on;
-use pschema_adept::emulator::{Record, Speaks};
 use pschema_adept::line::record::{Recorded, Recorder};
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::line::{Line, LineError};
 use pschema_adept::v_plus::sum;
 use pschema_protocol::body::Outcome;
+use pschema_vplus_emulator::{Record, Speaks};
 
 use crate::meddled::Meddled;
 use crate::rig::{MONITOR, Rig, at, setup, until};

@@ -3,7 +3,7 @@
 use std::process::{Child, Command, Stdio};
 
 use pschema_adept::config::EMULATED;
-use pschema_adept::emulator::{EmulatorArgs, Record, Speaks};
+use pschema_vplus_emulator::{EmulatorArgs, Record, Speaks};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::rig::{Rig, until};

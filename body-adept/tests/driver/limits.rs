@@ -6,10 +6,10 @@ use pschema_adept::arm::{Arm, May, Phase};
 use pschema_adept::arm_on;
 use pschema_adept::config::Setup;
 use pschema_adept::line::record::Recorder;
+use pschema_arm::JointPositions;
+use pschema_arm::SplitMix;
+use pschema_arm::route::Waypoint;
 use pschema_protocol::body::Outcome;
-use pschema_sim::manifold::JointPositions;
-use pschema_sim::random::SplitMix;
-use pschema_sim::route::Waypoint;
 
 use crate::fake::FakeLine;
 use crate::rig::setup;

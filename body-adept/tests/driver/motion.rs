@@ -2,12 +2,12 @@
 
 use pschema_adept::arm::{May, Phase};
 use pschema_adept::arm_on;
-use pschema_adept::emulator::Speaks;
 use pschema_adept::line::record::Recorder;
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::replay::replay;
+use pschema_arm::route::Waypoint;
 use pschema_protocol::body::Outcome;
-use pschema_sim::route::Waypoint;
+use pschema_vplus_emulator::Speaks;
 
 use crate::rig::{MONITOR, Rig, at, setup, until};
 

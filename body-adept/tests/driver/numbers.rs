@@ -2,12 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use pschema_adept::emulator::Speaks;
 use pschema_adept::line::Line;
 use pschema_adept::line::record::Recorder;
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::v_plus::sum;
 use pschema_protocol::body::Outcome;
+use pschema_vplus_emulator::Speaks;
 
 use crate::rig::{PATIENCE, Rig, at, setup};
 

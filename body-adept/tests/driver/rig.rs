@@ -10,11 +10,11 @@ use std::time::{Duration, Instant};
 use pschema_adept::arm::{Arm, May};
 use pschema_adept::arm_on;
 use pschema_adept::config::{EMULATED, Setup};
-use pschema_adept::emulator::{Emulator, EmulatorArgs, Speaks};
 use pschema_adept::line::record::{Recorded, Recorder};
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::watch::Beat;
-use pschema_sim::manifold::JointPositions;
+use pschema_arm::JointPositions;
+use pschema_vplus_emulator::{Emulator, EmulatorArgs, Speaks};
 
 /// Longest wait for anything in these tests.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);

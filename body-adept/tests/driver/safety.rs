@@ -4,11 +4,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use pschema_adept::arm::{May, Phase};
 use pschema_adept::arm_on;
-use pschema_adept::emulator::Speaks;
 use pschema_adept::line::record::Recorder;
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::line::{Line, LineError};
 use pschema_protocol::body::Outcome;
+use pschema_vplus_emulator::Speaks;
 
 use crate::meddled::Meddled;
 use crate::rig::{MONITOR, Rig, at, setup, until};

@@ -1,8 +1,8 @@
 //! A real line: 1.04 ms a character. A path takes longer to send than the driver may be silent.
 
-use pschema_adept::emulator::Speaks;
 use pschema_adept::line::record::Recorder;
 use pschema_protocol::body::Outcome;
+use pschema_vplus_emulator::Speaks;
 
 use crate::rig::{MONITOR, Rig, at, setup, until};
 

@@ -1,12 +1,13 @@
 //! The same arm, table and camera driven from outside, posture by posture: by an emulated controller, say, that has
 //! motions and limits of its own.
 
+use pschema_arm::Side;
 use pschema_protocol::body::Outcome;
 
 use super::{SimBody, finger_pose};
 use crate::arm::Posture;
 use crate::objects::Refusal;
-use crate::touch::{self, Side};
+use crate::touch;
 
 /// Farther than this from every block, and none moving, the finger can meet nothing in one step.
 const MEETING_M: f64 = 0.08;

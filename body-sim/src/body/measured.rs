@@ -70,11 +70,11 @@ impl Alone {
 
 #[cfg(test)]
 mod tests {
+    use pschema_arm::scene;
     use pschema_protocol::description::Value;
 
     use super::*;
     use crate::config::WorldFile;
-    use crate::declare::scene;
 
     #[test]
     fn the_engine_alone_does_what_happens_around_the_body() {

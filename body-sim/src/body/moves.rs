@@ -1,12 +1,12 @@
 //! How the body carries out its moves, step by step of the physics, and where they end.
 
 use nalgebra::Isometry3;
+use pschema_arm::JointPositions;
+use pschema_arm::route::{self, RouteSetup, Waypoint};
 use pschema_protocol::body::Outcome;
 
 use super::{SimBody, finger_pose};
 use crate::arm::Motion;
-use crate::manifold::JointPositions;
-use crate::route::{self, RouteSetup, Waypoint};
 use crate::touch::GIVE_M;
 use crate::world::{Gap, STEP_S};
 
@@ -51,7 +51,7 @@ impl SimBody {
             return self.refuse(to);
         }
         let goal = self.faults.goal(manifold, to);
-        let points = route::route(self.route_setup(), manifold, self.at, self.heading, goal);
+        let points = route::route(self.route_setup(), &manifold.square, self.at, self.heading, goal);
         let Some(motions) = self.motions(&points) else { return self.refuse(to) };
         self.carry_out(motions.iter().map(|motion| (motion, OnContact::Stop)))
     }
@@ -64,7 +64,7 @@ impl SimBody {
             return self.refuse(to);
         }
         let (from, to) = (self.faults.goal(manifold, from), self.faults.goal(manifold, to));
-        let mut points = route::carried(self.route_setup(), manifold, self.at, self.heading, from);
+        let mut points = route::carried(self.route_setup(), &manifold.square, self.at, self.heading, from);
         points.extend([from, to].map(|joints| Waypoint { joints, lift_m: 0.0 }));
         let Some(motions) = self.motions(&points) else { return self.refuse(to) };
         let last = motions.len() - 1;
@@ -112,8 +112,8 @@ impl SimBody {
     }
 
     fn follow(&mut self, motion: &Motion, on_contact: OnContact, limit_s: f64) -> Ended {
-        let manifold = &self.workspace.manifold;
-        if let Some(heading) = route::heading(manifold, motion.from.joints, motion.to.joints) {
+        let square = &self.workspace.manifold.square;
+        if let Some(heading) = route::heading(square, motion.from.joints, motion.to.joints) {
             self.heading = heading;
         }
         let steps = (motion.duration_s / STEP_S).ceil();

@@ -1,11 +1,11 @@
 //! Driving the body as a daemon would, without one.
 #![allow(dead_code, reason = "each test program uses its part")]
 
+use pschema_arm::{action, observation, scene};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Value};
 use pschema_sim::body::SimBody;
 use pschema_sim::config::WorldFile;
-use pschema_sim::declare::{action, observation, scene};
 use pschema_sim::workspace::Place;
 
 pub(crate) const BLUE_BLOCK: u32 = 0;

@@ -3,12 +3,12 @@
 
 use std::collections::BTreeSet;
 
+use pschema_arm::SplitMix;
 use pschema_protocol::body::{Body, BodyLoop, Directive, Outcome};
 use pschema_protocol::description::{Action, ActionType, Description, Value, ValueKind};
 use pschema_protocol::wire::decode::{self, SessionChecks};
 use pschema_protocol::wire::message::{OrderReport, RawFrame, Reply};
 use pschema_protocol::wire::{Record, encode};
-use pschema_sim::random::SplitMix;
 
 use super::{Any, Subject};
 

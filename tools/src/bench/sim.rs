@@ -4,11 +4,11 @@
 
 use std::time::Duration;
 
+use pschema_arm::scene;
 use pschema_protocol::body::{Body, Outcome};
 use pschema_protocol::description::{Action, Value};
 use pschema_sim::body::{Alone, SimBody};
 use pschema_sim::config::WorldFile;
-use pschema_sim::declare::scene;
 use serde::Serialize;
 
 use super::{Draw, Times};

@@ -1,7 +1,5 @@
 //! `pschema emulator`: the Adept arm's controller, emulated.
 
-use pschema_adept::emulator;
-
 use crate::cli::EmulatorCommand;
 use crate::failure::Failure;
 use crate::run::{Stop, follow_parent};
@@ -12,5 +10,5 @@ pub(crate) fn run(command: EmulatorCommand) -> Result<(), Failure> {
     follow_parent(command.parent.parent)?;
     let args = command.args;
     let ready = || tracing::info!(line = %args.link.display(), world = %args.world, "the emulated controller is ready");
-    emulator::run(&args, &stop.flag(), ready).map_err(Failure::of)
+    pschema_vplus_emulator::run(&args, &stop.flag(), ready).map_err(Failure::of)
 }

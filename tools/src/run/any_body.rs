@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use pschema_adept::AdeptArgs;
-use pschema_adept::emulator::{Emulator, EmulatorArgs};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Description};
 use pschema_server::config::BodyKind;
 use pschema_sim::SimArgs;
+use pschema_vplus_emulator::{Emulator, EmulatorArgs};
 use tempfile::TempDir;
 
 use crate::failure::Failure;

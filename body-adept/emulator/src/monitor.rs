@@ -13,9 +13,9 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::machine::{End, Guard, Happened, Machine};
-use super::messages::{self, Message};
-use super::path::{JOINTS, Joints, Leg};
+use crate::machine::{End, Guard, Happened, Machine};
+use crate::messages::{self, Message};
+use crate::path::{JOINTS, Joints, Leg};
 
 /// Longest line taken, in bytes; what comes beyond is an overrun.
 const LINE_BYTES_MAX: usize = 256;
@@ -264,7 +264,7 @@ impl Monitor {
     }
 
     fn speed(&mut self, text: &str) -> Result<(), Message> {
-        let percent = super::decimal(text).filter(|percent| *percent > 0.0).ok_or(messages::ILLEGAL_VALUE)?;
+        let percent = crate::decimal(text).filter(|percent| *percent > 0.0).ok_or(messages::ILLEGAL_VALUE)?;
         // Documented: more than 100 is taken for 100.
         self.speed_percent = percent.min(100.0);
         Ok(())
@@ -412,7 +412,7 @@ fn point_name(text: &str) -> Result<String, Message> {
 /// One value a joint, with commas between.
 fn joints(text: &str) -> Option<Joints> {
     let values: Vec<f64> =
-        text.split(',').map(|value| super::decimal(value.trim())).collect::<Option<_>>()?;
+        text.split(',').map(|value| crate::decimal(value.trim())).collect::<Option<_>>()?;
     values.try_into().ok()
 }
 

@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 use std::io;
 use std::time::{Duration, Instant};
 
-use super::faults::Faults;
-use super::pty::Pty;
+use crate::faults::Faults;
+use crate::pty::Pty;
 
 /// Bytes that may wait to leave. Beyond it, what a controller writes is lost.
 const WAITING_MAX: usize = 64 * 1024;
@@ -62,7 +62,7 @@ impl Line {
         let sent = if self.faulty {
             self.faults.answer(text)
         } else {
-            super::faults::Sent { bytes: text.as_bytes().to_vec(), ..Default::default() }
+            crate::faults::Sent { bytes: text.as_bytes().to_vec(), ..Default::default() }
         };
         if self.waiting_bytes + sent.bytes.len() > WAITING_MAX {
             tracing::warn!("what the controller says is lost: nobody reads");

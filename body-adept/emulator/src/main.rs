@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
-use pschema_adept::emulator::{EmulatorArgs, run, teach};
+use pschema_vplus_emulator::{EmulatorArgs, run, teach};
 use tracing_subscriber::EnvFilter;
 
 /// A V+ controller on a pseudo-terminal, with a simulated arm behind it.

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 use std::time::Duration;
 
-use pschema_sim::random::SplitMix;
+use pschema_arm::SplitMix;
 
 /// How often each fault happens: a share, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! What the emulated arm was made to do, kept apart from what it says about it: for tests that want to know whether a
 //! motion was ever asked for, or taken, beyond some limit.
 
-use super::path::{JOINTS, Joints, Leg};
+use crate::path::{JOINTS, Joints, Leg};
 
 /// Targets kept; of more, only the extremes are known.
 const TARGETS_MAX: usize = 200_000;

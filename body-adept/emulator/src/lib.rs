@@ -20,7 +20,7 @@
 //! | `record` | what the arm was made to do so far |
 //!
 //! What of its behaviour is documented, and what is from memory, stands at the head of `monitor`, `messages` and
-//! `machine`. It shares no code with the driver: both follow the documents.
+//! `machine`. The driver (`pschema-adept`) and this crate do not depend on each other: both follow the documents.
 //!
 //! Time: the arm moves in its own time, `fast` times as fast as the clock on the wall. What guards the line - the
 //! program's watchdog, faults, the pace of characters - goes by the clock on the wall always. The world moves only

@@ -1,11 +1,12 @@
 //! Teaching the emulated arm, as a person does a real one with the pendant: the precision points over its work space,
 //! where objects are put, which postures it tries. What comes out is the second half of `arms/emulated.toml`.
 
+use pschema_arm::{JointPositions, Square};
 use pschema_sim::config::{WorldError, WorldFile};
-use pschema_sim::manifold::{JointPositions, OnManifold};
+use pschema_sim::manifold::OnManifold;
 use pschema_sim::workspace::Workspace;
 
-use super::path::Joints;
+use crate::path::Joints;
 
 /// Distance between taught points over the table, in metres.
 const SPACING_M: f64 = 0.03;
@@ -24,13 +25,13 @@ pub fn tables(world: &str) -> Result<String, WorldError> {
 fn lines(world: &str, workspace: &Workspace) -> Vec<String> {
     let mut lines = Vec::new();
     let mut line = |text: String| lines.push(text);
-    let manifold = &workspace.manifold;
+    let square = &workspace.manifold.square;
     let mm = |metres: f64| (metres * 1e6).round() / 1e3;
     line(format!("# Taught by `pschema-vplus-emulator --teach {world}`; written anew by it, not by hand.\n"));
     line("# What the two joint positions mean on the table, straight ahead of the base.\n[plane]".into());
-    line(format!("across_mm = {:?}", mm(2.0 * manifold.lateral_max_m)));
-    line(format!("nearest_mm = {:?}", mm(manifold.nearest_m)));
-    line(format!("outwards_mm = {:?}\n", mm(manifold.arc_max_m - manifold.nearest_m)));
+    line(format!("across_mm = {:?}", mm(square.across_m)));
+    line(format!("nearest_mm = {:?}", mm(square.nearest_m)));
+    line(format!("outwards_mm = {:?}\n", mm(square.outwards_m)));
 
     line(
         "# The postures to try, one for each visual field that the finger can be seen in.\n[repertoire]"
@@ -53,7 +54,7 @@ fn lines(world: &str, workspace: &Workspace) -> Vec<String> {
         "# Precision points, in degrees: at each of the joint positions, at each height over the manifold."
             .into(),
     );
-    let rest = manifold.rest();
+    let rest = workspace.manifold.rest();
     line(format!("[taught]\nrest = [{:?}, {:?}]", rounded(rest.j1), rounded(rest.j2)));
     line(format!("j1 = {:?}\nj2 = {:?}", grid.j1, grid.j2));
     line(format!("lift_mm = {:?}\npoints = [", grid.lift_m.map(mm)));
@@ -86,11 +87,10 @@ impl Grid {
     /// Teaches the arm of a work space.
     pub(crate) fn taught(workspace: &Workspace) -> Self {
         let manifold = &workspace.manifold;
-        let across_m = 2.0 * manifold.lateral_max_m;
-        let outwards_m = manifold.arc_max_m - manifold.nearest_m;
+        let Square { across_m, nearest_m, outwards_m, rest_m } = manifold.square;
         let columns = (across_m / SPACING_M).ceil() as usize;
         // From behind the rest posture to the end of the rim.
-        let first = (manifold.rest_m - manifold.nearest_m - SPACING_M / 2.0) / outwards_m;
+        let first = (rest_m - nearest_m - SPACING_M / 2.0) / outwards_m;
         let rows = ((1.0 - first) * outwards_m / SPACING_M).ceil() as usize;
         let even = |count: usize, from: f64, to: f64| -> Vec<f64> {
             (0..=count).map(|at| rounded(from + (to - from) * at as f64 / count as f64)).collect()
@@ -99,7 +99,7 @@ impl Grid {
         let lift_m = [0.0, workspace.file.arm.lift_mm.metres()];
         let reach_m = manifold.arc_max_m + SPACING_M * std::f64::consts::SQRT_2;
         let point = |j1: f64, j2: f64, lift_m: f64| {
-            let (across_m, outwards_m) = manifold.square_m(JointPositions { j1, j2 });
+            let (across_m, outwards_m) = manifold.square.at_m(JointPositions { j1, j2 });
             let arc_m = (across_m * across_m + outwards_m * outwards_m).sqrt();
             let at = OnManifold { bearing_rad: across_m.atan2(outwards_m), arc_m };
             let posture = workspace.arm.posture_above(manifold, at, lift_m).filter(|_| arc_m <= reach_m)?;
@@ -150,7 +150,7 @@ mod tests {
             for (layer, lift_m) in grid.lift_m.into_iter().enumerate() {
                 let joints =
                     grid.between(layer, taught.joints).expect("every posture is between taught points");
-                assert!(super::super::machine::within_softstops(&joints), "{joints:?}");
+                assert!(crate::machine::within_softstops(&joints), "{joints:?}");
                 let tip_m = workspace.arm.posture_of(joints.map(f64::to_radians)).tip_m;
                 let point = workspace.manifold.at(taught.joints).unwrap();
                 let mut wanted_m = workspace.manifold.tip(point);

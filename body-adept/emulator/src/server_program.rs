@@ -3,10 +3,10 @@
 
 use std::time::{Duration, Instant};
 
-use super::machine::{End, Guard, Happened, Machine};
-use super::messages;
-use super::path::{JOINTS, Joints, Leg};
-use super::sum;
+use crate::machine::{End, Guard, Happened, Machine};
+use crate::messages;
+use crate::path::{JOINTS, Joints, Leg};
+use crate::sum;
 
 /// Longest line taken, in bytes.
 const LINE_BYTES_MAX: usize = 128;
@@ -348,7 +348,7 @@ fn leg(values: &[&str]) -> Result<Leg, (i32, &'static str)> {
     let speed = number(speed).filter(|speed| (1..=100).contains(speed)).ok_or(refusal::VALUES)?;
     let mut to: Joints = [0.0; JOINTS];
     for (value, text) in to.iter_mut().zip(joints) {
-        *value = super::decimal(text).ok_or(refusal::VALUES)?;
+        *value = crate::decimal(text).ok_or(refusal::VALUES)?;
     }
     Ok(Leg { to, speed: f64::from(speed) / 100.0 })
 }

@@ -6,14 +6,14 @@ use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::faults::{FaultRates, Faults};
-use super::line::Line;
-use super::machine::{Happened, Machine};
-use super::monitor::{Monitor, START_UP};
-use super::pty::Pty;
-use super::server_program::ServerProgram;
-use super::sockets::{Socket, ppm};
-use super::{EmulatorArgs, EmulatorError, IDLE, Record, Speaks};
+use crate::faults::{FaultRates, Faults};
+use crate::line::Line;
+use crate::machine::{Happened, Machine};
+use crate::monitor::{Monitor, START_UP};
+use crate::pty::Pty;
+use crate::server_program::ServerProgram;
+use crate::sockets::{Socket, ppm};
+use crate::{EmulatorArgs, EmulatorError, IDLE, Record, Speaks};
 
 /// Most simulated time between two looks at the line, in seconds: so that the stop of an arm that is emulated faster than
 /// in truth comes as soon, in its own time, as an arm's.
@@ -253,5 +253,5 @@ impl Rig {
 
 /// A line of the program: with its sum, and as `WRITE` ends it.
 fn line_of(answer: &str) -> String {
-    format!("{}\r\n", super::sum::summed(answer))
+    format!("{}\r\n", crate::sum::summed(answer))
 }

@@ -7,16 +7,16 @@
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use pschema_arm::Side;
 use pschema_protocol::body::Outcome;
 use pschema_sim::body::SimBody;
 use pschema_sim::config::{WorldError, WorldFile};
-use pschema_sim::touch::Side;
 use pschema_sim::world::STEP_S;
 use pschema_vision::image::RgbImage;
 
-use super::messages::{self, Message};
-use super::path::{JOINTS, Joints, Leg, Path};
-use super::record::Record;
+use crate::messages::{self, Message};
+use crate::path::{JOINTS, Joints, Leg, Path};
+use crate::record::Record;
 
 /// Softstops of the emulated robot, in degrees: first and last value of each joint. Wider than its work space, as
 /// those of a real one are.

@@ -8,7 +8,7 @@ use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use pschema_adept::emulator::{Emulator, EmulatorArgs, Speaks};
+use pschema_vplus_emulator::{Emulator, EmulatorArgs, Speaks};
 use serialport::SerialPort;
 
 const DEADLINE: Duration = Duration::from_secs(30);
