@@ -15,6 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
+use pschema_process::{SignalError, Stop};
 use pschema_protocol::body::{RunError, RunOptions, RunSummary};
 use pschema_protocol::domain::{DomainError, LearnerName, Place, RuntimeDir};
 use thiserror::Error;
@@ -139,6 +140,9 @@ pub enum AdeptError {
     /// The controller cannot be used.
     #[error(transparent)]
     Controller(#[from] Fault),
+    /// Signals cannot be handled.
+    #[error(transparent)]
+    Signals(#[from] SignalError),
     /// Nobody enabled the arm.
     #[error("the arm is not enabled: {0}")]
     NotEnabled(#[from] OperatorError),
@@ -299,13 +303,8 @@ pub fn run(args: &AdeptArgs) -> Result<Option<RunSummary>, AdeptError> {
         replay::replay(&setup(args)?, recording)?;
         return Ok(None);
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        // The second of the same signal ends the process at once; by then the watch has stopped the arm.
-        signal_hook::flag::register_conditional_shutdown(signal, 1, stop.clone())
-            .and_then(|_| signal_hook::flag::register(signal, stop.clone()))
-            .map_err(system("handle signals"))?;
-    }
+    // A second signal ends the process at once; by then the watch has stopped the arm.
+    let stop = Stop::on_signals()?.flag();
     if args.task == Some(Task::Calibrate) {
         let mut body = build(args, stop.clone(), None)?;
         enable(args, &mut body, &stop)?;

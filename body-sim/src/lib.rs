@@ -4,10 +4,9 @@
 //! eye as a real one's. The same seed gives the same run, bit for bit.
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use clap::Args;
+use pschema_process::{SignalError, Stop};
 use pschema_protocol::body::{RunError, RunOptions, RunSummary};
 use pschema_protocol::domain::{DomainError, LearnerName, Place, RuntimeDir};
 use thiserror::Error;
@@ -78,8 +77,8 @@ pub enum SimError {
     #[error(transparent)]
     Domain(#[from] DomainError),
     /// Signals cannot be handled.
-    #[error("cannot handle signals: {0}")]
-    Signals(#[source] std::io::Error),
+    #[error(transparent)]
+    Signals(#[from] SignalError),
     /// The life with the daemon failed.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -107,13 +106,7 @@ pub fn run(args: &SimArgs) -> Result<Option<RunSummary>, SimError> {
         return Ok(None);
     }
     let place = Place::new(RuntimeDir::from_environment()?, LearnerName::new(&args.name)?);
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        // The second of the same signal ends the process at once, should an action never end.
-        signal_hook::flag::register_conditional_shutdown(signal, 1, stop.clone())
-            .and_then(|_| signal_hook::flag::register(signal, stop.clone()))
-            .map_err(SimError::Signals)?;
-    }
+    let stop = Stop::on_signals()?.flag();
     let options = RunOptions { place, exit_when_daemon_gone: args.exit_with_daemon, stop };
     Ok(Some(pschema_protocol::body::run(body, &options)?))
 }

@@ -1,11 +1,10 @@
 //! The simulated body as a process.
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
+use pschema_process::{LevelFilter, Log, ended, say};
 use pschema_sim::{SimArgs, run};
-use tracing_subscriber::EnvFilter;
 
 /// The simulated body of a pschema learner: an arm, a table, blocks, a camera.
 ///
@@ -18,27 +17,9 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
-    // A log that nobody reads any more (the other end of the pipe died) must not end a body.
-    log.log_internal_errors(false).init();
-    match run(&cli.args) {
-        Ok(summary) => {
-            if let Some(summary) = summary {
-                let (frames, orders, ending) = (summary.frames, summary.orders, summary.ending);
-                say(&format!("{frames} frames, {orders} orders; ended: {ending:?}"));
-            }
-            ExitCode::SUCCESS
-        }
-        Err(error) => {
-            say(&format!("pschema-sim: {error}"));
-            ExitCode::FAILURE
-        }
-    }
-}
-
-/// Not `eprintln`, which panics when nobody reads any more.
-fn say(line: &str) {
-    drop(writeln!(std::io::stderr(), "{line}"));
+    Log::new(LevelFilter::INFO).begin();
+    ended(
+        "pschema-sim",
+        run(&Cli::parse().args).map(|summary| summary.iter().for_each(|summary| say(&summary.to_string()))),
+    )
 }

@@ -1,14 +1,12 @@
 //! The daemon as a program: arguments, log, signals.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
+use pschema_process::{LevelFilter, Log, Stop, ended};
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use tracing_subscriber::EnvFilter;
 
 use crate::{Durability, Keeping, Retention, ServerError, Setup, config, serve_kept};
 
@@ -150,43 +148,10 @@ pub fn run(args: &ServerArgs, stop: &AtomicBool) -> Result<(), ServerError> {
 #[must_use]
 pub fn program() -> ExitCode {
     let program = Program::parse();
-    log_to_stderr(program.log_json);
-    let result = signals().map_err(ServerError::Signals).and_then(|stop| run(&program.args, &stop));
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            // Not `eprintln`, which panics when nobody reads any more.
-            drop(writeln!(std::io::stderr(), "error: {error}"));
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn log_to_stderr(json: bool) {
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
-    // A log that nobody reads any more (the other end of the pipe died) must not end a daemon.
-    let log = log.log_internal_errors(false);
-    let log = log.with_ansi(
-        std::io::IsTerminal::is_terminal(&std::io::stderr()) && std::env::var_os("NO_COLOR").is_none(),
-    );
-    let set = if json { log.json().try_init() } else { log.try_init() };
-    if let Err(error) = set {
-        // A host that has a log of its own keeps it.
-        tracing::debug!(%error, "the log is set up already");
-    }
-}
-
-fn signals() -> Result<Arc<AtomicBool>, std::io::Error> {
-    let stop = Arc::new(AtomicBool::new(false));
-    // A file that may not grow further (`ulimit -f`) is an error to be told of, and not an end without a word.
-    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::new(AtomicBool::new(false)))?;
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        // The order matters: the first signal only sets the flag, which arms the second.
-        signal_hook::flag::register_conditional_shutdown(signal, 1, stop.clone())?;
-        signal_hook::flag::register(signal, stop.clone())?;
-    }
-    Ok(stop)
+    Log::new(LevelFilter::INFO).as_json(program.log_json).begin();
+    let result =
+        Stop::on_signals().map_err(ServerError::from).and_then(|stop| run(&program.args, &stop.flag()));
+    ended("pschema-server", result)
 }
 
 /// Run a learner in the foreground, for bodies to attach to and tools to ask.

@@ -22,6 +22,7 @@ mod trace;
 pub mod translate;
 
 use pschema_learner::LearnerError;
+use pschema_process::SignalError;
 use pschema_protocol::domain::DomainError;
 use pschema_protocol::transport::TransportError;
 
@@ -53,6 +54,6 @@ pub enum ServerError {
     #[error("cannot start a thread: {0}")]
     Thread(#[source] std::io::Error),
     /// Signals can't be handled.
-    #[error("cannot handle signals: {0}")]
-    Signals(#[source] std::io::Error),
+    #[error(transparent)]
+    Signals(#[from] SignalError),
 }

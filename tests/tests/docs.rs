@@ -28,6 +28,9 @@ const NOT_RUN: [&str; 8] = [
     "pschema experiment exp1-s1 --seeds 1..10",
 ];
 
+/// The ways in which pages call the program that measures.
+const BENCH: [&str; 2] = ["cargo run --release -p pschema-bench -- ", "target/release/pschema-bench "];
+
 /// What a page's commands run in: they stop at the first that fails, and leave no process.
 const PROLOGUE: &str = r#"
 set -euo pipefail
@@ -108,12 +111,17 @@ fn commands_that_are_only_shown_exist() {
     let mut seen = 0;
     for page in Page::all() {
         for block in page.commands(true) {
-            for (line, command) in
-                commands(block).into_iter().filter(|(_, command)| command.starts_with("pschema"))
-            {
-                let arguments = words(&command);
+            for (line, command) in commands(block) {
+                let bench = BENCH.iter().find_map(|start| command.split_once(start));
+                let checked = match bench {
+                    Some((_, arguments)) => {
+                        pschema_bench::check_usage(&words(&format!("pschema-bench {arguments}")))
+                    }
+                    None if command.starts_with("pschema") => pschema_tools::check_usage(&words(&command)),
+                    None => continue,
+                };
                 let place = format!("{}:{line}: {command}", page.path.display());
-                pschema_tools::check_usage(&arguments).unwrap_or_else(|problem| panic!("{place}\n{problem}"));
+                checked.unwrap_or_else(|problem| panic!("{place}\n{problem}"));
                 seen += 1;
             }
         }

@@ -3,17 +3,16 @@
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
-use crate::output;
+use pschema_process::colour_is_wanted;
 
 /// The bar; dropped, it goes away.
 #[derive(Debug)]
-pub(crate) struct Bar(ProgressBar);
+pub struct Bar(ProgressBar);
 
 impl Bar {
     /// For so many bytes; hidden when `quiet` or stderr is no terminal.
     pub(crate) fn bytes(quiet: bool) -> Self {
-        let template = if output::wanted() {
+        let template = if colour_is_wanted() {
             "{bar:30.green} {bytes}/{total_bytes}  {msg}"
         } else {
             "{bar:30} {bytes}/{total_bytes}  {msg}"
@@ -22,7 +21,8 @@ impl Bar {
     }
 
     /// For things that are counted.
-    pub(crate) fn count(quiet: bool) -> Self {
+    #[must_use]
+    pub fn count(quiet: bool) -> Self {
         Self::with(quiet, "{spinner} {pos}  {msg}")
     }
 
@@ -37,7 +37,7 @@ impl Bar {
     }
 
     /// Shows how far it is.
-    pub(crate) fn show(&self, done: u64, of: u64, message: String) {
+    pub fn show(&self, done: u64, of: u64, message: String) {
         if self.0.length() != Some(of) {
             self.0.set_length(of);
         }

@@ -2,11 +2,12 @@
 
 use std::process::ExitCode;
 
+use pschema_process::{Interrupted, SignalError};
 use pschema_protocol::domain::DomainError;
 
 /// Why a command could not be done. Each is said once, on stderr, by `main`.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum Failure {
+pub enum Failure {
     /// It was typed wrongly.
     #[error("{0}")]
     Usage(String),
@@ -26,7 +27,8 @@ pub(crate) enum Failure {
 
 impl Failure {
     /// A failure that is said as `error` is.
-    pub(crate) fn of(error: impl std::fmt::Display) -> Self {
+    #[must_use]
+    pub fn of(error: impl std::fmt::Display) -> Self {
         Self::Failed(error.to_string())
     }
 
@@ -47,5 +49,17 @@ impl From<DomainError> for Failure {
             DomainError::LearnerName { .. } => Self::Usage(error.to_string()),
             _ => Self::of(error),
         }
+    }
+}
+
+impl From<Interrupted> for Failure {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
+}
+
+impl From<SignalError> for Failure {
+    fn from(error: SignalError) -> Self {
+        Self::of(error)
     }
 }

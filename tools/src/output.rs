@@ -2,6 +2,7 @@
 
 use std::io::{self, IsTerminal, Write};
 
+use pschema_process::colour_is_wanted;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -13,6 +14,14 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
         io::ErrorKind::BrokenPipe => Failure::NobodyReads,
         _ => Failure::Failed(format!("cannot write to stdout: {error}")),
     })
+}
+
+/// Prints a result: as JSON when `json` is set, else as the text for people.
+///
+/// # Errors
+/// When stdout can't be written, or nobody reads it any more.
+pub fn show<T: Serialize>(json: bool, value: &T, text: impl FnOnce(&T) -> String) -> Result<(), Failure> {
+    if json { print_json(value) } else { print(&text(value)) }
 }
 
 /// Prints a value as JSON, over several lines.
@@ -36,7 +45,7 @@ pub(crate) struct Style {
 impl Style {
     /// Emphasis where stdout is a terminal that wants it.
     pub(crate) fn of_stdout() -> Self {
-        Self { colour: io::stdout().is_terminal() && wanted() }
+        Self { colour: io::stdout().is_terminal() && colour_is_wanted() }
     }
 
     /// No emphasis.
@@ -60,10 +69,4 @@ impl Style {
     fn with(self, code: &str, text: &str) -> String {
         if self.colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
     }
-}
-
-/// Whether the environment allows colour: <https://no-color.org> and terminals that can't.
-pub(crate) fn wanted() -> bool {
-    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-    set("NO_COLOR").is_none() && set("TERM").is_none_or(|term| term != "dumb")
 }

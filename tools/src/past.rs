@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use pschema_inspect::{Answer, Request, SchemaSort};
-use pschema_protocol::domain::LearnerName;
 use pschema_server::inspect;
 use pschema_server::mind::{HostFacts, View};
 use pschema_store::past::{Moment, Past, PastError};
 
-use crate::cli::{DataArgs, NoDataArgs};
+use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
 use crate::learner::{Asks, Learner};
 
@@ -18,21 +17,21 @@ impl From<PastError> for Failure {
     }
 }
 
-/// Whom to ask: the daemon of `name`, or the memory in a data directory if one is given.
-pub(crate) fn asked(name: &LearnerName, data: &DataArgs) -> Result<Box<dyn Asks>, Failure> {
-    match &data.data {
-        None => Ok(Box::new(Learner::connect(name)?)),
-        Some(directory) => Ok(Box::new(Remembered::open(directory, data.until)?)),
+/// Whom to ask about a memory: the learner's daemon, or the memory on disk if a data directory is given.
+pub(crate) fn asked(memory: &MemoryArgs, general: &General) -> Result<Box<dyn Asks>, Failure> {
+    match &memory.data.data {
+        None => Ok(Box::new(Learner::connect(&memory.name.learner(general)?)?)),
+        Some(directory) => Ok(Box::new(Remembered::open(directory, memory.data.until)?)),
     }
 }
 
 /// The answer to what is asked about a decision: of the daemon, while it keeps it; else of the memory that the daemon
 /// keeps on disk, which is only read, and delays nothing.
-pub(crate) fn answered(name: &LearnerName, data: &DataArgs, request: &Request) -> Result<Answer, Failure> {
-    if data.data.is_some() {
-        return asked(name, data)?.ask(request);
+pub(crate) fn answered(memory: &MemoryArgs, general: &General, request: &Request) -> Result<Answer, Failure> {
+    if memory.data.data.is_some() {
+        return asked(memory, general)?.ask(request);
     }
-    let mut learner = Learner::connect(name)?;
+    let mut learner = Learner::connect(&memory.name.learner(general)?)?;
     let problem = match learner.ask(request) {
         Err(Failure::Failed(problem)) => problem,
         answered => return answered,
@@ -116,19 +115,4 @@ impl Asks for Remembered {
         let moment = self.moment(request)?;
         self.answer(moment, request)
     }
-}
-
-/// An order can't be given to a memory on disk.
-pub(crate) fn no_orders(data: &NoDataArgs, what: &str) -> Result<(), Failure> {
-    refuse_order(data.data.as_deref(), what)
-}
-
-/// As [`no_orders`].
-pub(crate) fn refuse_order(data: Option<&Path>, what: &str) -> Result<(), Failure> {
-    let Some(data) = data else { return Ok(()) };
-    Err(Failure::Usage(format!(
-        "{what} needs a learner that is running: a data directory is only read, so that the past stays as it was. Start \
-         `pschema server --data {}`, and give the order to it",
-        data.display()
-    )))
 }

@@ -24,7 +24,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-const COMMANDS: [&str; 20] = [
+const COMMANDS: [&str; 19] = [
     "demo",
     "server",
     "sim",
@@ -42,7 +42,6 @@ const COMMANDS: [&str; 20] = [
     "export",
     "import",
     "experiment",
-    "bench",
     "doctor",
     "completions",
 ];
@@ -59,12 +58,8 @@ fn every_command_has_help_with_an_example() {
         assert!(help.contains("Example:\n  pschema "), "{command} has no example:\n{help}");
         let on_disk = ["journal", "verify", "repair", "replay", "import"].contains(&command);
         assert!(!on_disk || help.contains("--data"), "{command} has no --data:\n{help}");
-        let alone = ["demo", "experiment", "bench", "doctor", "completions"].contains(&command);
+        let alone = ["demo", "experiment", "doctor", "completions"].contains(&command);
         assert!(on_disk || alone || help.contains("--name"), "{command} has no --name:\n{help}");
-    }
-    for what in ["durability", "restart", "ipc", "sim", "vision"] {
-        let help = text(&pschema(runtime.path(), &["bench", what, "--help"]).stdout);
-        assert!(help.contains("Example:\n  pschema bench "), "bench {what}:\n{help}");
     }
     for order in ["show", "next", "hold", "resume", "set"] {
         let help = text(&pschema(runtime.path(), &["stage", order, "--help"]).stdout);

@@ -1,16 +1,19 @@
 //! The whole life of a body process: attach, and again whenever the daemon comes back; send, obey; leave.
 
-use std::io::Write;
+use std::fmt;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::{Body, BodyLoop, Directive};
+use pschema_process::{LevelFilter, Log, Stop, say};
+
 use crate::domain::{DomainError, LearnerName, Place, RuntimeDir};
 use crate::refusal::{Refusal, codes};
 use crate::transport::TransportError;
 use crate::transport::body_link::BodyLink;
+
+use super::{Body, BodyLoop, Directive};
 
 /// First and longest pause between two tries to attach; each is twice the one before.
 const BACKOFF_FIRST: Duration = Duration::from_millis(20);
@@ -59,6 +62,16 @@ pub struct RunSummary {
     pub orders: u64,
     /// Frames refused.
     pub refused: u64,
+}
+
+impl fmt::Display for RunSummary {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { ending, sessions, frames, orders, refused } = self;
+        write!(
+            to,
+            "{sessions} session(s), {frames} frames ({refused} refused), {orders} orders; ended: {ending:?}"
+        )
+    }
 }
 
 /// Why a run failed.
@@ -243,10 +256,10 @@ impl<B: Body> Run<'_, B> {
 /// Runs a body as a program: reads `--name <learner>` from the command line, ends on SIGINT and SIGTERM
 /// with a farewell, and says on standard error what went wrong.
 pub fn run_from_args<B: Body>(body: B) -> ExitCode {
+    Log::new(LevelFilter::WARN).begin();
     match run_as_program(body) {
         Ok(summary) => {
-            let RunSummary { sessions, frames, orders, refused, .. } = summary;
-            say(&format!("{sessions} session(s), {frames} frames ({refused} refused), {orders} orders"));
+            say(&summary.to_string());
             ExitCode::SUCCESS
         }
         Err(message) => {
@@ -254,11 +267,6 @@ pub fn run_from_args<B: Body>(body: B) -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-/// Not `eprintln`, which panics when nobody reads any more.
-fn say(line: &str) {
-    drop(writeln!(std::io::stderr(), "{line}"));
 }
 
 const USAGE: &str = "usage: <body> [--name <learner>]   (default: default)";
@@ -274,13 +282,7 @@ fn run_as_program<B: Body>(body: B) -> Result<RunSummary, String> {
     }
     let learner = LearnerName::new(&name).map_err(|error| error.to_string())?;
     let runtime = RuntimeDir::from_environment().map_err(|error| error.to_string())?;
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        // The second of the same signal ends the process at once, should an action never end.
-        signal_hook::flag::register_conditional_shutdown(signal, 1, stop.clone())
-            .and_then(|_| signal_hook::flag::register(signal, stop.clone()))
-            .map_err(|error| format!("cannot handle signals: {error}"))?;
-    }
+    let stop = Stop::on_signals().map_err(|error| error.to_string())?.flag();
     let options = RunOptions { place: Place::new(runtime, learner), exit_when_daemon_gone: false, stop };
     run(body, &options).map_err(|error| error.to_string())
 }

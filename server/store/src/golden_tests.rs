@@ -61,7 +61,7 @@ fn rich() -> Curriculum {
         lift: Lift::Types(vec!["finger".to_owned(), "touch".to_owned()]),
         saturation: Some(Saturation { excitation_below: 1.0, actions: 3 }),
         habituation: Some(Habituation { executions_min: 2, interval_max: 0.5 }),
-        ..crate::bench::free().stages.remove(0)
+        ..crate::store_tests::curriculum().stages.remove(0)
     };
     let speaking = Stage {
         name: "speaking".to_owned(),
@@ -85,7 +85,7 @@ fn rich() -> Curriculum {
     Curriculum {
         name: "rich".to_owned(),
         pools: vec![Pool { name: "fields".to_owned(), from: -2, to: 9 }],
-        stages: vec![babbling, speaking, crate::bench::free().stages.remove(0)],
+        stages: vec![babbling, speaking, crate::store_tests::curriculum().stages.remove(0)],
         afterwards: Afterwards::Hold,
     }
 }

@@ -5,7 +5,6 @@
 #![forbid(unsafe_code)]
 
 mod archivist;
-pub mod bench;
 mod change;
 mod codec;
 mod error;

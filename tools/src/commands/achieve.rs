@@ -3,29 +3,48 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
+use clap::Args;
 use pschema_inspect::{Answer, Pursuit, Request};
-use pschema_protocol::domain::LearnerName;
+use pschema_process::{Stop, say};
 
-use crate::cli::AchieveArgs;
+use crate::args::{General, OrderArgs};
 use crate::failure::Failure;
 use crate::learner::{Learner, ask_for};
 use crate::output;
-use crate::past::no_orders;
 use crate::render::{goals, json_goals, schema};
-use crate::run::Stop;
-use crate::talk;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema achieve 'touch{}'\n  \
+    pschema achieve 'finger{field=17}' --actions-max 5 --wait 10\n\n\
+    It exits with 0 when the goal was achieved, else with 1. Ctrl-C calls the goal off.")]
+pub(crate) struct AchieveArgs {
+    #[command(flatten)]
+    order: OrderArgs,
+    /// What is wanted, all of it: patterns as schemas print; a variable is the same value in all of them
+    #[arg(required = true, value_name = "PATTERN")]
+    goal: Vec<String>,
+    /// Actions that it may take
+    #[arg(long, default_value_t = 50, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    actions_max: u32,
+    /// Seconds to wait for it before it is called off
+    #[arg(long, default_value_t = 60, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    wait: u64,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
 
 /// How often the learner is asked how the goal is doing.
 const ASK_EVERY: Duration = Duration::from_millis(50);
 
-pub(crate) fn run(name: &LearnerName, args: AchieveArgs, quiet: bool) -> Result<(), Failure> {
-    no_orders(&args.data, "`achieve`")?;
-    let stop = Stop::on_signals()?;
-    let mut learner = Learner::connect(name)?;
+pub(crate) fn run(args: AchieveArgs, general: &General) -> Result<(), Failure> {
+    let name = args.order.learner(general, "`achieve`")?;
+    let stop = Stop::on_signals_and_hangup()?;
+    let mut learner = Learner::connect(&name)?;
     let request = Request::Achieve { goal: args.goal, actions_max: args.actions_max };
     let begun = ask_for!(learner, &request, Answer::Pursuit)?;
     let waiting = Waiting { number: begun.number, until: Instant::now() + Duration::from_secs(args.wait) };
-    let (end, why) = waiting.follow(&mut learner, begun, &stop, quiet)?;
+    let (end, why) = waiting.follow(&mut learner, begun, &stop, general.quiet())?;
     let achieved = end.state == "achieved";
     if args.json {
         output::print_json(&json_goals::Pursuit::from(&*end))?;
@@ -60,7 +79,7 @@ impl Waiting {
             if now.state != "pursued" {
                 return Ok((now, why));
             }
-            if stop.raised() {
+            if stop.is_raised() {
                 now = self.call_off(learner)?;
                 " because this command was interrupted".clone_into(&mut why);
             } else if Instant::now() >= self.until {
@@ -94,6 +113,6 @@ fn tell(now: &Pursuit, told: &mut u32) {
     let first = now.plans_made.saturating_sub(u32::try_from(now.plans.len()).unwrap_or(u32::MAX));
     let before = std::mem::replace(told, now.plans_made);
     for (_, plan) in (first..).zip(&now.plans).filter(|(number, _)| *number >= before) {
-        talk::say(&goals::plan_made(plan));
+        say(&goals::plan_made(plan));
     }
 }

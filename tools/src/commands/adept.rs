@@ -1,18 +1,28 @@
 //! `pschema adept`: the Adept arm on its serial line.
 
+use clap::Args;
 use pschema_adept::AdeptError;
-use pschema_protocol::domain::{DomainError, LearnerName};
+use pschema_protocol::domain::DomainError;
 
-use crate::cli::AdeptCommand;
+use crate::args::{General, ParentArgs};
 use crate::failure::Failure;
 use crate::run::follow_parent;
 
-use super::DEFAULT_NAME;
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  pschema adept --port /dev/ttyS0 --arm my-arm.toml --camera folder:/var/camera"
+)]
+pub(crate) struct AdeptCommand {
+    #[command(flatten)]
+    parent: ParentArgs,
+    #[command(flatten)]
+    args: pschema_adept::AdeptArgs,
+}
 
-/// Runs until stopped or sent away. `name` is one given before the command; one given after it wins.
-pub(crate) fn run(command: AdeptCommand, name: Option<LearnerName>) -> Result<(), Failure> {
+/// Runs until stopped or sent away.
+pub(crate) fn run(command: AdeptCommand, general: &General) -> Result<(), Failure> {
     let mut args = command.args;
-    if let Some(name) = name.filter(|_| args.name == DEFAULT_NAME) {
+    if let Some(name) = general.name_instead_of(&args.name) {
         name.as_str().clone_into(&mut args.name);
     }
     follow_parent(command.parent.parent)?;

@@ -1,10 +1,12 @@
 //! `pschema demo`: a robot learns to touch, told as it happens.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
+use pschema_process::Stop;
 use pschema_server::config::BodyKind;
 
-use crate::cli::DemoArgs;
+use crate::args::General;
 use crate::failure::Failure;
 use crate::output::{self, Style};
 use crate::render::figures;
@@ -12,17 +14,34 @@ use crate::render::schema::{capital, wrapped};
 use crate::render::story::Story;
 use crate::render::words::{duration, missing, probability, schema_notation, schema_sentence};
 use crate::report::{self, Group, Section};
-use crate::run::{Asked, Bars, Condition, Experiment, Figures, Learnt, Outcome, Pair, Progress, Stop};
+use crate::run::{Asked, Bars, Condition, Experiment, Figures, Learnt, Outcome, Pair, Progress};
 
 use super::experiment::write_report;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema demo --seed 7")]
+pub(crate) struct DemoArgs {
+    /// Everything drawn by lot follows from it
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The body: the simulated arm, or the Adept arm at the end of a serial line, on an emulator of its controller
+    #[arg(long, value_enum, default_value_t)]
+    body: BodyKind,
+    /// Print the figures as JSON instead of the story
+    #[arg(long)]
+    json: bool,
+    /// Write a report into this folder: a page to look at, and the raw figures as CSV and JSON Lines
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
 
 /// The experiment that a demo is.
 const EXPERIMENT: &str = "exp1-s1";
 /// The same in the view of the physical robot.
 const ROBOT_EXPERIMENT: &str = "exp1-s1-narrow";
 
-pub(crate) fn run(args: &DemoArgs, quiet: bool) -> Result<(), Failure> {
-    let stop = Stop::on_signals()?;
+pub(crate) fn run(args: DemoArgs, general: &General) -> Result<(), Failure> {
+    let stop = Stop::on_signals_and_hangup()?;
     let name = match args.body {
         BodyKind::Sim => EXPERIMENT,
         BodyKind::Adept => ROBOT_EXPERIMENT,
@@ -34,7 +53,7 @@ pub(crate) fn run(args: &DemoArgs, quiet: bool) -> Result<(), Failure> {
     if let Some(folder) = &args.out {
         report::prepare(folder)?;
     }
-    let outcome = learn(&experiment, condition, args.seed, &stop, quiet || args.json)?;
+    let outcome = learn(&experiment, condition, args.seed, &stop, general.quiet() || args.json)?;
     if args.json {
         output::print_json(&outcome.figures)?;
     } else {
@@ -43,7 +62,7 @@ pub(crate) fn run(args: &DemoArgs, quiet: bool) -> Result<(), Failure> {
     let Some(folder) = &args.out else { return Ok(()) };
     let group = Group::new(condition, std::slice::from_ref(&outcome));
     let section = Section { told: &experiment.told, groups: vec![group] };
-    write_report(folder, &[section], quiet)
+    write_report(folder, &[section], general.quiet())
 }
 
 /// The whole run; when it returns, both processes have ended and nothing of theirs is left.

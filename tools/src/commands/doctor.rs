@@ -7,14 +7,25 @@ use std::path::Path;
 use std::thread::available_parallelism;
 use std::time::Duration;
 
+use clap::Args;
 use pschema_protocol::domain::{self, Exposed, Facts, LearnerName, OwnedDomain, Place, RuntimeDir, Stale};
 use serde::Serialize;
 
-use crate::cli::DoctorArgs;
 use crate::failure::Failure;
 use crate::output::{self, Style};
 use crate::render::schema::wrapped;
 use crate::render::words::{bytes, count};
+
+#[derive(Clone, Copy, Debug, Args)]
+#[command(after_help = "Example:\n  pschema doctor --clean")]
+pub(crate) struct DoctorArgs {
+    /// Remove what dead daemons left behind
+    #[arg(long)]
+    clean: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
 
 const SHARED_MEMORY: &str = "/dev/shm";
 

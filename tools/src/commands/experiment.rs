@@ -1,17 +1,63 @@
 //! `pschema experiment NAME`: the paper's runs, as figures.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use crate::cli::ExperimentArgs;
+use clap::Args;
+use pschema_process::{Stop, say};
+use pschema_server::config::BodyKind;
+
+use crate::args::General;
 use crate::failure::Failure;
 use crate::output;
 use crate::render::comparison::{self, Runs};
 use crate::render::figures;
 use crate::render::schema::wrapped;
 use crate::report::{self, Facts, Group, Section};
-use crate::run::{Asked, Experiment, Figures, How, Job, Outcome, Seeds, Stop, Trace, carry_out};
-use crate::talk;
+use crate::run::{Asked, Experiment, Figures, How, Job, Outcome, Seeds, Trace, carry_out};
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema experiment exp1-s1 --seed 7 --json\n  \
+    pschema experiment exp1-s1 --seeds 1..20 --jobs 2 --out report\n  \
+    pschema experiment ./my.toml\n  pschema experiment all\n\n\
+    The published figures stand beside ours. The exit code says whether the runs could be carried out, \
+    not whether they agree.")]
+pub(crate) struct ExperimentArgs {
+    /// Which experiment: a built-in one (an unknown name lists them), a curriculum file of your own with an
+    /// `[experiment]` table, or `all`
+    #[arg(value_name = "NAME|FILE|all")]
+    experiment: String,
+    /// Everything drawn by lot follows from it [default: 1]
+    #[arg(long, conflicts_with = "seeds")]
+    seed: Option<u64>,
+    /// One run for each seed from A to B, both included [default for all: 1..10]
+    #[arg(long, value_name = "A..B")]
+    seeds: Option<Seeds>,
+    /// How many runs side by side
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=64))]
+    jobs: u8,
+    /// Learner and body in this process, without shared memory: the same results
+    #[arg(long)]
+    in_process: bool,
+    /// Another world: wide (the paper's simulated robot), narrow (its physical one), or a world file
+    #[arg(long, value_name = "WORLD")]
+    world: Option<String>,
+    /// Another body: the simulated arm, or the Adept arm at the end of a serial line, on an emulator of its controller
+    #[arg(long, value_enum)]
+    body: Option<BodyKind>,
+    /// Of an experiment with variants, only this one
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
+    /// Write a report into this folder: a page to look at, and the raw figures as CSV and JSON Lines
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print JSON: an object, or one object a line if there are several runs
+    #[arg(long, conflicts_with = "markdown")]
+    json: bool,
+    /// Print the table of published figures and ours as Markdown
+    #[arg(long)]
+    markdown: bool,
+}
 
 /// Seeds of `experiment all` unless others are asked for: enough for a 95 % interval.
 const SEEDS_OF_ALL: (u64, u64) = (1, 10);
@@ -19,10 +65,10 @@ const SEEDS_OF_ALL: (u64, u64) = (1, 10);
 /// What stands for every experiment there is.
 const ALL: &str = "all";
 
-pub(crate) fn run(args: &ExperimentArgs, quiet: bool) -> Result<(), Failure> {
-    let stop = Stop::on_signals()?;
-    let experiments = experiments(args)?;
-    let seeds = seeds(args);
+pub(crate) fn run(args: ExperimentArgs, general: &General) -> Result<(), Failure> {
+    let stop = Stop::on_signals_and_hangup()?;
+    let experiments = experiments(&args)?;
+    let seeds = seeds(&args);
     if let Some(folder) = &args.out {
         // Before anything is run: a slip must not cost an hour.
         report::prepare(folder)?;
@@ -33,7 +79,7 @@ pub(crate) fn run(args: &ExperimentArgs, quiet: bool) -> Result<(), Failure> {
             jobs.extend(seeds.iter().map(|seed| Job { told: &experiment.told, condition, seed: *seed }));
         }
     }
-    let how = How { in_process: args.in_process, jobs: args.jobs.into(), quiet };
+    let how = How { in_process: args.in_process, jobs: args.jobs.into(), quiet: general.quiet() };
     let several = jobs.len() > 1 || args.seeds.is_some();
     let mut outcomes: Vec<Outcome> = Vec::with_capacity(jobs.len());
     carry_out(&jobs, how, &stop, |_, mut outcome| {
@@ -48,9 +94,9 @@ pub(crate) fn run(args: &ExperimentArgs, quiet: bool) -> Result<(), Failure> {
         Ok(())
     })?;
     let sections = sections(&experiments, &outcomes, seeds.len());
-    print(args, several, &sections)?;
+    print(&args, several, &sections)?;
     match &args.out {
-        Some(folder) => write_report(folder, &sections, quiet),
+        Some(folder) => write_report(folder, &sections, general.quiet()),
         None => Ok(()),
     }
 }
@@ -137,7 +183,7 @@ fn print(args: &ExperimentArgs, several: bool, sections: &[Section<'_>]) -> Resu
 pub(super) fn write_report(folder: &Path, sections: &[Section<'_>], quiet: bool) -> Result<(), Failure> {
     let page = report::write(folder, sections, &Facts::now(SystemTime::now()))?;
     if !quiet {
-        talk::say(&format!("report: {}", page.display()));
+        say(&format!("report: {}", page.display()));
     }
     Ok(())
 }

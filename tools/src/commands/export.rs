@@ -5,17 +5,28 @@ use std::io::{self, BufWriter, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use pschema_inspect::{Answer, Request};
+use pschema_process::{Stop, say};
 use pschema_protocol::domain::LearnerName;
 use pschema_store::past::Past;
 use pschema_store::past::export::{ExportError, Lines};
 
+use crate::args::{DataArgs, General, MemoryArgs};
 use crate::bar::Bar;
-use crate::cli::ExportArgs;
 use crate::failure::Failure;
 use crate::learner::{Learner, ask_for};
-use crate::run::Stop;
-use crate::talk;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema export --data ~/arm -o arm.jsonl\n  \
+    pschema export --name arm | jq -r 'select(.schema.generalised) | .schema.id'")]
+pub(crate) struct ExportArgs {
+    #[command(flatten)]
+    memory: MemoryArgs,
+    /// Write to this file, which must not be there yet; to stdout unless named
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
 
 /// How often a person is told how far it is, in lines.
 const TELL_EVERY: u64 = 1_024;
@@ -29,16 +40,17 @@ impl From<ExportError> for Failure {
     }
 }
 
-pub(crate) fn run(name: &LearnerName, args: &ExportArgs, quiet: bool) -> Result<(), Failure> {
-    let stop = Stop::on_signals()?;
-    let directory = match &args.data.data {
+pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
+    let stop = Stop::on_signals_and_hangup()?;
+    let DataArgs { data, until } = &args.memory.data;
+    let directory = match data {
         Some(directory) => directory.clone(),
-        None => served(name)?,
+        None => served(&args.memory.name.learner(general)?)?,
     };
     let past = Past::open(&directory)?;
-    let moment = past.moment(args.data.until)?;
+    let moment = past.moment(*until)?;
     let step = moment.step();
-    let bar = Bar::count(quiet);
+    let bar = Bar::count(general.quiet());
     let told = |lines: u64| {
         if lines.is_multiple_of(TELL_EVERY) {
             bar.show(lines, lines, "lines".to_owned());
@@ -55,11 +67,8 @@ pub(crate) fn run(name: &LearnerName, args: &ExportArgs, quiet: bool) -> Result<
     stop.check()?;
     let Lines { lines, memory_digest } = written?;
     drop(bar);
-    if let Some(file) = args.output.as_ref().filter(|_| !quiet) {
-        talk::say(&format!(
-            "{}: {lines} lines, memory of step {step}, digest {memory_digest}",
-            file.display()
-        ));
+    if let Some(file) = args.output.as_ref().filter(|_| !general.quiet()) {
+        say(&format!("{}: {lines} lines, memory of step {step}, digest {memory_digest}", file.display()));
     }
     Ok(())
 }
@@ -104,7 +113,7 @@ struct Stoppable<'a> {
 
 impl Write for Stoppable<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.stop.raised() { Err(io::Error::other("stopped")) } else { self.to.write(bytes) }
+        if self.stop.is_raised() { Err(io::Error::other("stopped")) } else { self.to.write(bytes) }
     }
 
     fn flush(&mut self) -> io::Result<()> {

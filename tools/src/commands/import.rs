@@ -2,16 +2,32 @@
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use pschema_store::past::export;
 use pschema_store::past::{self, Made};
 use serde::Serialize;
 
+use crate::args::General;
 use crate::bar::Bar;
-use crate::cli::ImportArgs;
 use crate::failure::Failure;
 use crate::output;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema import arm.jsonl --data ~/arm-again\n  \
+    pschema server --data ~/arm-again")]
+pub(crate) struct ImportArgs {
+    /// What `pschema export` wrote; `-` for stdin
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The data directory to make; there must be nothing in it
+    #[arg(long, value_name = "DIR")]
+    data: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
 
 /// How often a person is told how far it is, in lines.
 const TELL_EVERY: u64 = 1_024;
@@ -27,10 +43,10 @@ struct Figures {
     made: Made,
 }
 
-pub(crate) fn run(args: &ImportArgs, quiet: bool) -> Result<(), Failure> {
+pub(crate) fn run(args: ImportArgs, general: &General) -> Result<(), Failure> {
     let shown = args.file.display();
     let mut from = opened(&args.file)?;
-    let bar = Bar::count(quiet);
+    let bar = Bar::count(general.quiet());
     let imported = export::read(&mut *from, |lines| {
         if lines.is_multiple_of(TELL_EVERY) {
             bar.show(lines, lines, "lines".to_owned());

@@ -1,12 +1,38 @@
 //! `pschema journal`: what happened, batch by batch.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use pschema_store::past::Past;
 use serde::Serialize;
 
-use crate::cli::JournalArgs;
 use crate::failure::Failure;
 use crate::output;
 use crate::render::journal::{self, Listing};
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema journal --data ~/arm\n  \
+    pschema journal --data ~/arm --from 228 --to 230 --effects")]
+pub(crate) struct JournalArgs {
+    /// The data directory; a daemon may be running on it
+    #[arg(long, value_name = "DIR")]
+    data: PathBuf,
+    /// From this step on
+    #[arg(long, value_name = "N")]
+    from: Option<u64>,
+    /// Up to this step
+    #[arg(long, value_name = "N")]
+    to: Option<u64>,
+    /// At most this many batches: the last of them, or the first ones if `--from` is given
+    #[arg(long, default_value_t = 20, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    limit: u32,
+    /// Say every effect in words
+    #[arg(long)]
+    effects: bool,
+    /// Print JSON: one object a line, a batch each, and the directory last
+    #[arg(long)]
+    json: bool,
+}
 
 /// The last line of the JSON.
 #[derive(Serialize)]
@@ -20,7 +46,7 @@ struct Line<'a> {
     batch: &'a pschema_store::past::Batch,
 }
 
-pub(crate) fn run(args: &JournalArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: JournalArgs) -> Result<(), Failure> {
     if let (Some(from), Some(to)) = (args.from, args.to)
         && from > to
     {

@@ -1,18 +1,32 @@
 //! `pschema plan PATTERN...`.
 
+use clap::Args;
 use pschema_inspect::{Answer, Request};
-use pschema_protocol::domain::LearnerName;
 
-use crate::cli::PlanArgs;
+use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
 use crate::learner::ask_for;
 use crate::output;
 use crate::past::asked;
 use crate::render::{goals, json_goals};
 
-pub(crate) fn run(name: &LearnerName, args: PlanArgs) -> Result<(), Failure> {
-    let mut learner = asked(name, &args.data)?;
-    let answer = ask_for!(learner, &Request::Plan { goal: args.goal }, Answer::Plan)?;
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema plan 'touch{}'\n  \
+    pschema plan 'object{colour=blue, field=$x}' 'finger{field=$x}'")]
+pub(crate) struct PlanArgs {
+    #[command(flatten)]
+    memory: MemoryArgs,
+    /// What is wanted, all of it: patterns as schemas print; a variable is the same value in all of them
+    #[arg(required = true, value_name = "PATTERN")]
+    goal: Vec<String>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: PlanArgs, general: &General) -> Result<(), Failure> {
+    let mut memory = asked(&args.memory, general)?;
+    let answer = ask_for!(memory, &Request::Plan { goal: args.goal }, Answer::Plan)?;
     if args.json {
         output::print_json(&json_goals::Plan::from(&*answer))
     } else {

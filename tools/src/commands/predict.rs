@@ -1,18 +1,30 @@
 //! `pschema predict ACTION`.
 
+use clap::Args;
 use pschema_inspect::{Answer, Request};
-use pschema_protocol::domain::LearnerName;
 
-use crate::cli::PredictArgs;
+use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
 use crate::learner::ask_for;
 use crate::output;
 use crate::past::asked;
 use crate::render::{goals, json_goals};
 
-pub(crate) fn run(name: &LearnerName, args: PredictArgs) -> Result<(), Failure> {
-    let mut learner = asked(name, &args.data)?;
-    let answer = ask_for!(learner, &Request::Predict { action: args.action }, Answer::Prediction)?;
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema predict 'move(j1=0.426, j2=0.817)'")]
+pub(crate) struct PredictArgs {
+    #[command(flatten)]
+    memory: MemoryArgs,
+    /// The action, written as schemas print it
+    action: String,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: PredictArgs, general: &General) -> Result<(), Failure> {
+    let mut memory = asked(&args.memory, general)?;
+    let answer = ask_for!(memory, &Request::Predict { action: args.action }, Answer::Prediction)?;
     if args.json {
         output::print_json(&json_goals::Prediction::from(&*answer))
     } else {

@@ -1,14 +1,44 @@
 //! `pschema record`.
 
-use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
+use std::path::PathBuf;
 
-use crate::cli::RecordArgs;
+use clap::Args;
+use pschema_process::Stop;
+use pschema_protocol::domain::{Place, RuntimeDir};
+
+use crate::args::{General, NameArgs};
 use crate::failure::Failure;
 use crate::output;
 use crate::record::{self, Lines, Recorder};
-use crate::run::Stop;
 
-pub(crate) fn run(name: &LearnerName, args: &RecordArgs) -> Result<(), Failure> {
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  pschema record --jsonl steps.jsonl --steps 1000\n  pschema record --rerun life.rrd\n\n\
+    The steps that the daemon still has come first. It goes on until so many steps are written, the daemon ends or Ctrl-C."
+)]
+#[command(group = clap::ArgGroup::new("to").required(true).multiple(true).args(["jsonl", "rerun"]))]
+pub(crate) struct RecordArgs {
+    #[command(flatten)]
+    name: NameArgs,
+    /// One JSON object a line: {"step": …} or {"schema": …}
+    #[arg(long, value_name = "FILE")]
+    jsonl: Option<PathBuf>,
+    /// A recording for the Rerun viewer, pictures included; needs a pschema built with `--features rerun`
+    #[arg(long, value_name = "FILE")]
+    rerun: Option<PathBuf>,
+    /// Leave the pictures out of it: they are most of its bytes
+    #[arg(long, requires = "rerun")]
+    no_pictures: bool,
+    /// End after so many steps
+    #[arg(long, value_name = "N")]
+    steps: Option<u64>,
+    /// What was recorded as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: RecordArgs, general: &General) -> Result<(), Failure> {
+    let name = args.name.learner(general)?;
     let place = Place::new(RuntimeDir::from_environment()?, name.clone());
     // Looked for first: no file is made where there is nothing to record.
     place.served()?;
@@ -19,7 +49,7 @@ pub(crate) fn run(name: &LearnerName, args: &RecordArgs) -> Result<(), Failure> 
     if let Some(path) = &args.jsonl {
         recorders.push(Box::new(Lines::create(path)?));
     }
-    let stop = Stop::on_signals()?;
+    let stop = Stop::on_signals_and_hangup()?;
     let pictures = args.rerun.is_some() && !args.no_pictures;
     let recorded =
         record::record(&place, &mut recorders, pictures, args.steps.unwrap_or(u64::MAX), &stop.flag())?;

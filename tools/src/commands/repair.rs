@@ -1,12 +1,34 @@
 //! `pschema repair`: saves what can be saved of a damaged memory on disk, after a copy of everything.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use pschema_store::past::{Past, Repair, Repaired};
 use serde::Serialize;
 
-use crate::cli::RepairArgs;
 use crate::failure::Failure;
 use crate::output;
 use crate::render::journal;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  pschema repair --data ~/arm --dry-run\n  pschema repair --data ~/arm\n\n\
+    Nothing is destroyed: everything is copied aside before anything is cut."
+)]
+pub(crate) struct RepairArgs {
+    /// The data directory; no daemon may be running on it
+    #[arg(long, value_name = "DIR")]
+    data: PathBuf,
+    /// Leave it as it is, and put what can be saved into this directory, which is made
+    #[arg(long, value_name = "DIR", conflicts_with = "dry_run")]
+    to: Option<PathBuf>,
+    /// Only say what would be done
+    #[arg(long)]
+    dry_run: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -17,7 +39,7 @@ struct Figures<'a> {
     done: Option<&'a Repaired>,
 }
 
-pub(crate) fn run(args: &RepairArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: RepairArgs) -> Result<(), Failure> {
     let past = Past::open(&args.data)?;
     let plan = past.plan_repair()?;
     if !args.json {

@@ -1,17 +1,37 @@
 //! `pschema replay`: rebuilds memory as it was at a step.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
+use clap::Args;
 use pschema_inspect::{Answer, Request};
 use pschema_store::past::Made;
 use serde::Serialize;
 
-use crate::cli::ReplayArgs;
 use crate::failure::Failure;
 use crate::output;
 use crate::past::Remembered;
 use crate::render::table::Columns;
 use crate::render::words::{count, duration, plain};
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema replay --data ~/arm --until 5000\n  \
+    pschema replay --data ~/arm --until 5000 --out ~/arm-at-5000\n  \
+    pschema server --data ~/arm-at-5000")]
+pub(crate) struct ReplayArgs {
+    /// The data directory; a daemon may be running on it
+    #[arg(long, value_name = "DIR")]
+    data: PathBuf,
+    /// To this step; to the last one unless named
+    #[arg(long, value_name = "N")]
+    until: Option<u64>,
+    /// Write it as a data directory, which is made: a life that branches off there
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -34,7 +54,7 @@ struct Figures {
     made: Option<Made>,
 }
 
-pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: ReplayArgs) -> Result<(), Failure> {
     let remembered = Remembered::open(&args.data, args.until)?;
     let began = Instant::now();
     let moment = remembered.past().moment(args.until)?;

@@ -1,18 +1,30 @@
 //! `pschema say WORD...`.
 
+use clap::Args;
 use pschema_inspect::{Answer, Request};
-use pschema_protocol::domain::LearnerName;
 
-use crate::cli::SayArgs;
+use crate::args::{General, OrderArgs};
 use crate::failure::Failure;
 use crate::learner::{Learner, ask_for};
 use crate::output;
-use crate::past::no_orders;
 use crate::render::words::plain;
 
-pub(crate) fn run(name: &LearnerName, args: SayArgs) -> Result<(), Failure> {
-    no_orders(&args.data, "`say`")?;
-    let mut learner = Learner::connect(name)?;
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema say touch")]
+pub(crate) struct SayArgs {
+    #[command(flatten)]
+    order: OrderArgs,
+    /// The words, heard together in the learner's next frame
+    #[arg(required = true, value_name = "WORD")]
+    words: Vec<String>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: SayArgs, general: &General) -> Result<(), Failure> {
+    let name = args.order.learner(general, "`say`")?;
+    let mut learner = Learner::connect(&name)?;
     let said = args.words.join(" ");
     let request = Request::Say { words: args.words };
     let report = ask_for!(learner, &request, Answer::Report)?;

@@ -1,17 +1,73 @@
 //! `pschema schemas`.
 
-use pschema_inspect::{Answer, Request, SchemaQuery};
-use pschema_protocol::domain::LearnerName;
+use clap::{Args, ValueEnum};
+use pschema_inspect::{Answer, Request, SchemaQuery, SchemaSort};
 
-use crate::cli::SchemasArgs;
+use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
 use crate::learner::ask_for;
 use crate::output;
 use crate::past::asked;
 use crate::render::schema;
 
-pub(crate) fn run(name: &LearnerName, args: SchemasArgs) -> Result<(), Failure> {
-    let mut learner = asked(name, &args.data)?;
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema schemas --generalised\n  \
+    pschema schemas --post 'touch{}' --sort probability --limit 5")]
+pub(crate) struct SchemasArgs {
+    #[command(flatten)]
+    memory: MemoryArgs,
+    /// Only those with this action
+    #[arg(long, value_name = "NAME")]
+    action: Option<String>,
+    /// Only those with a pre-condition like this, written as schemas print: 'object{colour=blue}'
+    #[arg(long, value_name = "PATTERN")]
+    pre: Option<String>,
+    /// Only those with a post-condition like this
+    #[arg(long, value_name = "PATTERN")]
+    post: Option<String>,
+    /// Only generalised ones
+    #[arg(long)]
+    generalised: bool,
+    /// The order
+    #[arg(long, value_enum, default_value_t)]
+    sort: Sort,
+    /// At most this many
+    #[arg(long, default_value_t = 20, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    limit: u32,
+    /// Leave out so many of the first: with --limit, page by page
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    offset: u32,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Sort {
+    /// The oldest first
+    #[default]
+    Age,
+    /// The most executed first
+    Uses,
+    /// The surest to succeed first
+    Probability,
+    /// The most exciting in the last decision first
+    Excitation,
+}
+
+impl From<Sort> for SchemaSort {
+    fn from(sort: Sort) -> Self {
+        match sort {
+            Sort::Age => Self::Age,
+            Sort::Uses => Self::Uses,
+            Sort::Probability => Self::Probability,
+            Sort::Excitation => Self::Excitation,
+        }
+    }
+}
+
+pub(crate) fn run(args: SchemasArgs, general: &General) -> Result<(), Failure> {
+    let mut memory = asked(&args.memory, general)?;
     let query = SchemaQuery {
         action: args.action,
         pre: args.pre,
@@ -21,6 +77,6 @@ pub(crate) fn run(name: &LearnerName, args: SchemasArgs) -> Result<(), Failure> 
         limit: args.limit,
         offset: args.offset,
     };
-    let answer = ask_for!(learner, &Request::Schemas(query), Answer::Schemas)?;
+    let answer = ask_for!(memory, &Request::Schemas(query), Answer::Schemas)?;
     if args.json { output::print_json(&answer) } else { output::print(&schema::list(&answer, args.offset)) }
 }

@@ -1,26 +1,45 @@
 //! `pschema server`: the daemon, in the foreground.
 
-use pschema_protocol::domain::{DomainError, LearnerName, Place, RuntimeDir};
-use pschema_server::ServerError;
+use clap::Args;
+use pschema_process::Stop;
+use pschema_protocol::domain::{DomainError, Place, RuntimeDir};
+use pschema_server::{ServerArgs, ServerError};
 
-use crate::cli::ServerCommand;
+use crate::args::{General, ParentArgs};
 use crate::failure::Failure;
-use crate::run::{Stop, follow_parent, is_orphan, remove_orphaned};
+use crate::run::{follow_parent, is_orphan, remove_orphaned};
 
-use super::DEFAULT_NAME;
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema --name robot-1 server")]
+pub(crate) struct ServerCommand {
+    #[command(flatten)]
+    args: ServerArgs,
+    /// Write the log as JSON, one object a line
+    #[arg(long)]
+    pub(crate) log_json: bool,
+    #[command(flatten)]
+    parent: ParentArgs,
+}
 
-/// Runs until stopped. `name` is one given before the command; one given after it wins.
-pub(crate) fn run(command: ServerCommand, name: Option<LearnerName>) -> Result<(), Failure> {
+/// Runs until stopped.
+pub(crate) fn run(command: ServerCommand, general: &General) -> Result<(), Failure> {
     let mut args = command.args;
-    if let Some(name) = name.filter(|_| args.name.as_str() == DEFAULT_NAME) {
-        args.name = name;
+    if let Some(name) = general.name_instead_of(args.name.as_str()) {
+        args.name = name.clone();
     }
-    let parent = command.parent.parent;
-    let stop = Stop::on_signals()?;
+    serve(&args, command.parent)
+}
+
+/// Runs the daemon until stopped, or until the process that started it has died.
+///
+/// # Errors
+/// When the daemon can't be run.
+pub fn serve(args: &ServerArgs, ParentArgs { parent }: ParentArgs) -> Result<(), Failure> {
+    let stop = Stop::on_signals_and_hangup()?;
     follow_parent(parent)?;
-    pschema_server::run(&args, &stop.flag())?;
+    pschema_server::run(args, &stop.flag())?;
     if is_orphan(parent) {
-        remove_orphaned(&Place::new(RuntimeDir::from_environment()?, args.name), parent);
+        remove_orphaned(&Place::new(RuntimeDir::from_environment()?, args.name.clone()), parent);
     }
     Ok(())
 }

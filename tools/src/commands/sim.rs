@@ -1,18 +1,26 @@
 //! `pschema sim`: the simulated body.
 
-use pschema_protocol::domain::{DomainError, LearnerName};
+use clap::Args;
+use pschema_protocol::domain::DomainError;
 use pschema_sim::SimError;
 
-use crate::cli::SimCommand;
+use crate::args::{General, ParentArgs};
 use crate::failure::Failure;
 use crate::run::follow_parent;
 
-use super::DEFAULT_NAME;
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema --name robot-1 sim --realtime")]
+pub(crate) struct SimCommand {
+    #[command(flatten)]
+    args: pschema_sim::SimArgs,
+    #[command(flatten)]
+    parent: ParentArgs,
+}
 
-/// Runs until stopped or sent away. `name` is one given before the command; one given after it wins.
-pub(crate) fn run(command: SimCommand, name: Option<LearnerName>) -> Result<(), Failure> {
+/// Runs until stopped or sent away.
+pub(crate) fn run(command: SimCommand, general: &General) -> Result<(), Failure> {
     let mut args = command.args;
-    if let Some(name) = name.filter(|_| args.name == DEFAULT_NAME) {
+    if let Some(name) = general.name_instead_of(&args.name) {
         name.as_str().clone_into(&mut args.name);
     }
     follow_parent(command.parent.parent)?;

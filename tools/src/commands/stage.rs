@@ -1,16 +1,63 @@
 //! `pschema stage [show|next|hold|resume|set NAME]`.
 
-use pschema_inspect::{Answer, Request, StageOrder};
-use pschema_protocol::domain::LearnerName;
+use std::path::PathBuf;
 
-use crate::cli::{DataArgs, StageArgs, StageCommand};
+use clap::{Args, Subcommand};
+use pschema_inspect::{Answer, Request, StageOrder};
+
+use crate::args::{DataArgs, General, MemoryArgs, NameArgs, refuse_order};
 use crate::failure::Failure;
 use crate::learner::ask_for;
 use crate::output;
-use crate::past::{asked, refuse_order};
+use crate::past::asked;
 use crate::render::status;
 
-pub(crate) fn run(name: &LearnerName, args: StageArgs) -> Result<(), Failure> {
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  pschema stage\n  pschema stage next\n  pschema stage set 'first touches'"
+)]
+pub(crate) struct StageArgs {
+    #[command(flatten)]
+    name: NameArgs,
+    /// Say where it stood in the memory in this data directory, with or without a daemon on it
+    #[arg(long, value_name = "DIR", global = true)]
+    data: Option<PathBuf>,
+    /// As it was after step N, before step N + 1
+    #[arg(long, value_name = "N", requires = "data", global = true)]
+    until: Option<u64>,
+    #[command(subcommand)]
+    order: Option<StageCommand>,
+    /// Print JSON
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum StageCommand {
+    /// Say where the curriculum stands
+    #[command(after_help = "Example:\n  pschema stage show --json")]
+    Show,
+    /// End the present stage and enter the next
+    #[command(after_help = "Example:\n  pschema stage next")]
+    Next,
+    /// Wait: nothing is done until `resume`
+    #[command(after_help = "Example:\n  pschema stage hold")]
+    Hold,
+    /// Go on after `hold`
+    #[command(after_help = "Example:\n  pschema stage resume")]
+    Resume,
+    /// Take one action, and wait again
+    #[command(after_help = "Example:\n  pschema stage step")]
+    Step,
+    /// Enter a stage of the curriculum, or enter it again
+    #[command(after_help = "Example:\n  pschema stage set 'first touches'")]
+    Set {
+        /// Its name
+        stage: String,
+    },
+}
+
+pub(crate) fn run(args: StageArgs, general: &General) -> Result<(), Failure> {
     let order = match args.order.unwrap_or(StageCommand::Show) {
         StageCommand::Show => StageOrder::Show,
         StageCommand::Next => StageOrder::Next,
@@ -23,7 +70,7 @@ pub(crate) fn run(name: &LearnerName, args: StageArgs) -> Result<(), Failure> {
         refuse_order(args.data.as_deref(), "an order to the curriculum")?;
     }
     let data = DataArgs { data: args.data, until: args.until };
-    let mut learner = asked(name, &data)?;
-    let report = ask_for!(learner, &Request::Stage(order), Answer::Report)?;
+    let mut memory = asked(&MemoryArgs { name: args.name, data }, general)?;
+    let report = ask_for!(memory, &Request::Stage(order), Answer::Report)?;
     if args.json { output::print_json(&report) } else { output::print(&status::report(&report)) }
 }

@@ -1,9 +1,9 @@
 //! `pschema status`.
 
+use clap::Args;
 use pschema_inspect::{Answer, Request};
-use pschema_protocol::domain::LearnerName;
 
-use crate::cli::StatusArgs;
+use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
 use crate::learner::{Learner, ask_for};
 use crate::output;
@@ -11,12 +11,28 @@ use crate::past::Remembered;
 use crate::render::past_status::{self, PastStatus};
 use crate::render::{metrics, status};
 
-pub(crate) fn run(name: &LearnerName, args: &StatusArgs) -> Result<(), Failure> {
-    if let Some(directory) = &args.data.data {
-        return past(&Remembered::open(directory, args.data.until)?, args.json);
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema status --json\n  \
+    pschema status --data ~/arm --until 5000\n  \
+    pschema status --metrics | curl --data-binary @- http://gateway:9091/metrics/job/pschema")]
+pub(crate) struct StatusArgs {
+    #[command(flatten)]
+    memory: MemoryArgs,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Print metrics in Prometheus' text format; without a daemon, that there is none
+    #[arg(long, conflicts_with_all = ["json", "data"])]
+    metrics: bool,
+}
+
+pub(crate) fn run(args: StatusArgs, general: &General) -> Result<(), Failure> {
+    if let Some(directory) = &args.memory.data.data {
+        return past(&Remembered::open(directory, args.memory.data.until)?, args.json);
     }
+    let name = args.memory.name.learner(general)?;
     let answered =
-        Learner::connect(name).and_then(|mut learner| ask_for!(learner, &Request::Status, Answer::Status));
+        Learner::connect(&name).and_then(|mut learner| ask_for!(learner, &Request::Status, Answer::Status));
     match answered {
         Ok(answer) if args.metrics => output::print(&metrics::metrics(&answer)),
         Ok(answer) if args.json => output::print_json(&answer),

@@ -1,16 +1,36 @@
 //! `pschema verify`: checks every byte of a memory on disk.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use pschema_store::past::{Past, Progress};
 
+use crate::args::General;
 use crate::bar::Bar;
-use crate::cli::VerifyArgs;
 use crate::failure::Failure;
 use crate::output;
 use crate::render::journal;
 
-pub(crate) fn run(args: &VerifyArgs, quiet: bool) -> Result<(), Failure> {
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  pschema verify --data ~/arm\n  pschema verify --data ~/arm --relearn\n\n\
+    It exits with 0 when everything is sound, else with 1."
+)]
+pub(crate) struct VerifyArgs {
+    /// The data directory; a daemon may be running on it
+    #[arg(long, value_name = "DIR")]
+    data: PathBuf,
+    /// Put every frame that a body sent through a learner once more, and compare what it changes
+    #[arg(long)]
+    relearn: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: VerifyArgs, general: &General) -> Result<(), Failure> {
     let past = Past::open(&args.data)?;
-    let bar = Bar::bytes(quiet);
+    let bar = Bar::bytes(general.quiet());
     let mut told = |Progress { bytes, of, step }| bar.show(bytes, of, format!("step {step}"));
     let checked = past.verify(args.relearn, &mut told)?;
     drop(bar);

@@ -1,24 +1,42 @@
 //! `pschema view`.
 
 use std::io::IsTerminal;
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-use pschema_protocol::domain::LearnerName;
+use clap::Args;
+use pschema_process::{Stop, say};
 
-use crate::cli::ViewArgs;
+use crate::args::{General, NameArgs};
 use crate::failure::Failure;
-use crate::run::Stop;
+use crate::output;
 use crate::view::{Page, Wanted, signpost};
-use crate::{output, talk};
 
-pub(crate) fn run(name: &LearnerName, args: &ViewArgs, quiet: bool) -> Result<(), Failure> {
-    let stop = Stop::on_signals()?;
-    let wanted = Wanted { name: name.clone(), data: args.data.clone(), port: args.port };
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  pschema view\n  pschema view --data ~/arm --no-open\n\n\
+    The address is printed on stdout; who knows it can look, and give orders. Ctrl-C ends it.")]
+pub(crate) struct ViewArgs {
+    #[command(flatten)]
+    name: NameArgs,
+    /// Look at the memory in this data directory, with or without a daemon on it; nothing in it is changed
+    #[arg(long, value_name = "DIR", conflicts_with = "name")]
+    data: Option<PathBuf>,
+    /// Serve the page on this port of this machine [default: one that is free]
+    #[arg(long, value_name = "PORT", default_value_t = 0, hide_default_value = true)]
+    port: u16,
+    /// Only print the address: open no browser
+    #[arg(long)]
+    no_open: bool,
+}
+
+pub(crate) fn run(args: ViewArgs, general: &General) -> Result<(), Failure> {
+    let stop = Stop::on_signals_and_hangup()?;
+    let wanted = Wanted { name: args.name.learner(general)?, data: args.data, port: args.port };
     let page = Page::open(&wanted)?;
     let url = page.url();
     output::print(&format!("{url}\n"))?;
-    if !quiet {
-        talk::say("The page is for this machine, and for whoever knows that address. Ctrl-C ends it.");
+    if !general.quiet() {
+        say("The page is for this machine, and for whoever knows that address. Ctrl-C ends it.");
     }
     // It is removed when this ends; browsers have read it long before.
     let _signpost = if args.no_open || !has_screen() { None } else { opened(&url) };

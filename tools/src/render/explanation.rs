@@ -8,7 +8,7 @@ use super::table::Columns;
 use super::words::{binding, count, notation, plain, value};
 
 /// Why an action was chosen.
-pub(crate) fn explanation(e: &Explanation) -> String {
+pub fn explanation(e: &Explanation) -> String {
     let Some(chosen) = usize::try_from(e.chosen).ok().and_then(|at| e.candidates.get(at)) else {
         return format!("Step {}: {} (the daemon did not say why)\n", e.step, plain(&e.action));
     };

@@ -133,7 +133,7 @@ impl<'a> From<&'a SchemaDetail> for Schema<'a> {
 
 /// What `pschema explain --json` prints.
 #[derive(Debug, Serialize)]
-pub(crate) struct Reasons<'a> {
+pub struct Reasons<'a> {
     step: u64,
     body: &'a str,
     world: Vec<Observation<'a>>,

@@ -97,7 +97,7 @@ fn conditions(heading: &str, list: &[Condition]) -> String {
 }
 
 /// A sentence over as many lines as it needs.
-pub(crate) fn wrapped(sentence: &str, indent: &str) -> String {
+pub fn wrapped(sentence: &str, indent: &str) -> String {
     let mut text = String::new();
     let mut line = indent.to_owned();
     for word in sentence.split_whitespace() {

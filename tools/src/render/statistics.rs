@@ -35,7 +35,7 @@ pub(crate) fn median(figures: Vec<f64>) -> Option<f64> {
 }
 
 /// The figure that the share `of` (0 to 1) of `sorted` does not exceed; `None` for no figures.
-pub(crate) fn percentile(sorted: &[f64], of: f64) -> Option<f64> {
+pub fn percentile(sorted: &[f64], of: f64) -> Option<f64> {
     #[expect(clippy::cast_precision_loss, reason = "numbers of steps")]
     let rank = (of.clamp(0.0, 1.0) * sorted.len() as f64).ceil();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and the length")]

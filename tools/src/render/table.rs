@@ -7,14 +7,15 @@ pub(crate) const WIDTH: u16 = 80;
 
 /// A table under construction.
 #[derive(Debug)]
-pub(crate) struct Columns {
+pub struct Columns {
     table: Table,
     right: Vec<usize>,
 }
 
 impl Columns {
     /// With these headings; none for a table of names and values.
-    pub(crate) fn new(headings: &[&str]) -> Self {
+    #[must_use]
+    pub fn new(headings: &[&str]) -> Self {
         let mut table = Table::new();
         table
             .load_preset(presets::NOTHING)
@@ -27,13 +28,14 @@ impl Columns {
     }
 
     /// Columns of figures, which line up at their right ends.
-    pub(crate) fn figures(mut self, columns: &[usize]) -> Self {
+    #[must_use]
+    pub fn figures(mut self, columns: &[usize]) -> Self {
         self.right = columns.to_vec();
         self
     }
 
     /// Adds a row.
-    pub(crate) fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
+    pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
         let cells = cells.into_iter().enumerate().map(|(at, text)| {
             let aligned = if self.right.contains(&at) { CellAlignment::Right } else { CellAlignment::Left };
             Cell::new(text.into()).set_alignment(aligned)
@@ -43,7 +45,8 @@ impl Columns {
     }
 
     /// The text, ending in a line break. `whole` columns are never wrapped.
-    pub(crate) fn text(mut self, whole: &[usize]) -> String {
+    #[must_use]
+    pub fn text(mut self, whole: &[usize]) -> String {
         for (at, column) in self.table.column_iter_mut().enumerate() {
             column.set_padding((0, 2));
             if self.right.contains(&at) {

@@ -11,7 +11,7 @@ use super::table::Columns;
 use super::words::{notation, plain, side, value};
 
 /// Why a schema was not executed.
-pub(crate) fn why_not(why: &WhyNot) -> String {
+pub fn why_not(why: &WhyNot) -> String {
     let mut text = wrapped(&sentence(why), "");
     for more in [unreliable(why), habituated(why), truncated(why)].into_iter().flatten() {
         text.push_str(&wrapped(&more, ""));
@@ -188,7 +188,7 @@ fn capital(text: &str) -> String {
 
 /// What `pschema explain --why-not ID --json` prints.
 #[derive(Debug, Serialize)]
-pub(crate) struct Json<'a> {
+pub struct Json<'a> {
     step: u64,
     body: &'a str,
     world: Vec<Observation<'a>>,

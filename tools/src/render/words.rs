@@ -8,7 +8,7 @@ pub(crate) fn plain(text: &str) -> String {
 }
 
 /// An observation as it is written on the command line: `object{colour=blue, field=$x}`.
-pub(crate) fn notation(observation: &ObservationText) -> String {
+pub fn notation(observation: &ObservationText) -> String {
     let properties = observation.properties.iter().map(|(name, v)| format!("{}={}", plain(name), value(v)));
     format!("{}{{{}}}", plain(&observation.kind), properties.collect::<Vec<_>>().join(", "))
 }
@@ -64,7 +64,7 @@ pub(crate) fn probability(probability: f64, occurrences: u32, trials: u32, low: 
 }
 
 /// A duration for people: `850 ms`, `12.3 s`, `2 h 05 min`.
-pub(crate) fn duration(seconds: f64) -> String {
+pub fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => format!("{:.0} ms", s * 1e3),
         s if s < 120.0 => format!("{s:.1} s"),
@@ -74,7 +74,7 @@ pub(crate) fn duration(seconds: f64) -> String {
 }
 
 /// Bytes for people: `512 B`, `48.0 MiB`.
-pub(crate) fn bytes(bytes: u64) -> String {
+pub fn bytes(bytes: u64) -> String {
     #[expect(clippy::cast_precision_loss, reason = "shown with one decimal")]
     let (bytes, mut unit) = (bytes as f64, "B");
     let mut shown = bytes;

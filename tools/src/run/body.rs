@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use pschema_process::Stop;
 use pschema_server::config::BodyKind;
 
 use crate::failure::Failure;
 
 use super::child::Child;
 use super::experiment::Condition;
-use super::signals::Stop;
 
 /// How many times as fast as a real arm the emulated one moves in experiments.
 const FAST: &str = "100000";

@@ -27,7 +27,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(5);
 
 /// A running child. Dropping it ends it.
 #[derive(Debug)]
-pub(crate) struct Child {
+pub struct Child {
     /// What it is, for people: `daemon`, `body`.
     what: &'static str,
     process: Process,
@@ -38,7 +38,10 @@ pub(crate) struct Child {
 impl Child {
     /// Starts this binary with `arguments` and `runtime` as its runtime directory. Call it from the main
     /// thread: the kernel ends the child when the thread that started it ends.
-    pub(crate) fn start<S: AsRef<OsStr>>(
+    ///
+    /// # Errors
+    /// When it can't be started.
+    pub fn start<S: AsRef<OsStr>>(
         what: &'static str,
         runtime: &Path,
         arguments: impl IntoIterator<Item = S>,
@@ -62,7 +65,10 @@ impl Child {
     }
 
     /// A failure, with the last that it said, when the child has ended; all is well while it runs.
-    pub(crate) fn check(&mut self) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// That the child has ended.
+    pub fn check(&mut self) -> Result<(), Failure> {
         match self.process.try_wait() {
             Ok(None) => Ok(()),
             Ok(Some(status)) => Err(self.ended(status)),
@@ -131,7 +137,10 @@ fn keep_tail(stderr: impl Read, what: &'static str, tail: &Mutex<VecDeque<String
 
 /// In a child: ends it with SIGHUP when the process `parent` dies, however it dies. Not with SIGTERM: the kernel may
 /// send the signal more than once, for each thread of the parent that dies, and a second SIGTERM means "at once".
-pub(crate) fn follow_parent(parent: Option<u32>) -> Result<(), Failure> {
+///
+/// # Errors
+/// When the system refuses, or `parent` is no longer the parent of this process.
+pub fn follow_parent(parent: Option<u32>) -> Result<(), Failure> {
     let Some(parent) = parent else { return Ok(()) };
     set_parent_process_death_signal(Some(Signal::HUP))
         .map_err(|error| Failure::Failed(format!("cannot follow process {parent}: {error}")))?;

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use pschema_inspect::{Answer, Report, Request};
+use pschema_process::Stop;
 use pschema_server::ServerArgs;
 use pschema_server::config;
 use pschema_server::in_process::{InProcess, InProcessError, Progress};
@@ -15,7 +16,6 @@ use super::any_body::AnyBody;
 use super::experiment::{Condition, read};
 use super::outcome::Outcome;
 use super::pair::stuck;
-use super::signals::Stop;
 use super::trace::Trace;
 
 /// How often to make a report, which takes longer than a step.

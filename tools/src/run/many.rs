@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::thread;
 
+use pschema_process::Stop;
 use pschema_server::config;
 
 use crate::failure::Failure;
@@ -14,7 +15,6 @@ use super::in_process::in_process;
 use super::outcome::Outcome;
 use super::pair::Pair;
 use super::progress::{Bars, Progress};
-use super::signals::Stop;
 
 /// One run to be carried out.
 #[derive(Clone, Copy, Debug)]
@@ -97,7 +97,7 @@ fn work(
     loop {
         let at = next.fetch_add(1, Ordering::Relaxed);
         let Some(job) = jobs.get(at) else { return };
-        let result = stop.check().and_then(|()| once(job, how, bars, stop));
+        let result = stop.check().map_err(Failure::from).and_then(|()| once(job, how, bars, stop));
         let over = result.is_err();
         if results.send((at, result)).is_err() || over {
             return;
@@ -144,7 +144,7 @@ mod tests {
             seeds.push(job.seed);
             Ok(())
         };
-        carry_out(&jobs, HOW, &Stop::never(), each).unwrap();
+        carry_out(&jobs, HOW, &Stop::default(), each).unwrap();
         assert_eq!(seeds, [1, 2, 3, 4, 5]);
     }
 
@@ -160,7 +160,7 @@ mod tests {
             told += 1;
             Ok(())
         };
-        let failure = carry_out(&jobs, HOW, &Stop::never(), each).unwrap_err().to_string();
+        let failure = carry_out(&jobs, HOW, &Stop::default(), each).unwrap_err().to_string();
         assert!(failure.contains("/nowhere/w.toml"), "{failure}");
         assert!(told <= 1, "{told} outcomes were told after a failure");
     }
@@ -171,7 +171,7 @@ mod tests {
         let job = |seed| Job { told: &experiment.told, condition: &experiment.conditions[0], seed };
         let jobs: Vec<_> = (1..=3).map(job).collect();
         let each = |_: &Job<'_>, _| Err(Failure::NobodyReads);
-        let failure = carry_out(&jobs, HOW, &Stop::never(), each).unwrap_err();
+        let failure = carry_out(&jobs, HOW, &Stop::default(), each).unwrap_err();
         assert!(matches!(failure, Failure::NobodyReads), "{failure}");
     }
 }

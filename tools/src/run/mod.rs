@@ -13,20 +13,20 @@ mod outcome;
 mod pair;
 mod progress;
 mod seeds;
-mod signals;
 mod trace;
 
-pub(crate) use child::{Child, follow_parent, is_orphan, remove_orphaned};
+pub use child::{Child, follow_parent};
+pub(crate) use child::{is_orphan, remove_orphaned};
 pub(crate) use experiment::{Asked, Condition, Experiment};
 pub(crate) use figures::Figures;
 pub(crate) use learnt::Learnt;
 pub(crate) use many::{How, Job, carry_out};
 pub(crate) use measures::{Measure, Unit};
 pub(crate) use outcome::Outcome;
-pub(crate) use pair::{Pair, runtime_directory};
+pub(crate) use pair::Pair;
+pub use pair::runtime_directory;
 pub(crate) use progress::{Bars, Progress};
 pub(crate) use seeds::Seeds;
-pub(crate) use signals::Stop;
 #[cfg(test)]
 pub(crate) use trace::Decided;
 pub(crate) use trace::{Row, Trace, Trial};

@@ -8,6 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use pschema_inspect::{Answer, Report, Request};
+use pschema_process::Stop;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_server::config;
 use tempfile::TempDir;
@@ -20,7 +21,6 @@ use super::body::BodyProcess;
 use super::child::{Child, private_name};
 use super::experiment::Condition;
 use super::outcome::Outcome;
-use super::signals::Stop;
 use super::trace::Trace;
 
 /// How long a daemon may take to answer its first question. It takes a few milliseconds; a machine under
@@ -155,8 +155,12 @@ impl Pair {
     fn cause(&mut self, stop: &Stop) -> Option<Failure> {
         let start = Instant::now();
         loop {
-            let found =
-                stop.check().and_then(|()| self.daemon.check()).and_then(|()| self.body.check()).err();
+            let found = stop
+                .check()
+                .map_err(Failure::from)
+                .and_then(|()| self.daemon.check())
+                .and_then(|()| self.body.check())
+                .err();
             if found.is_some() || start.elapsed() > CAUSE_WITHIN {
                 return found;
             }
@@ -183,7 +187,10 @@ fn stalled(report: &Report) -> Failure {
 }
 
 /// A directory short enough for sockets, whatever TMPDIR is.
-pub(crate) fn runtime_directory() -> Result<TempDir, Failure> {
+///
+/// # Errors
+/// When /tmp can't be written.
+pub fn runtime_directory() -> Result<TempDir, Failure> {
     let mut builder = tempfile::Builder::new();
     builder.prefix("pschema-").permissions(Permissions::from_mode(0o700));
     let directory = builder.tempdir_in(Path::new("/tmp"));

@@ -2,10 +2,9 @@
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use pschema_inspect::Report;
+use pschema_process::{colour_is_wanted, say};
 
-use crate::output;
 use crate::render::story::{Doing, doing};
-use crate::talk;
 
 use super::experiment::Size;
 
@@ -54,7 +53,7 @@ impl Progress {
 
     /// Says a line that stays.
     pub(crate) fn say(&self, line: &str) {
-        self.bar.suspend(|| talk::say(line));
+        self.bar.suspend(|| say(line));
     }
 }
 
@@ -65,7 +64,7 @@ impl Drop for Progress {
 }
 
 fn style(bounded: bool) -> ProgressStyle {
-    let template = match (bounded, output::wanted()) {
+    let template = match (bounded, colour_is_wanted()) {
         (true, true) => "{bar:30.green} {pos}/{len}  {msg}",
         (true, false) => "{bar:30} {pos}/{len}  {msg}",
         (false, _) => "{spinner} {pos}  {msg}",

@@ -12,8 +12,11 @@ use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper::{Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
+use pschema_process::Stop;
 use serde::Serialize;
 use tokio::sync::Semaphore;
+
+use crate::failure::Failure;
 
 use super::asker::Asker;
 use super::assets::asset;
@@ -23,8 +26,6 @@ use super::question::Asked;
 use super::shot::Fields;
 use super::token::Token;
 use super::work::{Trouble, Worker};
-use crate::failure::Failure;
-use crate::run::Stop;
 
 /// Connections at a time. A browser has 6 with one page.
 const CONNECTIONS_MAX: usize = 32;
@@ -91,7 +92,7 @@ pub(super) fn serve(listener: TcpListener, house: Arc<House>, stop: &Stop) -> Re
 }
 
 async fn stopped(stop: &Stop) {
-    while !stop.raised() {
+    while !stop.is_raised() {
         tokio::time::sleep(STOP_LOOKED_AT_EVERY).await;
     }
 }

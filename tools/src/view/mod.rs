@@ -19,16 +19,15 @@ use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-
-use crate::failure::Failure;
-use crate::run::Stop;
-
 use asker::Asker;
 use http::House;
 use pictures::Pictures;
+use pschema_process::Stop;
+use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use remembered::Directory;
 use token::Token;
+
+use crate::failure::Failure;
 
 /// What is to be looked at, and where the page is to be.
 #[derive(Debug)]

@@ -1,17 +1,16 @@
 //! The terminal: what comes from it, what is drawn on it, and leaving it as it was, however this ends.
 
 use std::io::{self, IsTerminal};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use pschema_process::{Stop, colour_is_wanted};
 use pschema_protocol::domain::Place;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event as Typed, KeyEvent};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-use signal_hook::flag;
+
+use crate::failure::Failure;
 
 use super::asker::Asker;
 use super::draw::draw;
@@ -19,8 +18,6 @@ use super::keys::Act;
 use super::state::{News, State};
 use super::theme::Theme;
 use super::{Page, Wish};
-use crate::failure::Failure;
-use crate::output;
 
 /// How soon a signal is noticed.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
@@ -40,7 +37,7 @@ pub(super) enum Event {
 /// Watches the learner at `place` until somebody has seen enough.
 pub(crate) fn watch(place: Place, rate: u8, page: Page, follow: Option<u32>) -> Result<(), Failure> {
     must_be_a_terminal()?;
-    let asked_to_stop = stop_on_signals()?;
+    let stop = Stop::on_signals_without_haste()?;
     let mut state = State::new(page);
     state.follow(follow);
     let (events, happening) = mpsc::channel();
@@ -59,9 +56,9 @@ pub(crate) fn watch(place: Place, rate: u8, page: Page, follow: Option<u32>) -> 
     beginning.recv().map_err(gone)??;
     let screen = Screen::open()?;
     listen(events)?;
-    let theme = Theme::new(output::wanted());
+    let theme = Theme::new(colour_is_wanted());
     let seen = Watching { state, theme, screen, happening, wishes, standing: Vec::new() };
-    let ended = seen.run(&asked_to_stop, &asking);
+    let ended = seen.run(&stop, &asking);
     // By now the terminal is as it was, and nobody wishes anything any more.
     let began = Instant::now();
     while !asking.is_finished() && began.elapsed() < FAREWELL_MAX {
@@ -80,16 +77,6 @@ fn must_be_a_terminal() -> Result<(), Failure> {
     Err(Failure::Usage(format!(
         "{problem}, and `pschema watch` draws on one: use `pschema watch --once` to print one frame as plain text"
     )))
-}
-
-/// A flag that signals to end raise. The terminal is always put in order first, so a second signal does no more.
-fn stop_on_signals() -> Result<Arc<AtomicBool>, Failure> {
-    let raised = Arc::new(AtomicBool::new(false));
-    for signal in [SIGHUP, SIGINT, SIGTERM] {
-        flag::register(signal, Arc::clone(&raised))
-            .map_err(|error| Failure::Failed(format!("cannot listen to signals: {error}")))?;
-    }
-    Ok(raised)
 }
 
 /// Reads keys in a thread of its own, which ends with the process: when a terminal hangs up, reading it need not
@@ -162,10 +149,10 @@ struct Watching {
 }
 
 impl Watching {
-    fn run(mut self, asked_to_stop: &AtomicBool, asking: &JoinHandle<()>) -> Result<(), Failure> {
+    fn run(mut self, stop: &Stop, asking: &JoinHandle<()>) -> Result<(), Failure> {
         self.screen.draw(&mut self.state, self.theme)?;
         loop {
-            if asked_to_stop.load(Ordering::Relaxed) {
+            if stop.is_raised() {
                 return Ok(());
             }
             if asking.is_finished() {

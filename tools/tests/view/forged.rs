@@ -5,13 +5,14 @@ use std::path::Path;
 use pschema_learner::parameters::Parameters;
 use pschema_learner::vocabulary::BodyId;
 use pschema_learner::{ActionOutcome, Frame};
-use pschema_store::{Cause, Change, Options, bench};
+use pschema_server::config;
+use pschema_store::{Cause, Change, Options};
 
 /// Takes steps in the memory in `data` up to one that decides, and writes down more for it than it learnt; gives the
 /// number of that step.
 pub(crate) fn unlike(data: &Path) -> u64 {
     const TRIES: u32 = 20;
-    let (parameters, curriculum) = (Parameters::default(), bench::free());
+    let (parameters, curriculum) = (Parameters::default(), config::curriculum("free").unwrap());
     let options = Options::new("default", 7, &parameters, &curriculum);
     let options = Options { setting_given: false, ..options };
     let opened = pschema_store::open(data, options, || ()).unwrap();

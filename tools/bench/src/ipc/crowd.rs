@@ -10,12 +10,12 @@ const FIELDS: i64 = 460;
 
 /// The body.
 #[derive(Debug)]
-pub(super) struct Watched {
+pub(super) struct CrowdBody {
     objects: usize,
     moves: i64,
 }
 
-impl Watched {
+impl CrowdBody {
     pub(super) fn new(objects: usize) -> Self {
         Self { objects, moves: 0 }
     }
@@ -26,7 +26,7 @@ fn field() -> Property {
     Property { name: "field".to_owned(), kind, unit: String::new() }
 }
 
-impl Body for Watched {
+impl Body for CrowdBody {
     fn describe(&self) -> Description {
         let symbols = (0..COLOURS).map(|colour| format!("colour {colour}")).collect();
         let colour =

@@ -6,26 +6,25 @@ use std::sync::mpsc::{Sender, channel};
 use std::thread;
 use std::time::Duration;
 
+use pschema_process::Stop;
 use pschema_protocol::description::{Action, Value};
 use pschema_protocol::domain::{LearnerName, OwnedDomain, Place, RuntimeDir};
 use pschema_protocol::transport::bare::BareServer;
 use pschema_protocol::transport::server::{Incoming, ServerTransport};
 use pschema_protocol::wire::decode::{self, SessionChecks};
 use pschema_protocol::wire::message::Reply;
+use pschema_tools::kit::{Failure, follow_parent};
 
-use super::{Mode, NAME, socket};
-use crate::cli::BenchPeerArgs;
-use crate::failure::Failure;
-use crate::run::{Stop, follow_parent};
+use super::{Mode, NAME, PeerArgs, socket};
 
 /// How long the loop sleeps when nothing comes in.
 const SLEEP: Duration = Duration::from_millis(50);
 
 /// Serves until told to stop.
-pub(in crate::bench) fn serve(args: &BenchPeerArgs) -> Result<(), Failure> {
+pub(crate) fn serve(args: &PeerArgs) -> Result<(), Failure> {
     follow_parent(args.parent.parent)?;
-    let told = Stop::on_signals()?;
-    let mode = Mode::named(&args.mode).ok_or_else(|| Failure::Failed(format!("no mode {}", args.mode)))?;
+    let told = Stop::on_signals_and_hangup()?;
+    let mode = args.mode;
     let runtime = RuntimeDir::from_environment()?;
     let socket = runtime.path().join(socket::FILE);
     let place = Place::new(runtime, LearnerName::new(NAME)?);

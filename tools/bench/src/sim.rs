@@ -4,20 +4,12 @@
 
 use std::time::Duration;
 
-use pschema_arm::scene;
-use pschema_protocol::body::{Body, Outcome};
-use pschema_protocol::description::{Action, Value};
-use pschema_sim::body::{Alone, SimBody};
-use pschema_sim::config::WorldFile;
+use pschema_sim::body::Alone;
+use pschema_tools::kit::{Columns, Failure, show, wrapped};
 use serde::Serialize;
 
-use super::{Draw, Times};
-use crate::cli::BenchSimArgs;
-use crate::failure::Failure;
-use crate::output;
-use crate::render::schema::wrapped;
-use crate::render::table::Columns;
-use crate::run::Stop;
+use crate::scenes::{Scenes, ScenesArgs};
+use crate::times::Times;
 
 /// What the product promises: a step within this many times the engine's.
 const RATIO_WANTED: f64 = 1.2;
@@ -26,7 +18,7 @@ const ACTIONS_A_SCENE: u32 = 25;
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
-struct Figures {
+struct SimMeasurement {
     world: String,
     seed: u64,
     blocks: usize,
@@ -53,60 +45,44 @@ struct Figures {
     times_real_time: f64,
 }
 
-pub(super) fn run(args: &BenchSimArgs, quiet: bool) -> Result<(), Failure> {
-    let figures = measured(args, quiet)?;
-    if args.json { output::print_json(&figures) } else { output::print(&text(&figures)) }
+pub(crate) fn run(args: &ScenesArgs, quiet: bool) -> Result<(), Failure> {
+    show(args.json, &measured(args, quiet)?, text)
 }
 
-fn measured(args: &BenchSimArgs, quiet: bool) -> Result<Figures, Failure> {
-    let stop = Stop::on_signals()?;
-    let bar = crate::bar::Bar::count(quiet);
-    let file = WorldFile::load(&args.world).map_err(Failure::of)?;
-    let mut body = SimBody::new("arm", file, &args.world, args.seed, false).map_err(Failure::of)?;
-    let mut draw = Draw::new(args.seed);
-    let repertoire = body.describe().repertoire;
-    let mut alone = Alone::beside(&body);
+fn measured(args: &ScenesArgs, quiet: bool) -> Result<SimMeasurement, Failure> {
+    let mut scenes = Scenes::new(args)?;
+    let mut alone = Alone::beside(&scenes.body);
     let (mut ours, mut rapier) = (Times::default(), Times::default());
     let (mut took, mut alone_took, mut steps, mut apart_m) = (Duration::ZERO, Duration::ZERO, 0, 0.0_f64);
-    for round in 0..args.rounds {
-        stop.check()?;
-        if round.is_multiple_of(ACTIONS_A_SCENE) {
-            put_blocks(&mut body, &mut draw);
-            alone.be_as(&body);
+    scenes.run(ACTIONS_A_SCENE, quiet, |body, action, new_scene| {
+        if new_scene {
+            alone.be_as(body);
         }
-        let Some(action) = repertoire.get(draw.below(repertoire.len())) else {
-            return Err(Failure::Failed(format!("world {} has no repertoire", args.world)));
-        };
-        let lap = alone.lap(&mut body, action);
-        if lap.outcome != Outcome::Done {
-            return Err(Failure::Failed(format!("an action of the repertoire ended as {:?}", lap.outcome)));
-        }
+        let lap = alone.lap(body, action);
         ours.push(lap.body);
         rapier.push(lap.alone);
         (took, alone_took, steps) = (took + lap.body, alone_took + lap.alone, steps + lap.steps);
-        apart_m = apart_m.max(alone.apart_m(&body));
-        bar.show(u64::from(round), u64::from(args.rounds), "actions".to_owned());
-    }
-    drop(bar);
+        apart_m = apart_m.max(alone.apart_m(body));
+        Ok(lap.outcome)
+    })?;
     let a_step = |time: Duration| time.as_secs_f64() * 1e6 / steps.max(1) as f64;
-    let ms = |times: &Times, of: f64| times.at(of) / 1e3;
     let ratio = took.as_secs_f64() / alone_took.as_secs_f64();
-    Ok(Figures {
+    Ok(SimMeasurement {
         world: args.world.clone(),
         seed: args.seed,
-        blocks: body.world().block_count(),
-        actions: ours.0.len(),
+        blocks: scenes.body.world().block_count(),
+        actions: ours.len(),
         steps,
         actions_per_s: f64::from(args.rounds) / took.as_secs_f64(),
-        action_ms_p50: ms(&ours, 0.5),
-        action_ms_p99: ms(&ours, 0.99),
+        action_ms_p50: ours.p50() / 1e3,
+        action_ms_p99: ours.p99() / 1e3,
         step_us: a_step(took),
-        rapier_action_ms_p50: ms(&rapier, 0.5),
-        rapier_action_ms_p99: ms(&rapier, 0.99),
+        rapier_action_ms_p50: rapier.p50() / 1e3,
+        rapier_action_ms_p99: rapier.p99() / 1e3,
         rapier_step_us: a_step(alone_took),
         ratio,
-        ratio_p50: ours.at(0.5) / rapier.at(0.5),
-        ratio_p99: ours.at(0.99) / rapier.at(0.99),
+        ratio_p50: ours.p50() / rapier.p50(),
+        ratio_p99: ours.p99() / rapier.p99(),
         ratio_wanted: RATIO_WANTED,
         within: ratio <= RATIO_WANTED,
         apart_mm_max: apart_m * 1e3,
@@ -114,24 +90,7 @@ fn measured(args: &BenchSimArgs, quiet: bool) -> Result<Figures, Failure> {
     })
 }
 
-/// Puts every block somewhere, each at a place that is free.
-pub(super) fn put_blocks(body: &mut SimBody, draw: &mut Draw) {
-    /// Tries for each block: the table has far more places than there are blocks.
-    const TRIES: usize = 20;
-    for object in 0..body.world().block_count() {
-        let places = body.workspace().places.len();
-        let (Ok(object), true) = (u32::try_from(object), places > 0) else { continue };
-        for _ in 0..TRIES {
-            let Ok(place) = i64::try_from(draw.below(places)) else { continue };
-            let parameters = vec![Value::Symbol(object), Value::Integer(place)];
-            if body.arrange(&Action { action: scene::PLACE, parameters }) == Outcome::Done {
-                break;
-            }
-        }
-    }
-}
-
-fn text(f: &Figures) -> String {
+fn text(f: &SimMeasurement) -> String {
     let mut table = Columns::new(&["", "action p50", "p99", "step", "actions/s"]).figures(&[1, 2, 3, 4]);
     let row = |name: &str, p50: f64, p99: f64, step: f64, rate: String| {
         [name.to_owned(), format!("{p50:.2} ms"), format!("{p99:.2} ms"), format!("{step:.1} us"), rate]

@@ -6,11 +6,13 @@
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use clap::Args;
+use pschema_process::Stop;
 use pschema_protocol::body::BodyLoop;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_protocol::transport::TransportError;
@@ -20,17 +22,11 @@ use pschema_server::session::Session;
 use pschema_server::{Setup, config};
 use pschema_store::past::Past;
 use pschema_store::{Cause, Change, Opened, Options};
+use pschema_tools::kit::{Bar, Child, Columns, Failure, runtime_directory, show, wrapped};
 use serde::Serialize;
 
-use super::body::Row;
-use super::{Times, on_disk};
-use crate::bar::Bar;
-use crate::cli::BenchDurabilityArgs;
-use crate::failure::Failure;
-use crate::output;
-use crate::render::schema::wrapped;
-use crate::render::table::Columns;
-use crate::run::{Child, Stop, runtime_directory};
+use crate::body::RowBody;
+use crate::times::{Times, directory_on_disk};
 
 /// What the product promises: the median durable decision within this many times the bare write.
 const RATIO_WANTED: f64 = 1.3;
@@ -41,9 +37,23 @@ const AHEAD: usize = 1024 * 1024;
 /// How long a daemon may take to be ready.
 const READY_WITHIN: Duration = Duration::from_secs(20);
 
-/// What was measured in one way.
+/// The disk to measure.
+#[derive(Debug, Args)]
+pub(crate) struct DurabilityArgs {
+    /// Measure the disk that this directory is on; a directory made in it is removed again [default: here]
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+    /// How many times each way
+    #[arg(long, default_value_t = 1000, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
+    rounds: u32,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Times of durable steps in one way of taking them.
 #[derive(Debug, Serialize)]
-struct Measured {
+struct DurableTimes {
     /// `in one process`: frame to action in the daemon's own code; `between processes`: as a body sees it.
     mode: &'static str,
     /// Bytes of a step in the journal, on the average.
@@ -60,17 +70,17 @@ struct Measured {
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
-struct Figures {
+struct DurabilityMeasurement {
     rounds: u32,
     ratio_wanted: f64,
     /// Whether the medians of all modes are within it.
     within: bool,
-    rows: Vec<Measured>,
+    rows: Vec<DurableTimes>,
 }
 
-pub(super) fn run(args: &BenchDurabilityArgs, quiet: bool) -> Result<(), Failure> {
-    let stop = Stop::on_signals()?;
-    let directory = on_disk(args.data.as_deref())?;
+pub(crate) fn run(args: &DurabilityArgs, quiet: bool) -> Result<(), Failure> {
+    let stop = Stop::on_signals_and_hangup()?;
+    let directory = directory_on_disk(args.data.as_deref())?;
     let bar = Bar::count(quiet);
     let rounds = args.rounds;
     let one = in_process(directory.path(), rounds, &stop, &bar)?;
@@ -78,11 +88,10 @@ pub(super) fn run(args: &BenchDurabilityArgs, quiet: bool) -> Result<(), Failure
     drop(bar);
     let rows = vec![one, two];
     let within = rows.iter().all(|row| row.ratio_p50 <= RATIO_WANTED);
-    let figures = Figures { rounds, ratio_wanted: RATIO_WANTED, within, rows };
-    if args.json { output::print_json(&figures) } else { output::print(&text(&figures)) }
+    show(args.json, &DurabilityMeasurement { rounds, ratio_wanted: RATIO_WANTED, within, rows }, text)
 }
 
-fn text(f: &Figures) -> String {
+fn text(f: &DurabilityMeasurement) -> String {
     let headings = ["frame to action", "durable", "bare write", "ratio", "not durable", "bytes"];
     let mut table = Columns::new(&headings).figures(&[1, 2, 3, 4, 5]);
     let pair = |p50: f64, p99: f64| format!("{p50:.0} / {p99:.0}");
@@ -105,30 +114,30 @@ fn text(f: &Figures) -> String {
     format!("{}\n{}", table.text(&[0]), wrapped(&told, ""))
 }
 
-fn row(mode: &'static str, bytes: u64, ours: &Times, without: &Times, bare: &Times) -> Measured {
-    let (ours_us_p50, ours_us_p99) = (ours.at(0.5), ours.at(0.99));
-    let (bare_us_p50, bare_us_p99) = (bare.at(0.5), bare.at(0.99));
-    Measured {
-        mode,
-        bytes,
-        ours_us_p50,
-        ours_us_p99,
-        without_disk_us_p50: without.at(0.5),
-        bare_us_p50,
-        bare_us_p99,
-        ratio_p50: ours_us_p50 / bare_us_p50,
-        ratio_p99: ours_us_p99 / bare_us_p99,
+impl DurableTimes {
+    fn new(mode: &'static str, bytes: u64, ours: &Times, without: &Times, bare: &Times) -> Self {
+        Self {
+            mode,
+            bytes,
+            ours_us_p50: ours.p50(),
+            ours_us_p99: ours.p99(),
+            without_disk_us_p50: without.p50(),
+            bare_us_p50: bare.p50(),
+            bare_us_p99: bare.p99(),
+            ratio_p50: ours.p50() / bare.p50(),
+            ratio_p99: ours.p99() / bare.p99(),
+        }
     }
 }
 
 /// A file that is written and made durable, and nothing else.
-struct Bare {
+struct BareFile {
     file: File,
     end: u64,
     zeroed: u64,
 }
 
-impl Bare {
+impl BareFile {
     fn new(directory: &Path, name: &str) -> std::io::Result<Self> {
         let file = File::create(directory.join(name))?;
         Ok(Self { file, end: 0, zeroed: 0 })
@@ -165,18 +174,18 @@ fn setup() -> Result<Setup, Failure> {
 }
 
 /// A frame, and the action that is durable: what a daemon does between the two, without the shared memory.
-fn in_process(directory: &Path, rounds: u32, stop: &Stop, bar: &Bar) -> Result<Measured, Failure> {
+fn in_process(directory: &Path, rounds: u32, stop: &Stop, bar: &Bar) -> Result<DurableTimes, Failure> {
     let Setup { seed, parameters, curriculum } = setup()?;
     let options = Options::new("bench", seed, &parameters, &curriculum);
     let me = thread::current();
     let opened =
         pschema_store::open(&directory.join("in-process"), options, move || me.unpark()).map_err(disk)?;
     let Opened { mut learner, mut store, .. } = opened;
-    let mut body = BodyLoop::new(Row::default());
+    let mut body = BodyLoop::new(RowBody::default());
     let hello = decode::hello(&body.hello().map_err(Failure::of)?).map_err(Failure::of)?;
     let (mut session, effects) = Session::attach(1, &hello, &mut learner).map_err(Failure::of)?;
     body.attached(session.number());
-    let mut bare = Bare::new(directory, "bare-1").map_err(disk)?;
+    let mut bare = BareFile::new(directory, "bare-1").map_err(disk)?;
     let (mut ours, mut without, mut bared) = (Times::default(), Times::default(), Times::default());
     let mut write = |change: &Change<'_>, content: &_| {
         let batch = store.append(change, content).map_err(disk)?;
@@ -216,7 +225,7 @@ fn in_process(directory: &Path, rounds: u32, stop: &Stop, bar: &Bar) -> Result<M
         bar.show(u64::from(round), u64::from(rounds), "frames in this process".to_owned());
     }
     let bytes = (before - first) / u64::from(WARM_UP + rounds);
-    Ok(row("in one process", bytes, &ours, &without, &bared))
+    Ok(DurableTimes::new("in one process", bytes, &ours, &without, &bared))
 }
 
 fn now() -> u64 {
@@ -225,15 +234,15 @@ fn now() -> u64 {
 }
 
 /// A body attached to a daemon.
-struct Attached {
-    body: BodyLoop<Row>,
+struct AttachedBody {
+    body: BodyLoop<RowBody>,
     link: BodyLink,
     stop: AtomicBool,
     // Last, so that the body leaves first.
     _daemon: Child,
 }
 
-impl Attached {
+impl AttachedBody {
     fn start(runtime: &Path, name: &str, data: Option<&Path>, stop: &Stop) -> Result<Self, Failure> {
         let place = Place::new(RuntimeDir::at(runtime)?, LearnerName::new(name)?);
         let mut arguments = vec!["server".to_owned(), "--name".to_owned(), name.to_owned()];
@@ -241,7 +250,7 @@ impl Attached {
             arguments.extend(["--data".to_owned(), data.display().to_string()]);
         }
         let mut daemon = Child::start("daemon", runtime, arguments)?;
-        let mut body = BodyLoop::new(Row::default());
+        let mut body = BodyLoop::new(RowBody::default());
         let (began, unstopped) = (Instant::now(), AtomicBool::new(false));
         let link = loop {
             stop.check()?;
@@ -272,17 +281,17 @@ impl Attached {
 }
 
 /// As a body sees it: with a daemon that keeps memory on disk, with one that does not, and bare.
-fn between_processes(directory: &Path, rounds: u32, stop: &Stop, bar: &Bar) -> Result<Measured, Failure> {
+fn between_processes(directory: &Path, rounds: u32, stop: &Stop, bar: &Bar) -> Result<DurableTimes, Failure> {
     let runtime = runtime_directory()?;
     let data = directory.join("daemon");
-    let mut kept = Attached::start(runtime.path(), "kept", Some(&data), stop)?;
-    let mut in_ram = Attached::start(runtime.path(), "in-ram", None, stop)?;
+    let mut kept = AttachedBody::start(runtime.path(), "kept", Some(&data), stop)?;
+    let mut in_ram = AttachedBody::start(runtime.path(), "in-ram", None, stop)?;
     for _ in 0..WARM_UP {
         kept.exchange()?;
         in_ram.exchange()?;
     }
     let bytes = bytes_of_a_step(&data)?;
-    let mut bare = Bare::new(directory, "bare-2").map_err(disk)?;
+    let mut bare = BareFile::new(directory, "bare-2").map_err(disk)?;
     let (mut ours, mut without, mut bared) = (Times::default(), Times::default(), Times::default());
     for round in 0..rounds {
         stop.check()?;
@@ -291,7 +300,7 @@ fn between_processes(directory: &Path, rounds: u32, stop: &Stop, bar: &Bar) -> R
         without.push(in_ram.exchange()?);
         bar.show(u64::from(round), u64::from(rounds), "frames between processes".to_owned());
     }
-    Ok(row("between processes", bytes, &ours, &without, &bared))
+    Ok(DurableTimes::new("between processes", bytes, &ours, &without, &bared))
 }
 
 /// What steps take in the journal, on the average.

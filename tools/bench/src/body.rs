@@ -14,7 +14,7 @@ const MOVES: u64 = 97;
 
 /// The body.
 #[derive(Debug, Default)]
-pub(super) struct Row {
+pub(crate) struct RowBody {
     finger: i64,
     block: i64,
     moves: u64,
@@ -25,7 +25,7 @@ fn field() -> Property {
     Property { name: "field".to_owned(), kind, unit: String::new() }
 }
 
-impl Body for Row {
+impl Body for RowBody {
     fn describe(&self) -> Description {
         let sense = |name: &str, own, transient, properties| ObservationType {
             name: name.to_owned(),

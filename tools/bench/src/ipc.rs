@@ -4,34 +4,30 @@
 //! a Unix socket with bincode; and the least that is possible: two threads and a number that both see.
 
 mod atomic;
+mod crowd;
 mod peer;
 mod socket;
-mod watched;
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use clap::{Args, ValueEnum};
+use pschema_process::Stop;
 use pschema_protocol::body::BodyLoop;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_protocol::transport::bare::{BareClient, BareWake, RECORD_WORDS};
 use pschema_protocol::transport::body_link::BodyLink;
 use pschema_protocol::transport::{SPIN_US_MAX, Spin};
+use pschema_tools::kit::{Bar, Child, Columns, Failure, ParentArgs, runtime_directory, show, wrapped};
 use serde::Serialize;
 
-pub(super) use peer::serve;
-
-use super::Times;
-use crate::bar::Bar;
-use crate::cli::BenchIpcArgs;
-use crate::failure::Failure;
-use crate::output;
-use crate::render::schema::wrapped;
-use crate::render::table::Columns;
-use crate::run::{Child, Stop, runtime_directory};
+use crate::times::Times;
 use atomic::Atomic;
+use crowd::CrowdBody;
+pub(crate) use peer::serve;
 use socket::Socket;
-use watched::Watched;
 
 /// The learner's name on the domain that is measured.
 const NAME: &str = "bench";
@@ -44,8 +40,29 @@ const WARM_UP: u32 = 5;
 /// How long the other process may take to be ready.
 const READY_WITHIN: Duration = Duration::from_secs(20);
 
+/// The round trips to measure.
+#[derive(Debug, Args)]
+pub(crate) struct IpcArgs {
+    /// How many round trips each way, for each payload and way of waiting
+    #[arg(long, default_value_t = 2_000, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
+    rounds: u32,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// How the other process is started.
+#[derive(Debug, Args)]
+pub(crate) struct PeerArgs {
+    /// How it waits
+    #[arg(long)]
+    mode: Mode,
+    #[command(flatten)]
+    parent: ParentArgs,
+}
+
 /// How those who wait do so.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Mode {
     /// They poll.
     Polling,
@@ -64,10 +81,6 @@ impl Mode {
             Self::Event => "event",
             Self::Hybrid => "hybrid",
         }
-    }
-
-    fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|mode| mode.name() == name)
     }
 
     /// For how long they poll.
@@ -89,8 +102,9 @@ impl Mode {
     }
 }
 
+/// Times of round trips with one payload and one way of waiting.
 #[derive(Debug, Serialize)]
-struct Row {
+struct ExchangeTimes {
     /// What was asked for.
     payload_bytes: usize,
     /// Of the records sent, which are whole ones.
@@ -112,33 +126,33 @@ struct Row {
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
-struct Figures {
+struct IpcMeasurement {
     rounds: u32,
     /// For how long the hybrid polls.
     spin_us: u64,
     /// Whether all medians are within what is wanted, and whether all 99th percentiles are.
     within_p50: bool,
     within_p99: bool,
-    rows: Vec<Row>,
+    rows: Vec<ExchangeTimes>,
 }
 
-pub(super) fn run(args: &BenchIpcArgs, quiet: bool) -> Result<(), Failure> {
-    let stop = Stop::on_signals()?;
+pub(crate) fn run(args: &IpcArgs, quiet: bool) -> Result<(), Failure> {
+    let stop = Stop::on_signals_and_hangup()?;
     let bar = Bar::count(quiet);
     let mut rows = Vec::new();
     for mode in Mode::ALL {
         rows.extend(measured(mode, args.rounds, &stop, &bar)?);
     }
     drop(bar);
-    let within = |of: fn(&Row) -> f64| rows.iter().all(|row| of(row) <= row.ratio_wanted);
-    let figures = Figures {
+    let within = |of: fn(&ExchangeTimes) -> f64| rows.iter().all(|row| of(row) <= row.ratio_wanted);
+    let measurement = IpcMeasurement {
         rounds: args.rounds,
         spin_us: Spin::usual().us(),
         within_p50: within(|row| row.ratio_p50),
         within_p99: within(|row| row.ratio_p99),
         rows,
     };
-    if args.json { output::print_json(&figures) } else { output::print(&text(&figures)) }
+    show(args.json, &measurement, text)
 }
 
 /// What is wanted of the ratio. A large frame is copied once and checked, and the floor does neither.
@@ -146,13 +160,13 @@ fn wanted(payload_bytes: usize) -> f64 {
     if payload_bytes > 64 * 1024 { 1.8 } else { 1.3 }
 }
 
-fn measured(mode: Mode, rounds: u32, stop: &Stop, bar: &Bar) -> Result<Vec<Row>, Failure> {
+fn measured(mode: Mode, rounds: u32, stop: &Stop, bar: &Bar) -> Result<Vec<ExchangeTimes>, Failure> {
     let runtime = runtime_directory()?;
-    let arguments = ["bench", "ipc-peer", "--mode", mode.name()];
+    let arguments = ["ipc-peer", "--mode", mode.name()];
     let mut peer = Child::start("other side", runtime.path(), arguments)?;
     let mut rows = Vec::new();
     for (payload_bytes, records) in PAYLOADS {
-        let mut four = Four::connect(mode, records, runtime.path(), &mut peer, stop)?;
+        let mut four = FourWays::connect(mode, records, runtime.path(), &mut peer, stop)?;
         let mut done = 0;
         while done < rounds {
             stop.check()?;
@@ -167,23 +181,23 @@ fn measured(mode: Mode, rounds: u32, stop: &Stop, bar: &Bar) -> Result<Vec<Row>,
     Ok(rows)
 }
 
-/// The four ways.
-struct Four {
+/// The four ways from a frame to its reply.
+struct FourWays {
     mode: Mode,
-    body: BodyLoop<Watched>,
+    body: BodyLoop<CrowdBody>,
     link: BodyLink,
     bare: BareClient,
     sensing: Sensing,
     socket: Socket,
     atomic: Atomic,
-    unstopped: std::sync::atomic::AtomicBool,
+    unstopped: AtomicBool,
     ours: Times,
     bared: Times,
     socketed: Times,
     atomics: Times,
 }
 
-impl Four {
+impl FourWays {
     fn connect(
         mode: Mode,
         records: usize,
@@ -192,8 +206,8 @@ impl Four {
         stop: &Stop,
     ) -> Result<Self, Failure> {
         let place = Place::new(RuntimeDir::at(runtime)?, LearnerName::new(NAME)?);
-        let mut body = BodyLoop::new(Watched::new(records));
-        let unstopped = std::sync::atomic::AtomicBool::new(false);
+        let mut body = BodyLoop::new(CrowdBody::new(records));
+        let unstopped = AtomicBool::new(false);
         // The socket is made last: where it is, everything is.
         let socket = in_time(peer, stop, || Socket::connect(&runtime.join(socket::FILE)))?;
         let bare = in_time(peer, stop, || BareClient::open(&place, mode.bare()))?;
@@ -218,26 +232,28 @@ impl Four {
 
     /// Each way its turn, those before it asleep.
     fn take_turns(&mut self, exchanges: u32) -> Result<(), Failure> {
-        for number in 0..WARM_UP + exchanges {
+        for _ in 0..WARM_UP {
+            self.ours()?;
+        }
+        for _ in 0..exchanges {
             let took = self.ours()?;
-            if number >= WARM_UP {
-                self.ours.push(took);
-            }
+            self.ours.push(took);
         }
         thread::sleep(self.mode.until_asleep());
-        for number in 0..WARM_UP + exchanges {
+        for _ in 0..WARM_UP {
+            self.bare()?;
+        }
+        for _ in 0..exchanges {
             let took = self.bare()?;
-            if number >= WARM_UP {
-                self.bared.push(took);
-            }
+            self.bared.push(took);
         }
         thread::sleep(self.mode.until_asleep());
-        for number in 0..WARM_UP + exchanges {
-            self.sensing.again();
-            let took = self.socket.exchange(&self.sensing.payload)?;
-            if number >= WARM_UP {
-                self.socketed.push(took);
-            }
+        for _ in 0..WARM_UP {
+            self.socket()?;
+        }
+        for _ in 0..exchanges {
+            let took = self.socket()?;
+            self.socketed.push(took);
         }
         let took = self.atomic.exchanges(&self.sensing.payload, WARM_UP + exchanges);
         took.into_iter().skip(WARM_UP as usize).for_each(|took| self.atomics.push(took));
@@ -266,17 +282,22 @@ impl Four {
         Ok(took)
     }
 
-    fn row(&self, payload_bytes: usize) -> Row {
-        let both = |times: &Times| (times.at(0.5), times.at(0.99));
+    fn socket(&mut self) -> Result<Duration, Failure> {
+        self.sensing.again();
+        self.socket.exchange(&self.sensing.payload)
+    }
+
+    fn row(&self, payload_bytes: usize) -> ExchangeTimes {
+        let both = |times: &Times| (times.p50(), times.p99());
         let (ours_us_p50, ours_us_p99) = both(&self.ours);
         let (bare_us_p50, bare_us_p99) = both(&self.bared);
         let (socket_us_p50, socket_us_p99) = both(&self.socketed);
         let (atomic_us_p50, atomic_us_p99) = both(&self.atomics);
-        Row {
+        ExchangeTimes {
             payload_bytes,
             record_bytes: size_of_val(&*self.sensing.payload),
             mode: self.mode.name(),
-            exchanges: self.ours.0.len(),
+            exchanges: self.ours.len(),
             ours_us_p50,
             ours_us_p99,
             bare_us_p50,
@@ -295,13 +316,13 @@ impl Four {
 /// What is sent without the protocol: sensed and written down anew for each exchange, as a frame is, so that nobody has
 /// less to do in between, and the other side not longer to wait.
 struct Sensing {
-    body: BodyLoop<Watched>,
+    body: BodyLoop<CrowdBody>,
     payload: Vec<u64>,
 }
 
 impl Sensing {
     fn new(records: usize) -> Self {
-        let mut new = Self { body: BodyLoop::new(Watched::new(records)), payload: Vec::new() };
+        let mut new = Self { body: BodyLoop::new(CrowdBody::new(records)), payload: Vec::new() };
         new.again();
         new
     }
@@ -335,7 +356,7 @@ fn in_time<T, E: std::fmt::Display>(
     }
 }
 
-fn text(f: &Figures) -> String {
+fn text(f: &IpcMeasurement) -> String {
     let headings = ["payload", "mode", "ours", "bare", "ratio", "wanted", "socket", "atomic"];
     let mut table = Columns::new(&headings).figures(&[0, 2, 3, 4, 5, 6, 7]);
     let pair = |p50: f64, p99: f64| format!("{p50:.1} / {p99:.1}");

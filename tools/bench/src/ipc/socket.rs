@@ -10,9 +10,8 @@ use std::time::{Duration, Instant};
 
 use pschema_protocol::codec;
 use pschema_protocol::transport::bare::RECORD_WORDS;
+use pschema_tools::kit::Failure;
 use serde::{Deserialize, Serialize};
-
-use crate::failure::Failure;
 
 /// Its name in the runtime directory.
 pub(super) const FILE: &str = "bench.socket";

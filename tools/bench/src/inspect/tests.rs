@@ -5,22 +5,21 @@ use std::collections::BTreeSet;
 use pschema_inspect::{Answer, Candidate, Explanation, Request, Verdict, WhyNot};
 use pschema_learner::schema::SchemaId;
 use pschema_server::inspect;
+use pschema_tools::kit::{Reasons, WhyNotJson, explanation, notation, why_not};
 use serde_json::Value;
 
 use super::Life;
-use crate::bench::worlds::{Mix, World};
-use crate::render::words::notation;
-use crate::render::{explanation, json, why_not};
+use crate::worlds::Mix;
 
 /// A decision and what is said of some schemas that it did not choose.
 fn told(life: &Life) -> Option<(Explanation, Vec<WhyNot>)> {
     let view = life.view();
     let explained = inspect::answer(&view, &Request::Explain { step: None, candidates_max: 1000 });
     let Answer::Explanation(explained) = explained else { return None };
-    let schemas = u32::try_from(life.schemas()).unwrap();
+    let schemas = u32::try_from(life.world.schemas()).unwrap();
     let memory = life.world.learner().memory().content();
     let is_law = |id: &u32| memory.schema(SchemaId(*id)).is_some_and(|schema| schema.generalised().is_some());
-    let some = (0..schemas).rev().step_by(1 + life.schemas() / 7);
+    let some = (0..schemas).rev().step_by(1 + life.world.schemas() / 7);
     let others: BTreeSet<u32> = some.chain((0..schemas).filter(is_law).take(5)).collect();
     let others = others.into_iter();
     let why = others.map(|schema| match inspect::answer(&view, &Request::WhyNot { schema, step: None }) {
@@ -91,7 +90,7 @@ fn in_text(text: &str, candidate: &Candidate) {
 fn every_excitation_is_the_sum_of_its_terms_over_its_distance_as_it_is_shown() {
     let (mut excited, mut stood_in) = (0, 0);
     for (mix, seed) in Mix::ALL.into_iter().flat_map(|mix| [(mix, 1), (mix, 2), (mix, 3)]) {
-        let mut life = Life { world: World::new(mix, seed).unwrap(), seed, decided: None };
+        let mut life = Life::begin(mix, seed).unwrap();
         for step in 0..700 {
             life.step();
             if step % 50 != 49 {
@@ -99,12 +98,12 @@ fn every_excitation_is_the_sum_of_its_terms_over_its_distance_as_it_is_shown() {
             }
             let Some((explained, others)) = told(&life) else { continue };
             let shown = format!("{mix:?}, seed {seed}, step {step}");
-            let value = serde_json::to_value(json::Reasons::from(&explained)).unwrap();
+            let value = serde_json::to_value(Reasons::from(&explained)).unwrap();
             value["candidates"].as_array().unwrap().iter().for_each(adds_up);
             let chosen = &explained.candidates[explained.chosen as usize];
             // A crowded table is wrapped beyond what a test can read.
             if chosen.terms.len() < 40 {
-                in_text(&explanation::explanation(&explained), chosen);
+                in_text(&explanation(&explained), chosen);
             }
             for why in &others {
                 if let Verdict::StoodInFor { by, .. } = why.verdict {
@@ -119,12 +118,12 @@ fn every_excitation_is_the_sum_of_its_terms_over_its_distance_as_it_is_shown() {
                     assert!(texts.clone().all(|text| seen(&text)), "{shown}: {why:?}");
                     stood_in += 1;
                 }
-                let value = serde_json::to_value(why_not::Json::from(why)).unwrap();
+                let value = serde_json::to_value(WhyNotJson::from(why)).unwrap();
                 [&value["candidate"], &value["chosen"]]
                     .into_iter()
                     .filter(|c| c.is_object())
                     .for_each(adds_up);
-                assert!(why_not::why_not(why).contains(&format!("chema {}", why.schema)), "{shown}");
+                assert!(why_not(why).contains(&format!("chema {}", why.schema)), "{shown}");
             }
             excited += explained.candidates.iter().filter(|candidate| !candidate.terms.is_empty()).count();
         }

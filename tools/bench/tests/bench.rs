@@ -1,4 +1,4 @@
-//! What `pschema bench` measures beside the learner: that each figure stands beside its baseline, of the same work.
+//! What `pschema-bench` measures beside the learner: that each figure stands beside its baseline, of the same work.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
@@ -7,8 +7,8 @@ use std::process::Command;
 use serde_json::Value;
 
 fn figures(arguments: &[&str]) -> Value {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pschema"));
-    let output = command.arg("bench").args(arguments).args(["--json", "-q"]).output().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pschema-bench"));
+    let output = command.args(arguments).args(["--json", "-q"]).output().unwrap();
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
 }
@@ -20,6 +20,15 @@ fn figure(of: &Value, name: &str) -> f64 {
 fn is_ratio(of: &Value, ratio: &str, ours: &str, baseline: &str) {
     let expected = figure(of, ours) / figure(of, baseline);
     assert!((expected - figure(of, ratio)).abs() < 1e-6, "{ratio} is not {ours} to {baseline}: {of}");
+}
+
+#[test]
+fn every_measurement_has_help_with_an_example() {
+    for what in ["decision", "memory", "durability", "restart", "inspect", "ipc", "sim", "vision"] {
+        let help = Command::new(env!("CARGO_BIN_EXE_pschema-bench")).args([what, "--help"]).output().unwrap();
+        let help = String::from_utf8(help.stdout).unwrap();
+        assert!(help.contains(&format!("Example:\n  pschema-bench {what}")), "{what}:\n{help}");
+    }
 }
 
 #[test]

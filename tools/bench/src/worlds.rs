@@ -31,12 +31,14 @@ const TEXTURES: i64 = 16;
 const CROWD: i64 = 12;
 
 /// What memory is filled with. In each the learner makes every schema itself, from frames alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Mix {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Mix {
     /// As in scenario 1: the arm is learnt first; then comes one new object after another, each put somewhere within reach. The
     /// first of them make the law of touching; what each later one feels like besides is remembered of that one alone.
+    #[value(name = "scenario-1")]
     Scenario1,
     /// As in scenario 3, without stages: every posture is tried with the block in every field.
+    #[value(name = "scenario-3")]
     Scenario3,
     /// The same with twelve objects at a time, so that the law has twelve conditions, and every schema that is made too.
     Wide,
@@ -44,10 +46,11 @@ pub(crate) enum Mix {
 
 impl Mix {
     /// All of them.
-    pub(crate) const ALL: [Self; 3] = [Self::Scenario1, Self::Scenario3, Self::Wide];
+    pub const ALL: [Self; 3] = [Self::Scenario1, Self::Scenario3, Self::Wide];
 
     /// Its name in tables.
-    pub(crate) fn name(self) -> &'static str {
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Self::Scenario1 => "scenario-1",
             Self::Scenario3 => "scenario-3",
@@ -81,7 +84,7 @@ struct Object {
 }
 
 /// A learner in a world.
-pub(crate) struct World {
+pub struct World {
     mix: Mix,
     learner: Learner,
     body: BodyId,
@@ -101,7 +104,10 @@ pub(crate) struct World {
 
 impl World {
     /// A learner that knows nothing, in a world that `seed` decides.
-    pub(crate) fn new(mix: Mix, seed: u64) -> Result<Self, LearnerError> {
+    ///
+    /// # Errors
+    /// Never, as long as the curriculum and the declaration here are within the learner's limits.
+    pub fn new(mix: Mix, seed: u64) -> Result<Self, LearnerError> {
         let mut learner = Learner::new(seed, Parameters::default(), curriculum(mix))?;
         // What is declared here is within every limit.
         let body = learner.declare(declaration(mix.postures())).map_or(BodyId(u16::MAX), |(body, _)| body);
@@ -125,17 +131,18 @@ impl World {
     }
 
     /// The learner.
-    pub(crate) fn learner(&self) -> &Learner {
+    #[must_use]
+    pub fn learner(&self) -> &Learner {
         &self.learner
     }
 
     /// The learner, for a step.
-    pub(crate) fn learner_mut(&mut self) -> &mut Learner {
+    pub fn learner_mut(&mut self) -> &mut Learner {
         &mut self.learner
     }
 
     /// What is perceived now.
-    pub(crate) fn frame(&mut self) -> Frame {
+    pub fn frame(&mut self) -> Frame {
         let seen = |of, kind, field| {
             Observation::new(of, [(KIND, Value::Integer(kind)), (FIELD, Value::Integer(field))])
         };
@@ -154,8 +161,14 @@ impl World {
         Frame { body: self.body, outcome: self.outcome.take(), observations }
     }
 
+    /// Schemas that the learner has.
+    #[must_use]
+    pub fn schemas(&self) -> usize {
+        self.learner.memory().content().schemas.len()
+    }
+
     /// Does what the learner says, and lets the world go on.
-    pub(crate) fn follow(&mut self, output: &Output) {
+    pub fn follow(&mut self, output: &Output) {
         self.touched = None;
         let Output::Act(primitive) = output else {
             return;
@@ -211,18 +224,6 @@ impl World {
         self.touched = None;
         self.outcome = None;
     }
-}
-
-/// Schemas that the learner has.
-pub(crate) fn schemas(world: &World) -> usize {
-    world.learner().memory().content().schemas.len()
-}
-
-/// Memory of this process that is in RAM; none where the system does not say.
-pub(crate) fn resident_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let kilobytes = status.lines().find_map(|line| line.strip_prefix("VmRSS:")?.strip_suffix("kB"))?;
-    kilobytes.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
 /// Free play with all senses.

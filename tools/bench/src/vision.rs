@@ -4,19 +4,13 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use pschema_protocol::body::{Body, Outcome};
+use pschema_protocol::body::Body;
 use pschema_sim::body::SimBody;
-use pschema_sim::config::WorldFile;
+use pschema_tools::kit::{Columns, Failure, show, wrapped};
 use serde::Serialize;
 
-use super::sim::put_blocks;
-use super::{Draw, Times};
-use crate::cli::BenchVisionArgs;
-use crate::failure::Failure;
-use crate::output;
-use crate::render::schema::wrapped;
-use crate::render::table::Columns;
-use crate::run::Stop;
+use crate::scenes::{Scenes, ScenesArgs};
+use crate::times::Times;
 
 /// What the product promises of a frame at the paper's 780x580 pixels, in milliseconds.
 const FRAME_MS_WANTED: f64 = 4.0;
@@ -25,7 +19,7 @@ const ACTIONS_A_SCENE: u32 = 10;
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
-struct Figures {
+struct VisionMeasurement {
     world: String,
     seed: u64,
     width_px: usize,
@@ -55,8 +49,9 @@ struct Figures {
     ratio_look_at_all_p50: f64,
 }
 
+/// Times of each picture.
 #[derive(Default)]
-struct Measured {
+struct PictureTimes {
     frame: Times,
     render: Times,
     look: Times,
@@ -65,36 +60,20 @@ struct Measured {
     blobs: usize,
 }
 
-pub(super) fn run(args: &BenchVisionArgs, quiet: bool) -> Result<(), Failure> {
-    let stop = Stop::on_signals()?;
-    let bar = crate::bar::Bar::count(quiet);
-    let file = WorldFile::load(&args.world).map_err(Failure::of)?;
-    let mut body = SimBody::new("arm", file, &args.world, args.seed, false).map_err(Failure::of)?;
-    let mut draw = Draw::new(args.seed);
-    let repertoire = body.describe().repertoire;
-    let mut measured = Measured::default();
-    for round in 0..args.rounds {
-        stop.check()?;
-        if round.is_multiple_of(ACTIONS_A_SCENE) {
-            put_blocks(&mut body, &mut draw);
-        }
-        let Some(action) = repertoire.get(draw.below(repertoire.len())) else {
-            return Err(Failure::Failed(format!("world {} has no repertoire", args.world)));
-        };
-        if body.act(action) != Outcome::Done {
-            return Err(Failure::Failed("an action of the repertoire was not carried out".to_owned()));
-        }
-        measured.frame(&mut body)?;
-        bar.show(u64::from(round), u64::from(args.rounds), "pictures".to_owned());
-    }
-    drop(bar);
-    let figures = measured.figures(args, &body);
-    if args.json { output::print_json(&figures) } else { output::print(&text(&figures)) }
+pub(crate) fn run(args: &ScenesArgs, quiet: bool) -> Result<(), Failure> {
+    let mut scenes = Scenes::new(args)?;
+    let mut times = PictureTimes::default();
+    scenes.run(ACTIONS_A_SCENE, quiet, |body, action, _| {
+        let outcome = body.act(action);
+        times.picture(body)?;
+        Ok(outcome)
+    })?;
+    show(args.json, &times.measurement(args, &scenes.body), text)
 }
 
-impl Measured {
+impl PictureTimes {
     /// One picture of what is there now.
-    fn frame(&mut self, body: &mut SimBody) -> Result<(), Failure> {
+    fn picture(&mut self, body: &mut SimBody) -> Result<(), Failure> {
         let began = Instant::now();
         body.render();
         let rendered = began.elapsed();
@@ -117,17 +96,17 @@ impl Measured {
         Ok(())
     }
 
-    fn figures(&self, args: &BenchVisionArgs, body: &SimBody) -> Figures {
-        let p50 = |times: &Times| times.at(0.5) / 1e3;
-        let p99 = |times: &Times| times.at(0.99) / 1e3;
-        Figures {
+    fn measurement(&self, args: &ScenesArgs, body: &SimBody) -> VisionMeasurement {
+        let p50 = |times: &Times| times.p50() / 1e3;
+        let p99 = |times: &Times| times.p99() / 1e3;
+        VisionMeasurement {
             world: args.world.clone(),
             seed: args.seed,
             width_px: body.image().width_px(),
             height_px: body.image().height_px(),
             blocks: body.world().block_count(),
-            frames: self.frame.0.len(),
-            blobs_mean: self.blobs as f64 / self.frame.0.len().max(1) as f64,
+            frames: self.frame.len(),
+            blobs_mean: self.blobs as f64 / self.frame.len().max(1) as f64,
             frame_ms_p50: p50(&self.frame),
             frame_ms_p99: p99(&self.frame),
             frame_ms_wanted: FRAME_MS_WANTED,
@@ -147,7 +126,7 @@ impl Measured {
     }
 }
 
-fn text(f: &Figures) -> String {
+fn text(f: &VisionMeasurement) -> String {
     let mut table = Columns::new(&["", "p50", "p99"]).figures(&[1, 2]);
     for (name, p50, p99) in [
         ("a frame", f.frame_ms_p50, f.frame_ms_p99),

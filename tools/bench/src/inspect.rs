@@ -5,20 +5,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
+use clap::Args;
 use pschema_inspect::{Answer, GraphQuery, Request, SchemaQuery, SchemaSort};
 use pschema_learner::decision::{Decision, Subject};
+use pschema_process::say;
 use pschema_protocol::codec;
 use pschema_server::inspect;
 use pschema_server::mind::{HostFacts, View};
+use pschema_tools::kit::{Columns, Failure, show};
 use serde::Serialize;
 
-use super::Times;
-use super::worlds::{Mix, World};
-use crate::cli::BenchInspectArgs;
-use crate::failure::Failure;
-use crate::output;
-use crate::render::table::Columns;
-use crate::talk;
+use crate::lives::{ascending, size};
+use crate::times::Times;
+use crate::worlds::{Mix, World};
 
 /// Steps at a time, with and without questions in turn.
 const STEPS: usize = 500;
@@ -27,8 +26,29 @@ const TURNS: usize = 8;
 /// What is wanted of a list: so many milliseconds.
 const LIST_MS_WANTED: f64 = 100.0;
 
+/// The memories to ask.
+#[derive(Debug, Args)]
+pub(crate) struct InspectArgs {
+    /// What memory is filled with: scenario-1, scenario-3 or wide
+    #[arg(long, value_name = "MIX", default_value = "scenario-3")]
+    mix: Mix,
+    /// Sizes of memory, in schemas; a million takes some minutes
+    #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [20_000], value_parser = size)]
+    schemas: Vec<usize>,
+    /// How many times each question
+    #[arg(long, default_value_t = 9, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=1_000))]
+    rounds: u32,
+    /// Everything drawn by lot follows from it
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Times of the answers to one question.
 #[derive(Debug, Serialize)]
-struct Asked {
+struct AnswerTimes {
     question: &'static str,
     answer_ms_p50: f64,
     answer_ms_max: f64,
@@ -37,15 +57,16 @@ struct Asked {
     answer_ms_wanted: Option<f64>,
 }
 
+/// Times of answers, and of steps beside them, with a memory of one size.
 #[derive(Debug, Serialize)]
-struct Row {
+struct InspectTimes {
     mix: &'static str,
     schemas: usize,
     observations: usize,
     /// To take a view of memory, between two steps.
     view_us_p50: f64,
     view_us_max: f64,
-    questions: Vec<Asked>,
+    questions: Vec<AnswerTimes>,
     step_us_p50: f64,
     step_us_p99: f64,
     /// With a question always under way.
@@ -59,31 +80,26 @@ struct Row {
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
-struct Figures {
-    rows: Vec<Row>,
+struct InspectMeasurement {
+    rows: Vec<InspectTimes>,
 }
 
-pub(super) fn run(args: &BenchInspectArgs, quiet: bool) -> Result<(), Failure> {
-    let mix = Mix::ALL.into_iter().find(|mix| mix.name() == args.mix).unwrap_or(Mix::Scenario3);
-    let mut sizes = args.schemas.clone();
-    sizes.sort_unstable();
-    sizes.dedup();
-    let mut life =
-        Life { world: World::new(mix, args.seed).map_err(Failure::of)?, seed: args.seed, decided: None };
+pub(crate) fn run(args: &InspectArgs, quiet: bool) -> Result<(), Failure> {
+    let mut life = Life::begin(args.mix, args.seed)?;
     let mut rows = Vec::new();
-    for size in sizes {
+    for size in ascending(&args.schemas) {
         if !quiet {
-            talk::say(&format!("{}: a life up to {size} schemas", mix.name()));
+            say(&format!("{}: a life up to {size} schemas", args.mix.name()));
         }
-        while life.schemas() < size {
+        while life.world.schemas() < size {
             life.step();
         }
-        rows.push(measured(&mut life, mix, args.rounds)?);
+        rows.push(measured(&mut life, args.mix, args.rounds)?);
     }
-    let figures = Figures { rows };
-    if args.json { output::print_json(&figures) } else { output::print(&text(&figures)) }
+    show(args.json, &InspectMeasurement { rows }, text)
 }
 
+/// A learner in its world, and what it decided last.
 struct Life {
     world: World,
     seed: u64,
@@ -91,8 +107,8 @@ struct Life {
 }
 
 impl Life {
-    fn schemas(&self) -> usize {
-        self.world.learner().memory().content().schemas.len()
+    fn begin(mix: Mix, seed: u64) -> Result<Self, Failure> {
+        Ok(Self { world: World::new(mix, seed).map_err(Failure::of)?, seed, decided: None })
     }
 
     /// One step; returns how long the learner took.
@@ -174,10 +190,10 @@ fn questions(schema: u32) -> Vec<(&'static str, Request, Option<f64>)> {
     ]
 }
 
-fn measured(life: &mut Life, mix: Mix, rounds: u32) -> Result<Row, Failure> {
+fn measured(life: &mut Life, mix: Mix, rounds: u32) -> Result<InspectTimes, Failure> {
     // Of a step that decided something.
     life.step();
-    let schemas = life.schemas();
+    let schemas = life.world.schemas();
     let observations = life.world.learner().memory().content().observations.len();
     let mut asked = Vec::new();
     for (question, request, wanted) in questions(life.schema()) {
@@ -189,28 +205,28 @@ fn measured(life: &mut Life, mix: Mix, rounds: u32) -> Result<Row, Failure> {
             bytes = answered(&view, &request)?;
             times.push(began.elapsed());
         }
-        asked.push(Asked {
+        asked.push(AnswerTimes {
             question,
-            answer_ms_p50: times.at(0.5) / 1e3,
+            answer_ms_p50: times.p50() / 1e3,
             answer_ms_max: times.at(1.0) / 1e3,
             answer_bytes: bytes,
             answer_ms_wanted: wanted,
         });
     }
-    let Beside { alone, beside, views, answered } = beside(life)?;
-    Ok(Row {
+    let StepsBeside { alone, beside, views, answered } = beside(life)?;
+    Ok(InspectTimes {
         mix: mix.name(),
         schemas,
         observations,
-        view_us_p50: views.at(0.5),
+        view_us_p50: views.p50(),
         view_us_max: views.at(1.0),
         questions: asked,
-        step_us_p50: alone.at(0.5),
-        step_us_p99: alone.at(0.99),
-        asked_step_us_p50: beside.at(0.5),
-        asked_step_us_p99: beside.at(0.99),
-        ratio_p50: beside.at(0.5) / alone.at(0.5),
-        ratio_p99: beside.at(0.99) / alone.at(0.99),
+        step_us_p50: alone.p50(),
+        step_us_p99: alone.p99(),
+        asked_step_us_p50: beside.p50(),
+        asked_step_us_p99: beside.p99(),
+        ratio_p50: beside.p50() / alone.p50(),
+        ratio_p99: beside.p99() / alone.p99(),
         answered,
     })
 }
@@ -223,7 +239,8 @@ fn answered(view: &View, request: &Request) -> Result<usize, Failure> {
     }
 }
 
-struct Beside {
+/// Times of steps without questions, of steps with questions, and of the views that those were answered from.
+struct StepsBeside {
     alone: Times,
     beside: Times,
     views: Times,
@@ -231,7 +248,7 @@ struct Beside {
 }
 
 /// Steps without and with questions in turn, so that both see the same memory and the same machine.
-fn beside(life: &mut Life) -> Result<Beside, Failure> {
+fn beside(life: &mut Life) -> Result<StepsBeside, Failure> {
     let (jobs, questions) = sync_channel::<(View, Request)>(1);
     let idle = AtomicBool::new(true);
     std::thread::scope(|scope| {
@@ -247,7 +264,7 @@ fn beside(life: &mut Life) -> Result<Beside, Failure> {
         }
         drop(jobs);
         let answered = inspector.join().map_err(|_| Failure::Failed("answering panicked".to_owned()))??;
-        Ok(Beside { alone, beside, views, answered })
+        Ok(StepsBeside { alone, beside, views, answered })
     })
 }
 
@@ -257,7 +274,7 @@ fn ask(life: &Life, jobs: &SyncSender<(View, Request)>, idle: &AtomicBool, views
         return;
     }
     let kinds = questions(life.schema());
-    let next = views.0.len() % kinds.len();
+    let next = views.len() % kinds.len();
     let Some((_, request, _)) = kinds.into_iter().nth(next) else { return };
     let began = Instant::now();
     let view = life.view();
@@ -277,9 +294,9 @@ fn serve(questions: &Receiver<(View, Request)>, idle: &AtomicBool) -> Result<u64
     Ok(count)
 }
 
-fn text(figures: &Figures) -> String {
+fn text(measurement: &InspectMeasurement) -> String {
     let mut text = String::new();
-    for row in &figures.rows {
+    for row in &measurement.rows {
         text.push_str(&format!(
             "{}, {} schemas, {} observations\n\n",
             row.mix, row.schemas, row.observations

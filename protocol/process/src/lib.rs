@@ -1,0 +1,48 @@
+//! The parts that every program around a learner needs beside its work: a log on stderr ([`Log`]), a flag that signals
+//! raise ([`Stop`]), and the last line on stderr with the exit code that belongs to it ([`ended`]).
+//!
+//! ```no_run
+//! use pschema_process::{LevelFilter, Log, SignalError, Stop, ended};
+//!
+//! fn main() -> std::process::ExitCode {
+//!     Log::new(LevelFilter::INFO).begin();
+//!     ended("my-body", work())
+//! }
+//!
+//! fn work() -> Result<(), SignalError> {
+//!     let stop = Stop::on_signals()?;
+//!     while !stop.is_raised() {
+//!         // One frame after another.
+//!     }
+//!     Ok(())
+//! }
+//! ```
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+mod log;
+mod stop;
+
+use std::fmt::Display;
+use std::io::Write;
+use std::process::ExitCode;
+
+pub use log::{LevelFilter, Log, colour_is_wanted};
+pub use stop::{Interrupted, SignalError, Stop};
+
+/// Writes one line to stderr. When nobody reads stderr any more, the line is lost and the process goes on; `eprintln!`
+/// would panic.
+pub fn say(line: &str) {
+    drop(writeln!(std::io::stderr(), "{line}"));
+}
+
+/// The exit code of the program `name` after its work. A failure is said on stderr, behind the program's name.
+pub fn ended<E: Display>(name: &str, result: Result<(), E>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            say(&format!("{name}: {error}"));
+            ExitCode::FAILURE
+        }
+    }
+}
