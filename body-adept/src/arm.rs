@@ -323,6 +323,22 @@ impl Arm {
         }
     }
 
+    /// The outcome of an order that is not begun, for the arm may not move as it is.
+    pub fn refuse(&self) -> Outcome {
+        match &self.phase {
+            Phase::Latched(why) => Outcome::refused(why),
+            _ => Outcome::refused("the arm is not enabled"),
+        }
+    }
+
+    /// The outcome of a motion that was stopped.
+    fn stopped(&self) -> Outcome {
+        match &self.phase {
+            Phase::Latched(why) => Outcome::failed(why),
+            _ => Outcome::failed("the motion was stopped before its end"),
+        }
+    }
+
     /// Goes to joint positions of the manifold: until there, or until the finger touches something.
     pub fn go(&mut self, to: JointPositions) -> Outcome {
         let connected = self.ensure_connected();
@@ -331,9 +347,9 @@ impl Arm {
             self.go_recorded(to, connected)
         } else {
             tracing::warn!(j1 = to.j1, j2 = to.j2, "refused: joint positions are 0 to 1");
-            Outcome::Refused
+            Outcome::refused("joint positions are 0 to 1")
         };
-        self.recorder.event("outcome", &format!("{outcome:?}"));
+        self.recorder.event("outcome", word(&outcome));
         outcome
     }
 
@@ -342,59 +358,59 @@ impl Arm {
         let connected = self.ensure_connected();
         self.recorder.event("order", "park");
         let outcome = self.go_recorded(self.setup.rest, connected);
-        self.recorder.event("outcome", &format!("{outcome:?}"));
+        self.recorder.event("outcome", word(&outcome));
         outcome
     }
 
     fn go_recorded(&mut self, to: JointPositions, connected: Result<(), Fault>) -> Outcome {
         if let Err(fault) = connected {
             tracing::debug!(%fault, "refused");
-            return Outcome::Refused;
+            return Outcome::refused(fault);
         }
         if self.phase != Phase::Active {
             tracing::debug!(phase = ?self.phase, "refused: the arm is not enabled");
-            return Outcome::Refused;
+            return self.refuse();
         }
         match self.go_now(to) {
             Ok(outcome) => outcome,
             Err(fault) => {
                 tracing::warn!(%fault, "the motion failed");
                 self.give_up(&fault);
-                Outcome::Failed
+                Outcome::failed(fault)
             }
         }
     }
 
     fn go_now(&mut self, to: JointPositions) -> Result<Outcome, Fault> {
         if self.watch.signs().stop.load(Ordering::SeqCst) {
-            return Ok(Outcome::Refused);
+            return Ok(Outcome::refused("the arm's process is ending"));
         }
         if let Some(silent) = self.watch.signs().daemon.as_ref().map(|daemon| daemon.age())
             && silent > self.watch.signs().silence_max
         {
             tracing::warn!(silent_ms = silent.as_millis(), "refused: the daemon is silent");
-            return Ok(Outcome::Refused);
+            return Ok(Outcome::refused("the daemon is silent"));
         }
-        let Some(controller) = &mut self.controller else { return Ok(Outcome::Refused) };
+        let Some(controller) = &mut self.controller else { return Ok(self.refuse()) };
         let (state, from) = (controller.state()?, controller.joints()?);
         let unfit = if !self.may.moves { self.misplaced(&from) } else { self.unfit(&state, &from) };
         if let Some(why) = unfit {
             self.latch(why);
-            return Ok(Outcome::Refused);
+            return Ok(self.refuse());
         }
         let Some((path, heading)) = path::path(&self.setup, self.heading, &from, to) else {
-            return Ok(Outcome::Refused);
+            return Ok(Outcome::refused("no permitted path leads there"));
         };
         if !self.may.moves {
             tracing::info!(legs = path.legs().len(), end = ?path.end(), "dry run: not moved");
-            return Ok(Outcome::Refused);
+            return Ok(Outcome::refused("this is a dry run"));
         }
         let moved = self.carry_out(&path)?;
         self.heading = heading;
         match moved {
             Moved::Arrived => Ok(Outcome::Done),
             Moved::Touched => self.press(to),
-            Moved::Stopped => Ok(Outcome::Failed),
+            Moved::Stopped => Ok(self.stopped()),
             Moved::OutOfTime => Ok(Outcome::TimedOut),
         }
     }
@@ -444,7 +460,7 @@ impl Arm {
     fn press(&mut self, to: JointPositions) -> Result<Outcome, Fault> {
         if self.switch.is_pressed() {
             // Stopped just as it touched: nothing follows.
-            return Ok(Outcome::Failed);
+            return Ok(self.stopped());
         }
         let untouched = if self.setup.file.touch.inverted { 0b1111 } else { 0 };
         let Some(controller) = &mut self.controller else { return Ok(Outcome::Done) };
@@ -464,7 +480,7 @@ impl Arm {
             return Ok(Outcome::Done);
         };
         match self.carry_out(&path)? {
-            Moved::Stopped => Ok(Outcome::Failed),
+            Moved::Stopped => Ok(self.stopped()),
             _ => Ok(Outcome::Done),
         }
     }
@@ -492,5 +508,15 @@ impl Arm {
         self.powered_by_us = false;
         self.enabled = false;
         self.disconnect();
+    }
+}
+
+/// How an order went, as a recording has it: in one word, without a reason that may name figures of its moment.
+fn word(outcome: &Outcome) -> &'static str {
+    match outcome {
+        Outcome::Done => "Done",
+        Outcome::Refused(_) => "Refused",
+        Outcome::Failed(_) => "Failed",
+        Outcome::TimedOut => "TimedOut",
     }
 }

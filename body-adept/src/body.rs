@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use pschema_arm::{JointPositions, Percept, Side, action, object_symbol, scene};
+use pschema_arm::{ArmIds, JointPositions, Percept, Side, object_symbol};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Description, Value};
 use pschema_protocol::picture::{FieldMark, Picture};
@@ -27,7 +27,8 @@ const TELL_EVERY: Duration = Duration::from_secs(5);
 
 /// An arm with its camera, its eye and the person beside it.
 pub struct AdeptBody {
-    name: String,
+    description: Description,
+    ids: ArmIds,
     setup: Arc<Setup>,
     arm: Arm,
     source: Box<dyn FrameSource>,
@@ -61,9 +62,11 @@ impl AdeptBody {
             y_px: *v as f32,
             radius_px: fields.radius_px() as f32,
         });
+        let (description, ids) = setup.declaration(name).declare();
         Ok(Self {
+            description,
+            ids,
             marks: marks.collect(),
-            name: name.to_owned(),
             eye: setup.eye()?,
             setup,
             arm,
@@ -163,7 +166,9 @@ impl AdeptBody {
             let [x, y] = self.setup.file.places.at_mm.get(position)?;
             Some((self.setup.file.objects.names.get(object as usize)?.clone(), position, (x.get(), y.get())))
         });
-        let Some((object, position, at_mm)) = found else { return Outcome::Refused };
+        let Some((object, position, at_mm)) = found else {
+            return Outcome::refused("there is no such object or position");
+        };
         let parked = self.park();
         if parked != Outcome::Done {
             return parked;
@@ -173,7 +178,7 @@ impl AdeptBody {
 
     fn remove(&mut self, object: u32) -> Outcome {
         let Some(object) = self.setup.file.objects.names.get(object as usize).cloned() else {
-            return Outcome::Refused;
+            return Outcome::refused("there is no such object");
         };
         let parked = self.park();
         if parked != Outcome::Done {
@@ -183,7 +188,7 @@ impl AdeptBody {
     }
 
     fn park(&mut self) -> Outcome {
-        if self.attended() { self.arm.park() } else { Outcome::Refused }
+        if self.attended() { self.arm.park() } else { self.arm.refuse() }
     }
 
     fn arrange_by_hand(&mut self, wish: &Wish<'_>) -> Outcome {
@@ -193,7 +198,7 @@ impl AdeptBody {
                 // Their hands may still be in there.
                 self.arm.stand_down();
                 tracing::warn!(%error, ?wish, "not arranged; the arm moves again once a person enables it");
-                Outcome::Refused
+                Outcome::refused(error)
             }
         }
     }
@@ -201,7 +206,7 @@ impl AdeptBody {
 
 impl Body for AdeptBody {
     fn describe(&self) -> Description {
-        self.setup.declaration(&self.name).describe()
+        self.description.clone()
     }
 
     /// A body that cannot sense does not report: it waits until it can, or is to end.
@@ -218,7 +223,7 @@ impl Body for AdeptBody {
                 }
             }
         }
-        self.last.report(frame);
+        self.last.report(self.ids, frame);
     }
 
     fn picture(&mut self) -> Option<Picture<'_>> {
@@ -233,32 +238,32 @@ impl Body for AdeptBody {
 
     fn act(&mut self, action: &Action) -> Outcome {
         self.arm.ordered();
-        match (action.action, action.parameters.as_slice()) {
-            (action::MOVE, &[Value::Real(j1), Value::Real(j2)]) => {
+        match action.parameters[..] {
+            [Value::Real(j1), Value::Real(j2)] if action.id == self.ids.move_to => {
                 if self.attended() {
                     self.arm.go(JointPositions { j1, j2 })
                 } else {
-                    Outcome::Refused
+                    self.arm.refuse()
                 }
             }
             _ => {
                 tracing::warn!(?action, "refused: not an action this body declared");
-                Outcome::Refused
+                Outcome::refused("not an action this body declared")
             }
         }
     }
 
     fn arrange(&mut self, command: &Action) -> Outcome {
         self.arm.ordered();
-        match (command.action, command.parameters.as_slice()) {
-            (scene::PLACE, &[Value::Symbol(object), Value::Integer(position)]) => {
+        match command.parameters[..] {
+            [Value::Symbol(object), Value::Integer(position)] if command.id == self.ids.place => {
                 self.place(object, position)
             }
-            (scene::REMOVE, &[Value::Symbol(object)]) => self.remove(object),
-            (scene::PARK, []) => self.park(),
+            [Value::Symbol(object)] if command.id == self.ids.remove => self.remove(object),
+            [] if command.id == self.ids.park => self.park(),
             _ => {
                 tracing::warn!(?command, "refused: not a scene command this body declared");
-                Outcome::Refused
+                Outcome::refused("not a scene command this body declared")
             }
         }
     }

@@ -150,7 +150,7 @@ fn visit(body: &mut AdeptBody, stop: &AtomicBool) -> Result<Visited, Calibration
         match body.arm().go(node) {
             Outcome::Done => {}
             // At the edge of what was taught there may be no way there.
-            Outcome::Refused if *body.arm().phase() == crate::arm::Phase::Active => continue,
+            Outcome::Refused(_) if *body.arm().phase() == crate::arm::Phase::Active => continue,
             outcome => return Err(CalibrationError::Motion { j1: node.j1, j2: node.j2, outcome }),
         }
         visited.visited += 1;

@@ -317,6 +317,6 @@ pub fn run(args: &AdeptArgs) -> Result<Option<RunSummary>, AdeptError> {
     let silence_max = Duration::from_secs_f64(body.arm().setup().file.motion.heartbeat_ms.get() / 1000.0);
     enable(args, &mut body, &stop)?;
     let _pulse = Pulse::begin(place.clone(), beat, silence_max).map_err(system("feel the daemon's pulse"))?;
-    let options = RunOptions { place, exit_when_daemon_gone: args.exit_with_daemon, stop };
+    let options = RunOptions::new(place).exit_when_daemon_gone(args.exit_with_daemon).stop(stop);
     Ok(Some(pschema_protocol::body::run(body, &options)?))
 }

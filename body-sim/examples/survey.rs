@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use pschema_arm::{observation, scene};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Value};
 use pschema_sim::body::SimBody;
@@ -58,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn survey(body: &mut SimBody, seed: u64, every: usize) -> Survey {
-    let repertoire = body.describe().repertoire;
+    let (repertoire, ids) = (body.describe().repertoire, body.ids());
     let places = body.workspace().places.clone();
     let fields: Vec<i64> = body.workspace().taught.iter().map(|taught| taught.field as i64).collect();
     let mut survey = Survey::default();
@@ -66,10 +65,7 @@ fn survey(body: &mut SimBody, seed: u64, every: usize) -> Survey {
     let mut random = seed;
     for (position, place) in places.iter().enumerate().filter(|(_, place)| place.within_reach).step_by(every)
     {
-        let put = Action {
-            action: scene::PLACE,
-            parameters: vec![Value::Symbol(0), Value::Integer(position as i64)],
-        };
+        let put = Action::new(ids.place, (Value::Symbol(0), position as i64));
         if body.arrange(&put) != Outcome::Done {
             println!("place {position} was refused");
             continue;
@@ -94,11 +90,10 @@ fn survey(body: &mut SimBody, seed: u64, every: usize) -> Survey {
             let (mut object, mut finger, mut touch) = (None, None, false);
             for observation in senses.observations().iter() {
                 let values: Vec<_> = observation.values().collect();
-                match (observation.observation_type(), values.as_slice()) {
-                    (observation::FINGER, &[_, Value::Integer(field)]) => finger = Some(field),
-                    (observation::OBJECT, &[_, Value::Integer(field)]) => object = Some(field),
-                    (observation::TOUCH, _) => touch = true,
-                    _ => {}
+                match values[..] {
+                    [_, Value::Integer(field)] if observation.sense() == ids.finger => finger = Some(field),
+                    [_, Value::Integer(field)] if observation.sense() == ids.object => object = Some(field),
+                    _ => touch |= observation.sense() == ids.touch,
                 }
             }
             survey.unseen += usize::from(object.is_none());

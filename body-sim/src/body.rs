@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Translation3};
 use pschema_arm::route::{Heading, OUTWARDS, Waypoint};
-use pschema_arm::{JointPositions, Percept, action, object_symbol, scene};
+use pschema_arm::{ArmIds, JointPositions, Percept, object_symbol};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Description, Value};
 use pschema_protocol::picture::{FieldMark, Picture};
@@ -31,7 +31,8 @@ pub use measured::{Alone, Lap};
 
 /// An arm, a table, blocks and a camera.
 pub struct SimBody {
-    name: String,
+    description: Description,
+    ids: ArmIds,
     workspace: Workspace,
     world: World,
     renderer: Renderer,
@@ -87,8 +88,10 @@ impl SimBody {
             .posture_by(&workspace.manifold, at)
             .ok_or_else(|| inconsistent("the arm does not reach its rest posture".into()))?;
         let world = World::new(&world_setup(&workspace), &finger_pose(&posture));
+        let (description, ids) = declare::declare(name, &workspace);
         Ok(Self {
-            name: name.to_owned(),
+            description,
+            ids,
             apart_steps: vec![u32::MAX; world.block_count()],
             world,
             renderer,
@@ -104,6 +107,12 @@ impl SimBody {
             path: None,
             workspace,
         })
+    }
+
+    /// The ids of what the body declares.
+    #[must_use]
+    pub fn ids(&self) -> ArmIds {
+        self.ids
     }
 
     /// The work space.
@@ -174,7 +183,7 @@ impl SimBody {
     /// Puts an object down, the arm parked first.
     fn place(&mut self, object: usize, position: usize) -> Outcome {
         if position >= self.workspace.places.len() || object >= self.world.block_count() {
-            return Outcome::Refused;
+            return Outcome::refused("there is no such object or position");
         }
         self.park();
         self.put(object, position)
@@ -189,7 +198,7 @@ fn marks(workspace: &Workspace) -> Vec<FieldMark> {
 
 impl Body for SimBody {
     fn describe(&self) -> Description {
-        declare::description(&self.name, &self.workspace)
+        self.description.clone()
     }
 
     fn sense(&mut self, frame: &mut Senses) {
@@ -213,7 +222,7 @@ impl Body for SimBody {
         if sensed.touching {
             sensed.sides = touch::sides(&gaps, &self.posture.finger_turn);
         }
-        sensed.report(frame);
+        sensed.report(self.ids, frame);
     }
 
     fn picture(&mut self) -> Option<Picture<'_>> {
@@ -231,10 +240,12 @@ impl Body for SimBody {
             let joints = JointPositions { j1, j2 };
             joints.are_commandable().then_some(joints)
         };
-        let ordered = match (action.action, action.parameters.as_slice()) {
-            (action::MOVE, &[Value::Real(j1), Value::Real(j2)]) => joints(j1, j2).map(|to| self.go(to)),
-            (action::PUSH, &[Value::Real(j1), Value::Real(j2), Value::Real(to_j1), Value::Real(to_j2)])
-                if !self.workspace.pushes.is_empty() =>
+        let ordered = match action.parameters[..] {
+            [Value::Real(j1), Value::Real(j2)] if action.id == self.ids.move_to => {
+                joints(j1, j2).map(|to| self.go(to))
+            }
+            [Value::Real(j1), Value::Real(j2), Value::Real(to_j1), Value::Real(to_j2)]
+                if Some(action.id) == self.ids.push =>
             {
                 joints(j1, j2).zip(joints(to_j1, to_j2)).map(|(from, to)| self.push(from, to))
             }
@@ -242,22 +253,24 @@ impl Body for SimBody {
         };
         ordered.unwrap_or_else(|| {
             tracing::warn!(?action, "refused: not an action this body declared");
-            Outcome::Refused
+            Outcome::refused("not an action this body declared")
         })
     }
 
     fn arrange(&mut self, command: &Action) -> Outcome {
-        match (command.action, command.parameters.as_slice()) {
-            (scene::PLACE, &[Value::Symbol(object), Value::Integer(position)]) => usize::try_from(position)
-                .map_or(Outcome::Refused, |position| self.place(object as usize, position)),
-            (scene::REMOVE, &[Value::Symbol(object)]) => self.take_away(object as usize),
-            (scene::PARK, []) => {
+        match command.parameters[..] {
+            [Value::Symbol(object), Value::Integer(position)] if command.id == self.ids.place => {
+                // A position below 0 is none either.
+                self.place(object as usize, usize::try_from(position).unwrap_or(usize::MAX))
+            }
+            [Value::Symbol(object)] if command.id == self.ids.remove => self.take_away(object as usize),
+            [] if command.id == self.ids.park => {
                 self.park();
                 Outcome::Done
             }
             _ => {
                 tracing::warn!(?command, "refused: not a scene command this body declared");
-                Outcome::Refused
+                Outcome::refused("not a scene command this body declared")
             }
         }
     }

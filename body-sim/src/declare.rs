@@ -1,13 +1,13 @@
 //! How the simulated body describes itself.
 
-use pschema_arm::FingerArm;
+use pschema_arm::{ArmIds, FingerArm};
 use pschema_protocol::description::Description;
 
 use crate::workspace::Workspace;
 
-/// The description of a body in a work space.
+/// The description of a body in a work space, and the ids in it.
 #[must_use]
-pub fn description(name: &str, workspace: &Workspace) -> Description {
+pub fn declare(name: &str, workspace: &Workspace) -> (Description, ArmIds) {
     let file = &workspace.file;
     let colours = file.colours.iter().map(|colour| colour.name.clone());
     FingerArm {
@@ -21,5 +21,5 @@ pub fn description(name: &str, workspace: &Workspace) -> Description {
         moves: workspace.taught.iter().map(|taught| taught.joints).collect(),
         pushes: workspace.pushes.iter().map(|push| (push.from, push.to)).collect(),
     }
-    .describe()
+    .declare()
 }

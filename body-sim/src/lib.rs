@@ -107,6 +107,6 @@ pub fn run(args: &SimArgs) -> Result<Option<RunSummary>, SimError> {
     }
     let place = Place::new(RuntimeDir::from_environment()?, LearnerName::new(&args.name)?);
     let stop = Stop::on_signals()?.flag();
-    let options = RunOptions { place, exit_when_daemon_gone: args.exit_with_daemon, stop };
+    let options = RunOptions::new(place).exit_when_daemon_gone(args.exit_with_daemon).stop(stop);
     Ok(Some(pschema_protocol::body::run(body, &options)?))
 }

@@ -5,7 +5,6 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use pschema_arm::{action, scene};
 use pschema_protocol::body::{Body, Outcome};
 use pschema_protocol::description::{Action, Value};
 use pschema_vision::blobs::Blob;
@@ -81,13 +80,13 @@ fn arrange(body: &mut SimBody) -> Result<(), SnapshotError> {
             last if last + 1 == objects && within < places.len() => (within + places.len()) / 2,
             other => within * other / (objects + 1) * 2 % within,
         };
-        let parameters = vec![Value::Symbol(object as u32), Value::Integer(position as i64)];
-        expect_done(body.arrange(&Action { action: scene::PLACE, parameters }), "placing a block")?;
+        let place = Action::new(body.ids().place, (Value::symbol(object), position as i64));
+        expect_done(body.arrange(&place), "placing a block")?;
     }
     let taught = places.get(middle).and_then(|place| body.workspace().taught_for(place.field)).copied();
     let taught = taught.ok_or_else(|| SnapshotError::Scene("no posture is taught for a place".into()))?;
-    let parameters = vec![Value::Real(taught.joints.j1), Value::Real(taught.joints.j2)];
-    expect_done(body.act(&Action { action: action::MOVE, parameters }), "reaching for a block")
+    let reach = Action::new(body.ids().move_to, [taught.joints.j1, taught.joints.j2]);
+    expect_done(body.act(&reach), "reaching for a block")
 }
 
 /// The place within reach whose field is nearest the middle of the picture.

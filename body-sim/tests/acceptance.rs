@@ -5,9 +5,8 @@ mod common;
 use std::collections::BTreeSet;
 
 use common::{BLUE_BLOCK, Choices, Frame, block_xy, body, body_in, moved_m, place, places, reach, sense};
-use pschema_arm::{action, observation, scene};
 use pschema_protocol::body::{Body, Outcome, Senses};
-use pschema_protocol::description::{Action, Value};
+use pschema_protocol::description::{Action, ActionId, Value};
 use pschema_sim::body::SimBody;
 use pschema_sim::config::WIDE;
 
@@ -218,10 +217,8 @@ fn random_moves_leave_blocks_on_the_table() {
         let height_m = at.translation.vector.z;
         assert!((0.0105..0.05).contains(&height_m), "block {block} is at {height_m} m");
     }
-    let touches = frames
-        .iter()
-        .filter(|f| f.observations().iter().any(|o| o.observation_type() == observation::TOUCH))
-        .count();
+    let touch = body.ids().touch;
+    let touches = frames.iter().filter(|f| f.observations().iter().any(|o| o.sense() == touch)).count();
     println!("{touches} of 500 moves ended in touch");
     // One posture of 224 touches each of three blocks.
     assert!((2..20).contains(&touches), "{touches}");
@@ -251,29 +248,28 @@ fn orders_out_of_range_are_refused_and_change_nothing() {
     let mut body = body("wide", 1);
     assert_eq!(place(&mut body, BLUE_BLOCK, 10), Outcome::Done);
     let before = sense(&mut body);
-    let act =
-        |body: &mut SimBody, action: u16, parameters: Vec<Value>| body.act(&Action { action, parameters });
-    for (index, parameters) in [
-        (action::MOVE, vec![Value::Real(1.0), Value::Real(1.0)]),
-        (action::MOVE, vec![Value::Real(f64::NAN), Value::Real(0.5)]),
-        (action::MOVE, vec![Value::Real(-0.1), Value::Real(0.5)]),
-        (action::MOVE, vec![Value::Real(0.5)]),
-        (9, vec![]),
+    let ids = body.ids();
+    let unknown = ActionId::from_index(9);
+    for (id, parameters) in [
+        (ids.move_to, vec![Value::Real(1.0), Value::Real(1.0)]),
+        (ids.move_to, vec![Value::Real(f64::NAN), Value::Real(0.5)]),
+        (ids.move_to, vec![Value::Real(-0.1), Value::Real(0.5)]),
+        (ids.move_to, vec![Value::Real(0.5)]),
+        (unknown, vec![]),
     ] {
-        assert_eq!(act(&mut body, index, parameters.clone()), Outcome::Refused, "{index} {parameters:?}");
+        let action = Action { id, parameters };
+        assert!(matches!(body.act(&action), Outcome::Refused(_)), "{action:?}");
     }
-    let arrange = |body: &mut SimBody, action: u16, parameters: Vec<Value>| {
-        body.arrange(&Action { action, parameters })
-    };
-    for (index, parameters) in [
-        (scene::PLACE, vec![Value::Symbol(99), Value::Integer(0)]),
-        (scene::PLACE, vec![Value::Symbol(0), Value::Integer(-1)]),
-        (scene::PLACE, vec![Value::Symbol(0), Value::Integer(1_000_000)]),
-        (scene::PLACE, vec![Value::Symbol(1), Value::Integer(10)]),
-        (scene::REMOVE, vec![Value::Symbol(77)]),
-        (9, vec![]),
+    for (id, parameters) in [
+        (ids.place, vec![Value::Symbol(99), Value::Integer(0)]),
+        (ids.place, vec![Value::Symbol(0), Value::Integer(-1)]),
+        (ids.place, vec![Value::Symbol(0), Value::Integer(1_000_000)]),
+        (ids.place, vec![Value::Symbol(1), Value::Integer(10)]),
+        (ids.remove, vec![Value::Symbol(77)]),
+        (unknown, vec![]),
     ] {
-        assert_eq!(arrange(&mut body, index, parameters.clone()), Outcome::Refused, "{index} {parameters:?}");
+        let command = Action { id, parameters };
+        assert!(matches!(body.arrange(&command), Outcome::Refused(_)), "{command:?}");
     }
     assert_eq!(sense(&mut body), before);
 }
@@ -285,10 +281,10 @@ fn an_object_can_be_taken_away_and_put_back_and_the_arm_parked() {
     let field = body.workspace().places[30].field;
     reach(&mut body, field);
     assert!(sense(&mut body).touch);
-    assert_eq!(body.arrange(&Action { action: scene::PARK, parameters: vec![] }), Outcome::Done);
+    assert_eq!(body.arrange(&Action::new(body.ids().park, ())), Outcome::Done);
     let parked = sense(&mut body);
     assert!(parked.finger.is_none() && !parked.touch && parked.objects.len() == 1, "{parked:?}");
-    let remove = Action { action: scene::REMOVE, parameters: vec![Value::Symbol(BLUE_BLOCK)] };
+    let remove = Action::new(body.ids().remove, [Value::Symbol(BLUE_BLOCK)]);
     assert_eq!(body.arrange(&remove), Outcome::Done);
     assert_eq!(sense(&mut body), Frame::default());
     reach(&mut body, field);

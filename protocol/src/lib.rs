@@ -1,7 +1,5 @@
-//! The wire between the learner daemon, bodies and tools.
-//!
-//! A body implements [`body::Body`] and calls [`body::run_from_args`]; a tool uses [`client::Client`]; the
-//! daemon serves [`transport::server::ServerTransport`]. `docs/PROTOCOL.md` has the bytes.
+#![doc = include_str!("../README.md")]
+#![deny(missing_docs)]
 
 pub mod body;
 pub mod client;
@@ -9,7 +7,13 @@ pub mod codec;
 pub mod description;
 pub mod domain;
 pub mod limits;
+mod outcome;
 pub mod picture;
+pub mod prelude;
 pub mod refusal;
+#[doc(hidden)]
 pub mod transport;
+#[doc(hidden)]
 pub mod wire;
+
+pub use transport::TransportError;

@@ -7,10 +7,12 @@ use crate::limits::{OBSERVATIONS_MAX, PRIMITIVES_MAX, WAIT_MS_MAX};
 #[non_exhaustive]
 pub enum Refusal {
     /// The message does not begin with the protocol's magic word.
-    #[error("not a pschema message: it begins with {found:#010x} instead of {:#010x}", crate::wire::MAGIC)]
+    #[error("not a pschema message: it begins with {found:#010x} instead of {expected:#010x}")]
     Magic {
         /// The word found.
         found: u32,
+        /// The word that every message begins with.
+        expected: u32,
     },
     /// The peer speaks another version of the protocol.
     #[error(

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use pschema_protocol::body::{Ending, RunOptions, RunSummary, run};
+use pschema_protocol::body::{RunEnding, RunSummary, run};
 use pschema_protocol::client::{Client, ClientError};
 use pschema_protocol::domain::{DomainError, OwnedDomain};
 use pschema_protocol::limits::{ANSWER_BYTES_MAX, PAGE_BYTES};
@@ -27,9 +27,8 @@ fn a_thousand_frames_and_nothing_left() {
     assert!(!shared_files(&prefix).is_empty());
     let summary = run(Counter::new(), &options(&place)).unwrap();
     let seen = daemon.stop();
-    let expected =
-        RunSummary { ending: Ending::Detached, sessions: 1, frames: 1000, orders: 999, refused: 0 };
-    assert_eq!(summary, expected);
+    let RunSummary { ending, sessions, frames, orders, refused, .. } = summary;
+    assert_eq!((ending, sessions, frames, orders, refused), (RunEnding::Detached, 1, 1000, 999, 0));
     assert_eq!((seen.frames, seen.reports, seen.last_count), (1000, 999, 999));
     assert_swept(&runtime.path(), &prefix);
     assert!(matches!(place.served(), Err(DomainError::NotServed { .. })));
@@ -55,7 +54,7 @@ fn a_body_goes_on_with_the_next_daemon() {
     until("frames", || daemon.frames.load(Ordering::Relaxed) > 100);
     stop.store(true, Ordering::Relaxed);
     let summary = body.join().unwrap().unwrap();
-    assert_eq!((summary.ending, summary.sessions), (Ending::Stopped, 4));
+    assert_eq!((summary.ending, summary.sessions), (RunEnding::Stopped, 4));
     until("the farewell", || daemon.gone.load(Ordering::Relaxed) == 1);
     let seen = daemon.stop();
     assert_eq!(seen.gone, [(seen.sessions[0], true)]);
@@ -156,9 +155,9 @@ fn a_body_ends_with_its_daemon_when_it_shall() {
     let runtime = Runtime::new();
     let place = runtime.place("ends");
     let daemon = Daemon::start(place.clone(), u64::MAX, echo);
-    let options = RunOptions { exit_when_daemon_gone: true, ..options(&place) };
+    let options = options(&place).exit_when_daemon_gone(true);
     let body = std::thread::spawn(move || run(Counter::new(), &options));
     until("frames", || daemon.frames.load(Ordering::Relaxed) > 10);
     daemon.stop();
-    assert_eq!(body.join().unwrap().unwrap().ending, Ending::DaemonGone);
+    assert_eq!(body.join().unwrap().unwrap().ending, RunEnding::DaemonGone);
 }

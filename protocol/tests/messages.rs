@@ -5,19 +5,17 @@ mod support;
 
 use proptest::prelude::*;
 use proptest::sample::Index;
-use pschema_protocol::body::{Body, BodyLoop, Directive, Outcome, Senses};
+use pschema_protocol::body::{BodyLoop, Directive};
 use pschema_protocol::codec;
-use pschema_protocol::description::{
-    Action, ActionType, Description, ObservationType, Property, Value, ValueKind,
-};
+use pschema_protocol::description::{ActionId, ValueKind};
 use pschema_protocol::limits::{OBSERVATIONS_MAX, REASON_BYTES_MAX};
+use pschema_protocol::prelude::*;
 use pschema_protocol::refusal::{Refusal, codes};
-use pschema_protocol::wire::check;
 use pschema_protocol::wire::decode::{self, SessionChecks};
 use pschema_protocol::wire::encode;
 use pschema_protocol::wire::message::{Admission, OrderReport, RawFrame, RawHello, Reply};
 use pschema_protocol::wire::{FrameHeader, ObservationRecord, Record, VERSION, purpose};
-use support::{Counter, counter_description};
+use support::{ADD, COUNT, Counter, counter_description};
 
 fn kind() -> impl Strategy<Value = ValueKind> {
     prop_oneof![
@@ -38,14 +36,17 @@ fn kind() -> impl Strategy<Value = ValueKind> {
 fn properties() -> impl Strategy<Value = Vec<Property>> {
     proptest::collection::vec((kind(), "[a-zé]{0,8}"), 0..=8).prop_map(|kinds| {
         let named = kinds.into_iter().enumerate();
-        named.map(|(number, (kind, unit))| Property { name: format!("p{number}"), kind, unit }).collect()
+        named.map(|(number, (kind, unit))| Property::new(format!("p{number}"), kind).unit(unit)).collect()
     })
 }
 
 fn action_types(most: usize) -> impl Strategy<Value = Vec<ActionType>> {
     proptest::collection::vec(properties(), 0..=most).prop_map(|all| {
         let named = all.into_iter().enumerate();
-        named.map(|(number, parameters)| ActionType { name: format!("a{number}"), parameters }).collect()
+        let action = |(number, parameters): (usize, Vec<_>)| {
+            parameters.into_iter().fold(ActionType::new(format!("a{number}")), ActionType::parameter)
+        };
+        named.map(action).collect()
     })
 }
 
@@ -73,27 +74,19 @@ fn description() -> impl Strategy<Value = Description> {
     let primitives = proptest::collection::vec((any::<Index>(), any::<[u64; 8]>()), 0..=20);
     ("[a-z]{1,32}", types, action_types(4), action_types(3), primitives).prop_map(
         |(name, types, actions, scene_commands, primitives)| {
-            let repertoire = primitives.iter().filter(|_| !actions.is_empty()).map(|(which, random)| {
-                let action = which.index(actions.len());
-                Action { action: action as u16, parameters: values(&actions[action].parameters, random) }
-            });
-            let repertoire = repertoire.collect();
-            let named = types.into_iter().enumerate();
-            let observation_types = named.map(|(number, (own, transient, properties))| ObservationType {
-                name: format!("t{number}"),
-                own,
-                transient,
-                properties,
-            });
-            let observation_types = observation_types.collect();
-            Description {
-                name,
-                kind: "any".to_owned(),
-                observation_types,
-                actions,
-                repertoire,
-                scene_commands,
+            let mut description = Description::new(name, "any");
+            for (number, (own, transient, properties)) in types.into_iter().enumerate() {
+                let mut declared = ObservationType::state(format!("t{number}"));
+                (declared.own, declared.transient, declared.properties) = (own, transient, properties);
+                assert_eq!(usize::from(description.observation(declared).index()), number);
             }
+            for (which, random) in primitives.iter().filter(|_| !actions.is_empty()) {
+                let action = which.index(actions.len());
+                let id = ActionId::from_index(action as u16);
+                description.primitive(id, values(&actions[action].parameters, random).as_slice());
+            }
+            (description.actions, description.scene_commands) = (actions, scene_commands);
+            description
         },
     )
 }
@@ -107,8 +100,9 @@ fn observations(of: &Description, chosen: &[(Index, [u64; 8])]) -> Vec<Record> {
 }
 
 fn frame(session: u64, sequence: u64, report: Option<OrderReport>, sensed: &[Record]) -> RawFrame {
-    let header = encode::frame_header(session, sequence, report, sensed.len() as u32);
-    RawFrame { header, records: sensed.to_vec() }
+    let observation_count = sensed.len() as u32;
+    let header = FrameHeader { session, sequence, observation_count, ..FrameHeader::default() };
+    encode::frame(header, report.as_ref(), sensed.to_vec())
 }
 
 /// A number likely to be wrong in an interesting way.
@@ -197,7 +191,7 @@ proptest! {
         let raw = frame(session, 1, None, &sensed);
         let checked = daemon.check(&raw).unwrap();
         prop_assert_eq!((checked.session, checked.sequence, checked.report), (session, 1, None));
-        let arrived = checked.observations.iter().map(|one| encode::record(one.observation_type(), &values_of(one)));
+        let arrived = checked.observations.iter().map(|one| encode::record(one.sense().index(), &values_of(one)));
         prop_assert_eq!(arrived.collect::<Vec<_>>(), sensed);
     }
 
@@ -213,7 +207,7 @@ proptest! {
     ) {
         let order = |declared: &[ActionType]| (!declared.is_empty()).then(|| {
             let action = which.index(declared.len());
-            Action { action: action as u16, parameters: values(&declared[action].parameters, &random) }
+            Action { id: ActionId::from_index(action as u16), parameters: values(&declared[action].parameters, &random) }
         });
         let mut replies = vec![Reply::Wait { ms: wait }, Reply::Detach, Reply::Refused { code: 4, reason }];
         replies.extend(order(&description.actions).map(Reply::Act));
@@ -245,7 +239,7 @@ proptest! {
         let Ok(checked) = daemon.check(&raw) else { return Ok(()) };
         prop_assert!(checked.observations.len() <= OBSERVATIONS_MAX);
         for one in checked.observations.iter() {
-            let declared = &description.observation_types[usize::from(one.observation_type())].properties;
+            let declared = &description.observation_types[usize::from(one.sense().index())].properties;
             let values = values_of(one);
             prop_assert_eq!(values.len(), declared.len());
             for (value, property) in values.iter().zip(declared) {
@@ -264,7 +258,7 @@ proptest! {
             spoil_hello(&mut hello, field, place, to);
         }
         if let Ok(checked) = decode::hello(&hello) {
-            prop_assert_eq!(check::description(&checked.description), Ok(()));
+            prop_assert_eq!(checked.description.check(), Ok(()));
             // And it can be sent on.
             let again = encode::hello(&checked.description, 1, 1).unwrap();
             prop_assert_eq!(decode::hello(&again).unwrap().description, checked.description);
@@ -345,7 +339,7 @@ fn frames_come_in_order_of_one_session_and_version() {
     let mut future = frame(5, 2, None, &sensed(1));
     future.header.version = VERSION + 1;
     let future = daemon.check(&future).unwrap_err();
-    assert_eq!(future, Refusal::Version { theirs: 2, ours: 1 });
+    assert_eq!(future, Refusal::Version { theirs: VERSION + 1, ours: VERSION });
     let mut leaving = frame(5, 2, None, &sensed(1));
     leaving.header.purpose = purpose::DETACH + 1;
     assert_eq!(daemon.check(&leaving).unwrap_err(), Refusal::Purpose { found: 3 });
@@ -360,7 +354,7 @@ fn an_order_is_answered_once_and_by_its_number() {
     let unasked = daemon.check(&frame(5, 1, report(1), &sensed(1))).unwrap_err();
     assert_eq!(unasked, Refusal::Answers { found: 1, expected: 0 });
     daemon.check(&frame(5, 2, None, &sensed(1))).unwrap();
-    daemon.replied(&Reply::Act(Action { action: 0, parameters: vec![Value::Integer(1)] }));
+    daemon.replied(&Reply::Act(Action::new(ADD, [1])));
     let silent = daemon.check(&frame(5, 3, None, &sensed(1))).unwrap_err();
     assert_eq!(silent, Refusal::Answers { found: 0, expected: 2 });
     let refused = daemon.check(&frame(5, 4, report(2), &sensed(-1))).unwrap_err();
@@ -368,6 +362,32 @@ fn an_order_is_answered_once_and_by_its_number() {
     assert_eq!(daemon.check(&frame(5, 5, report(2), &sensed(1))).unwrap().report, report(2));
     let twice = daemon.check(&frame(5, 6, report(2), &sensed(1))).unwrap_err();
     assert_eq!(twice, Refusal::Answers { found: 2, expected: 0 });
+}
+
+#[test]
+fn the_reason_of_an_outcome_arrives_cut_to_its_limit_and_only_as_text() {
+    let reported = |outcome: Outcome, spoil: fn(&mut RawFrame)| {
+        let mut daemon = SessionChecks::new(5, counter_description());
+        daemon.check(&frame(5, 1, None, &sensed(1))).unwrap();
+        daemon.replied(&Reply::Act(Action::new(ADD, [1])));
+        let mut raw = frame(5, 2, Some(OrderReport { outcome, answers: 1 }), &sensed(1));
+        spoil(&mut raw);
+        daemon.check(&raw).map(|frame| frame.report.unwrap().outcome)
+    };
+    let whole = |_: &mut RawFrame| ();
+    for outcome in
+        [Outcome::refused("the lid is shut"), Outcome::failed(""), Outcome::Done, Outcome::TimedOut]
+    {
+        assert_eq!(reported(outcome.clone(), whole), Ok(outcome));
+    }
+    let cut = Outcome::failed("é".repeat(REASON_BYTES_MAX / 2));
+    assert_eq!(reported(Outcome::failed("é".repeat(200)), whole), Ok(cut));
+    let too_long = reported(Outcome::refused("why"), |raw| raw.reason.length = 257).unwrap_err();
+    assert_eq!(too_long.to_string(), "reason of the outcome: it claims 257 bytes of 256");
+    let no_text = reported(Outcome::refused("why"), |raw| raw.reason.bytes[1] = 0xff).unwrap_err();
+    assert!(no_text.to_string().contains("not UTF-8"), "{no_text}");
+    // What was carried out has no reason: whatever is there is not read.
+    assert_eq!(reported(Outcome::Done, |raw| raw.reason.length = 257), Ok(Outcome::Done));
 }
 
 #[test]
@@ -379,7 +399,7 @@ fn more_observations_than_a_frame_holds_are_refused_not_cut() {
         }
         fn sense(&mut self, frame: &mut Senses) {
             for _ in 0..self.0 {
-                frame.observe(0, &[Value::Integer(1), Value::Real(0.5)]);
+                frame.observe(COUNT, (1, 0.5));
             }
             assert_eq!(frame.observations().len(), OBSERVATIONS_MAX);
         }
@@ -415,7 +435,10 @@ fn declarations_that_contradict_themselves_are_refused() {
         (|one| kind_of(one, ValueKind::Real { min: 0.0, max: 1.0, resolution: 1e-300 }), "too fine"),
         (|one| kind_of(one, ValueKind::Symbol { symbols: vec![] }), "no symbols"),
         (|one| one.repertoire[0].parameters = vec![Value::Integer(4)], "amount = 4 is outside 1..=3"),
-        (|one| one.repertoire[0].action = 1, "primitive 0: index 1 is unknown, 1 are declared"),
+        (
+            |one| one.repertoire[0].id = ActionId::from_index(1),
+            "primitive 0: index 1 is unknown, 1 are declared",
+        ),
     ];
     for (spoil, complaint) in cases {
         let mut description = counter_description();
@@ -468,14 +491,14 @@ fn a_body_is_driven_without_any_transport() {
         let checked = daemon.check(body.next_frame()).unwrap();
         assert_eq!(checked.report.is_some(), number > 0);
         assert_eq!(checked.observations.iter().next().map(values_of).unwrap()[0], Value::Integer(3 * number));
-        let order = Reply::Act(Action { action: 0, parameters: vec![Value::Integer(3)] });
+        let order = Reply::Act(Action::new(ADD, [3]));
         daemon.replied(&order);
         let sequence = checked.sequence;
         let directive = body.obey(&encode::reply(1, sequence, &order)).unwrap();
         assert_eq!(directive, Directive::Continue);
     }
     // An order outside what was declared is not carried out.
-    let wrong = Reply::Act(Action { action: 0, parameters: vec![Value::Integer(4)] });
+    let wrong = Reply::Act(Action::new(ADD, [4]));
     let sequence = daemon.check(body.next_frame()).unwrap().sequence;
     let error = body.obey(&encode::reply(1, sequence, &wrong)).unwrap_err();
     assert_eq!(error.to_string(), "the action (add): parameter amount = 4 is outside 1..=3");

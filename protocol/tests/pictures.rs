@@ -11,7 +11,7 @@ use pschema_protocol::body::{Body, Outcome, RunOptions, Senses, run};
 use pschema_protocol::description::{Action, Description};
 use pschema_protocol::domain::Place;
 use pschema_protocol::limits::WATCHERS_MAX;
-use pschema_protocol::picture::{FieldMark, Picture, Seen};
+use pschema_protocol::picture::{FieldMark, Picture, PictureMessage};
 use pschema_protocol::transport::TransportError;
 use pschema_protocol::transport::pictures::PictureWatch;
 use support::{Counter, Daemon, Runtime, as_many, counter_description, options, until};
@@ -77,7 +77,7 @@ impl Running {
     }
 }
 
-fn next(watch: &PictureWatch) -> Seen {
+fn next(watch: &PictureWatch) -> PictureMessage {
     let mut seen = None;
     until("a picture", || {
         seen = watch.newest().unwrap();

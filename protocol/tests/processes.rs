@@ -9,7 +9,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use pschema_protocol::body::{Ending, run};
+use pschema_protocol::body::{RunEnding, run};
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir, examine};
 use pschema_protocol::limits::BODIES_MAX;
@@ -137,7 +137,7 @@ fn a_killed_daemon_is_replaced_and_swept_and_its_body_goes_on() {
     until("frames", || second.frames.load(Ordering::Relaxed) > 100);
     stop.store(true, Ordering::Relaxed);
     let summary = body.join().unwrap().unwrap();
-    assert_eq!((summary.sessions, summary.ending), (2, Ending::Stopped));
+    assert_eq!((summary.sessions, summary.ending), (2, RunEnding::Stopped));
     let prefix = second.prefix.clone();
     second.stop();
     assert_swept(&runtime.path(), &prefix);
@@ -238,7 +238,7 @@ fn a_daemon_killed_at_any_instant_can_be_started_again() {
     let daemon = Daemon::start(place, u64::MAX, echo);
     until("frames", || daemon.frames.load(Ordering::Relaxed) > 10);
     stop.store(true, Ordering::Relaxed);
-    assert_eq!(body.join().unwrap().unwrap().ending, Ending::Stopped);
+    assert_eq!(body.join().unwrap().unwrap().ending, RunEnding::Stopped);
     let last = daemon.stop().prefix;
     for prefix in prefixes.iter().chain([&last]) {
         assert_swept(&runtime.path(), prefix);

@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use pschema_protocol::body::{Ending, run};
+use pschema_protocol::body::{RunEnding, run};
 use pschema_protocol::client::{Client, ClientError};
 use pschema_protocol::domain::{DomainError, OwnedDomain};
 use pschema_protocol::transport::TransportError;
@@ -156,7 +156,7 @@ fn part_full_memory() {
     assert!(served > 5 && told > 5);
     stop.store(true, Ordering::Relaxed);
     let summary = body.join().unwrap().unwrap();
-    assert_eq!((summary.ending, summary.sessions, summary.refused), (Ending::Stopped, 1, 0));
+    assert_eq!((summary.ending, summary.sessions, summary.refused), (RunEnding::Stopped, 1, 0));
     drop(early);
     daemon.stop();
     assert_eq!(std::fs::read_dir("/dev/shm").unwrap().count(), 0);

@@ -48,7 +48,7 @@ fn a_description_that_is_not_allowed_is_refused_before_anything_is_sent() {
         }
         fn sense(&mut self, _: &mut pschema_protocol::body::Senses) {}
         fn act(&mut self, _: &pschema_protocol::description::Action) -> pschema_protocol::body::Outcome {
-            pschema_protocol::body::Outcome::Failed
+            pschema_protocol::body::Outcome::TimedOut
         }
     }
     let runtime = Runtime::new();

@@ -587,7 +587,7 @@ fn ordered(command: &StageCommand) -> String {
     }
 }
 
-fn log_undelivered(sent: Result<(), pschema_protocol::transport::server::Undelivered>) {
+fn log_undelivered(sent: Result<(), pschema_protocol::transport::server::DeliveryError>) {
     if let Err(error) = sent {
         // The session ends when the transport notices that the body has gone. A body that asks and does not wait for
         // the reply could fill the log with this.

@@ -202,7 +202,7 @@ impl Session {
     }
 
     fn taken(&mut self, learner: &mut Learner, frame: &SensorFrame<'_>, words: &mut Vec<String>) -> Served {
-        let mut outcome = frame.report.map(|report| outcome(report.outcome));
+        let mut outcome = frame.report.as_ref().map(|report| outcome(&report.outcome));
         if let Some(next) = self.to_arrange.pop_front() {
             if outcome == Some(ActionOutcome::Done) {
                 return Served { reply: Reply::Arrange(next), step: None, problem: None };
@@ -299,11 +299,11 @@ fn wait() -> Reply {
     Reply::Wait { ms: HOLD_WAIT_MS }
 }
 
-fn outcome(reported: Outcome) -> ActionOutcome {
+fn outcome(reported: &Outcome) -> ActionOutcome {
     match reported {
         Outcome::Done => ActionOutcome::Done,
-        Outcome::Refused => ActionOutcome::Refused,
-        Outcome::Failed => ActionOutcome::Failed,
+        Outcome::Refused(_) => ActionOutcome::Refused,
+        Outcome::Failed(_) => ActionOutcome::Failed,
         Outcome::TimedOut => ActionOutcome::TimedOut,
     }
 }

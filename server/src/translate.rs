@@ -9,7 +9,7 @@ use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, PrimitiveId,
     ValueKind as LearntKind, Vocabulary, bin, value_of,
 };
-use pschema_protocol::description::{Action, ActionType, Description, Property, Value, ValueKind};
+use pschema_protocol::description::{Action, ActionId, ActionType, Description, Property, Value, ValueKind};
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::wire::check;
 use pschema_protocol::wire::{ObservationRecord, Observations};
@@ -92,7 +92,7 @@ pub fn declaration(description: &Description) -> Result<Declaration, TranslateEr
         repertoire: description
             .repertoire
             .iter()
-            .map(|one| (usize::from(one.action), parameters(one, &description.actions)))
+            .map(|one| (usize::from(one.id.index()), parameters(one, &description.actions)))
             .collect(),
     })
 }
@@ -109,7 +109,7 @@ fn property(declared: &Property) -> DeclaredProperty {
 
 /// The values of a checked primitive; empty should it not fit its action, which the learner then refuses.
 fn parameters(action: &Action, declared: &[ActionType]) -> Vec<Parameter> {
-    let Some(kind) = declared.get(usize::from(action.action)) else { return Vec::new() };
+    let Some(kind) = declared.get(usize::from(action.id.index())) else { return Vec::new() };
     let values = action.parameters.iter().zip(&kind.parameters);
     values.filter_map(|(value, property)| parameter(*value, &property.kind)).collect()
 }
@@ -198,7 +198,7 @@ impl Translation {
 
     fn observation(&self, sensed: ObservationRecord<'_>) -> Option<Observation> {
         // Checked frames hold only what was declared, so this is always there.
-        let table = self.types.get(usize::from(sensed.observation_type()))?;
+        let table = self.types.get(usize::from(sensed.sense().index()))?;
         let values = sensed.values().zip(&table.properties);
         let properties = values.map(|(value, (property, values))| Some((*property, learnt(value, values)?)));
         Some(Observation::new(table.kind, properties.collect::<Option<Vec<_>>>()?))
@@ -237,7 +237,7 @@ impl Translation {
                 .map_err(|problem| wrong(format!("parameter {name} {problem}")))
         };
         let parameters = declared.parameters.iter().map(value).collect::<Result<_, _>>()?;
-        let action = Action { action: u16::try_from(at).unwrap_or(u16::MAX), parameters };
+        let action = Action { id: ActionId::from_index(u16::try_from(at).unwrap_or(u16::MAX)), parameters };
         check::order("the curriculum", &action, &self.scene_commands)?;
         Ok(action)
     }
@@ -293,7 +293,7 @@ fn primitives(
 ) -> Result<BTreeMap<PrimitiveId, Action>, TranslateError> {
     let mut own: BTreeMap<Identity, &Action> = BTreeMap::new();
     for action in &description.repertoire {
-        let declared = description.actions.get(usize::from(action.action));
+        let declared = description.actions.get(usize::from(action.id.index()));
         let name = declared.map_or("", |declared| declared.name.as_str());
         let at = vocabulary.actions().iter().position(|known| known.name == name);
         let at = at.ok_or_else(|| undeclared("action", name))?;

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use common::{Row, curriculum, free, setup};
 use pschema_inspect::{Answer, Live, LiveQuery, Report, Request, SchemaQuery, StageOrder, Status};
-use pschema_protocol::body::{Ending, RunError, RunOptions, RunSummary};
+use pschema_protocol::body::{RunEnding, RunError, RunOptions, RunSummary};
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_server::in_process::run_in_process;
@@ -98,7 +98,7 @@ struct Running {
 impl Running {
     fn start(place: &Place, body: Row) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
-        let options = RunOptions { place: place.clone(), exit_when_daemon_gone: true, stop: stop.clone() };
+        let options = RunOptions::new(place.clone()).exit_when_daemon_gone(true).stop(stop.clone());
         Self { stop, thread: std::thread::spawn(move || pschema_protocol::body::run(body, &options)) }
     }
 
@@ -157,7 +157,7 @@ fn over_shared_memory_the_same_is_learnt_as_in_one_process() {
     assert!(status.world.iter().any(|one| one.starts_with("object{")), "{:?}", status.world);
     drop(client);
     daemon.end();
-    assert_eq!(body.join().ending, Ending::Detached);
+    assert_eq!(body.join().ending, RunEnding::Detached);
 }
 
 #[test]
@@ -168,7 +168,7 @@ fn a_tool_ends_the_daemon_and_gets_an_answer() {
     until(&mut client, |status| status.step > 10);
     assert_eq!(client.ask::<_, Answer>(&Request::Shutdown).unwrap(), Answer::Done);
     daemon.thread.take().unwrap().join().unwrap().unwrap();
-    assert_eq!(body.join().ending, Ending::Detached);
+    assert_eq!(body.join().ending, RunEnding::Detached);
     assert!(!daemon.place.is_served());
 }
 
@@ -209,7 +209,7 @@ fn orders_of_tools_are_obeyed_and_mistakes_explained() {
     let step = status(&mut client).step;
     until(&mut client, |status| status.step > step);
     body.stop.store(true, Ordering::Relaxed);
-    assert_eq!(body.join().ending, Ending::Stopped);
+    assert_eq!(body.join().ending, RunEnding::Stopped);
     let status = until(&mut client, |status| status.bodies.iter().all(|body| body.state != "attached"));
     assert_eq!(status.bodies[0].state, "left");
     drop(client);
@@ -314,7 +314,7 @@ fn body_process() {
     };
     let runtime = RuntimeDir::at(std::path::Path::new(&runtime)).unwrap();
     let place = Place::new(runtime, LearnerName::new("test").unwrap());
-    let options = RunOptions { place, exit_when_daemon_gone: true, stop: Arc::default() };
+    let options = RunOptions::new(place).exit_when_daemon_gone(true);
     pschema_protocol::body::run(Row::new(&name), &options).unwrap();
 }
 

@@ -237,7 +237,7 @@ fn tools_plan_and_give_goals_to_a_daemon() {
         let answer = ask(&mut client, request);
         assert!(matches!(&answer, Answer::Error(problem) if problem.contains("no body")), "{answer:?}");
     }
-    let options = RunOptions { place: place.clone(), exit_when_daemon_gone: true, stop: stop.clone() };
+    let options = RunOptions::new(place.clone()).exit_when_daemon_gone(true).stop(stop.clone());
     let body = std::thread::spawn(move || pschema_protocol::body::run(Row::new("row"), &options));
     until("the curriculum is over", || (status(&mut client).stage_state == "finished").then_some(()));
 

@@ -4,17 +4,21 @@
 
 mod common;
 
-use common::{FINGER, OBJECT, Row, TOUCH, curriculum, free, setup};
+use common::{Row, curriculum, free, setup};
 use pschema_learner::Learner;
 use pschema_learner::digest::digest;
 use pschema_protocol::body::{Body, BodyLoop, Outcome};
 use pschema_protocol::description::{ObservationType, Value};
 use pschema_protocol::wire::message::{Introduction, OrderReport, RawFrame, Reply};
-use pschema_protocol::wire::{Record, decode, encode, kind};
+use pschema_protocol::wire::{FrameHeader, Record, decode, encode, kind};
 use pschema_server::Setup;
 use pschema_server::session::{Served, Session};
 
 const NUMBER: u64 = 7;
+// The senses of a [`Row`], in the order it declares them.
+const FINGER: u16 = 0;
+const OBJECT: u16 = 1;
+const TOUCH: u16 = 2;
 
 fn learner(setup: Setup) -> Learner {
     Learner::new(setup.seed, setup.parameters, setup.curriculum).unwrap()
@@ -29,8 +33,9 @@ fn observed(observation_type: u16, values: &[Value]) -> Record {
 }
 
 fn frame(sequence: u64, report: Option<OrderReport>, sensed: &[Record]) -> RawFrame {
-    let count = u32::try_from(sensed.len()).unwrap();
-    RawFrame { header: encode::frame_header(NUMBER, sequence, report, count), records: sensed.to_vec() }
+    let observation_count = u32::try_from(sensed.len()).unwrap();
+    let header = FrameHeader { session: NUMBER, sequence, observation_count, ..FrameHeader::default() };
+    encode::frame(header, report.as_ref(), sensed.to_vec())
 }
 
 fn serve(session: &mut Session, learner: &mut Learner, raw: &RawFrame) -> Served {
@@ -98,20 +103,18 @@ fn refused_frames_change_nothing_and_are_counted() {
 fn a_nan_where_a_real_is_declared_is_refused() {
     let mut description = Row::new("row").describe();
     let reach = description.actions[0].parameters[0].clone();
-    let heat =
-        ObservationType { name: "heat".to_owned(), own: false, transient: false, properties: vec![reach] };
-    description.observation_types.push(heat);
+    let heat = description.observation(ObservationType::state("heat").property(reach)).index();
     let mut learner = learner(setup(1, free()));
     let hello = Introduction { pid: 1, description };
     let (mut session, _) = Session::attach(NUMBER, &hello, &mut learner).unwrap();
     let before = digest(learner.memory().content());
     for (sequence, value) in [(1, f64::NAN), (2, f64::INFINITY), (3, -0.5), (4, 1.5)] {
-        let raw = frame(sequence, None, &[observed(3, &[Value::Real(value)])]);
+        let raw = frame(sequence, None, &[observed(heat, &[Value::Real(value)])]);
         let served = serve(&mut session, &mut learner, &raw);
         assert!(matches!(&served.reply, Reply::Refused { reason, .. } if reason.contains("outside 0..=1")));
         assert_eq!(digest(learner.memory().content()), before, "{value}");
     }
-    let taken = serve(&mut session, &mut learner, &frame(5, None, &[observed(3, &[Value::Real(0.5)])]));
+    let taken = serve(&mut session, &mut learner, &frame(5, None, &[observed(heat, &[Value::Real(0.5)])]));
     assert!(taken.step.is_some());
 }
 
@@ -133,11 +136,11 @@ fn an_order_that_is_never_answered_for_is_not_forgotten() {
 
 #[test]
 fn an_action_that_was_not_carried_out_teaches_nothing_about_its_effect() {
-    for outcome in [Outcome::Refused, Outcome::Failed, Outcome::TimedOut] {
+    for outcome in [Outcome::refused("why"), Outcome::failed("why"), Outcome::TimedOut] {
         let mut learner = learner(setup(1, free()));
         let (mut session, _) = Session::attach(NUMBER, &hello(&Row::new("row")), &mut learner).unwrap();
         serve(&mut session, &mut learner, &frame(1, None, &[]));
-        let report = Some(OrderReport { outcome, answers: 1 });
+        let report = Some(OrderReport { outcome: outcome.clone(), answers: 1 });
         let finger = observed(FINGER, &[Value::Integer(2)]);
         serve(&mut session, &mut learner, &frame(2, report, &[finger]));
         assert_eq!(learner.memory().content().schemas.len(), 0, "{outcome:?}");
@@ -157,7 +160,7 @@ fn an_arrangement_is_sent_command_by_command_and_a_failure_ends_it() {
         let mut served = serve(&mut session, &mut learner, &frame(1, None, &[]));
         for command in 0..2 {
             assert!(matches!(served.reply, Reply::Arrange(_)), "command {command}: {:?}", served.reply);
-            let outcome = if failing == Some(command) { Outcome::Failed } else { Outcome::Done };
+            let outcome = if failing == Some(command) { Outcome::failed("why") } else { Outcome::Done };
             let sequence = command + 2;
             let report = Some(OrderReport { outcome, answers: sequence - 1 });
             served = serve(&mut session, &mut learner, &frame(sequence, report, &[]));

@@ -282,7 +282,7 @@ fn frames(bytes: &[u8]) {
         assert!(changes > 0 || taken.is_ok(), "a sound frame was refused: {taken:?}");
         if let Ok(frame) = taken {
             let types = &body.description().observation_types;
-            assert!(frame.observations.iter().all(|one| usize::from(one.observation_type()) < types.len()));
+            assert!(frame.observations.iter().all(|one| usize::from(one.sense().index()) < types.len()));
         }
         // The next is sound again: as one that attaches anew.
         session = decode::SessionChecks::new(7, body.description().clone());

@@ -3,10 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use pschema_protocol::body::{Body, Outcome, Senses};
-use pschema_protocol::description::{
-    Action, ActionType, Description, ObservationType, Property, Value, ValueKind,
-};
+use pschema_protocol::prelude::*;
 
 /// Fields of the row.
 pub const FIELDS: i64 = 8;
@@ -16,7 +13,8 @@ const BLOCK: i64 = 5;
 /// The body. Equal orders lead to equal frames.
 #[derive(Clone, Debug)]
 pub struct Row {
-    name: String,
+    description: Description,
+    senses: [SenseId; 4],
     finger: i64,
     /// Orders carried out: every one of them was acknowledged to this body.
     pub acts: Arc<AtomicU64>,
@@ -26,60 +24,39 @@ impl Row {
     /// A body of that name, its finger over the first field.
     #[must_use]
     pub fn new(name: &str) -> Self {
-        Self { name: name.to_owned(), finger: 0, acts: Arc::default() }
+        let mut description = Description::new(name, "row");
+        let field = || Property::integer("field", 0..=FIELDS - 1);
+        let colour = Property::symbol("colour", ["red", "blue"]);
+        let senses = [
+            ObservationType::state("finger").own().property(field()),
+            ObservationType::state("object").property(colour).property(field()),
+            ObservationType::state("extent").property(Property::real("reach", 0.0..=1.0, 0.01)),
+            ObservationType::event("touch"),
+        ]
+        .map(|sense| description.observation(sense));
+        description.action_with_primitives(ActionType::new("move").parameter(field()));
+        Self { description, senses, finger: 0, acts: Arc::default() }
     }
-}
-
-fn field() -> Property {
-    let kind = ValueKind::Integer { min: 0, max: FIELDS - 1 };
-    Property { name: "field".to_owned(), kind, unit: String::new() }
 }
 
 impl Body for Row {
     fn describe(&self) -> Description {
-        let sense = |name: &str, own, transient, properties| ObservationType {
-            name: name.to_owned(),
-            own,
-            transient,
-            properties,
-        };
-        let symbols = ["red", "blue"].map(str::to_owned).to_vec();
-        let colour =
-            Property { name: "colour".to_owned(), kind: ValueKind::Symbol { symbols }, unit: String::new() };
-        let reach = Property {
-            name: "reach".to_owned(),
-            kind: ValueKind::Real { min: 0.0, max: 1.0, resolution: 0.01 },
-            unit: String::new(),
-        };
-        Description {
-            name: self.name.clone(),
-            kind: "row".to_owned(),
-            observation_types: vec![
-                sense("finger", true, false, vec![field()]),
-                sense("object", false, false, vec![colour, field()]),
-                sense("extent", false, false, vec![reach.clone()]),
-                sense("touch", false, true, Vec::new()),
-            ],
-            actions: vec![ActionType { name: "move".to_owned(), parameters: vec![field()] }],
-            repertoire: (0..FIELDS)
-                .map(|field| Action { action: 0, parameters: vec![Value::Integer(field)] })
-                .collect(),
-            scene_commands: Vec::new(),
-        }
+        self.description.clone()
     }
 
     fn sense(&mut self, frame: &mut Senses) {
-        frame.observe(0, &[Value::Integer(self.finger)]);
-        frame.observe(1, &[Value::Symbol(1), Value::Integer(BLOCK)]);
-        frame.observe(2, &[Value::Real(0.5)]);
+        let [finger, object, extent, touch] = self.senses;
+        frame.observe(finger, [self.finger]);
+        frame.observe(object, (Value::Symbol(1), BLOCK));
+        frame.observe(extent, [0.5]);
         if self.finger == BLOCK {
-            frame.observe(3, &[]);
+            frame.observe(touch, ());
         }
     }
 
     fn act(&mut self, action: &Action) -> Outcome {
-        let Some(Value::Integer(field)) = action.parameters.first() else { return Outcome::Refused };
-        self.finger = *field;
+        let Some(field) = action.integer(0) else { return Outcome::refused("no field to move to") };
+        self.finger = field;
         self.acts.fetch_add(1, Ordering::SeqCst);
         Outcome::Done
     }

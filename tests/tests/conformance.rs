@@ -102,7 +102,7 @@ impl Subject for GridWorld {
     }
 
     fn body(&self, _: u64) -> Any {
-        Any::new(grid_world::GridWorld::default())
+        Any::new(grid_world::GridWorld::new())
     }
 
     fn start(&self, house: &House, name: &str) -> Started {

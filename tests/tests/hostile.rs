@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 
 use pschema_inspect::{Answer, Request};
-use pschema_protocol::body::BodyLoop;
+use pschema_protocol::body::{Body, BodyLoop};
 use pschema_protocol::client::Client;
-use pschema_protocol::description::Description;
+
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_protocol::refusal;
 use pschema_protocol::transport::TransportError;
@@ -124,8 +124,7 @@ fn floods_are_counted_and_neither_fill_the_log_nor_the_disk_nor_memory() {
     let before = house.status("default");
     let journal = |status: &Value| status["storage"]["journal_bytes"].as_u64().unwrap();
 
-    let bodies =
-        Description { name: "again".to_owned(), ..BodyLoop::new(Row::new("again")).description().clone() };
+    let bodies = Row::new("again").describe();
     for round in 0..60 {
         let again = BodyLink::attach(&place(&house), &bodies, &NEVER);
         match again {
@@ -134,7 +133,7 @@ fn floods_are_counted_and_neither_fill_the_log_nor_the_disk_nor_memory() {
             Err(error) => panic!("round {round}: {error}"),
         }
     }
-    let nameless = Description { name: String::new(), ..bodies.clone() };
+    let nameless = Row::new("").describe();
     assert!(BodyLink::attach(&place(&house), &nameless, &NEVER).is_err());
 
     let mut wrong = BodyLoop::new(Row::new("wrong"));

@@ -371,10 +371,10 @@ mod tests {
     /// The emulated arm declares what the simulated one of the same world does, so that memory goes over.
     #[test]
     fn the_emulated_arm_declares_what_the_simulated_one_does() {
-        let emulated = Setup::load("emulated").unwrap().declaration("arm").describe();
+        let (emulated, _) = Setup::load("emulated").unwrap().declaration("arm").declare();
         let file = pschema_sim::config::WorldFile::load("narrow").unwrap();
         let workspace = pschema_sim::workspace::Workspace::new("narrow", file).unwrap();
-        let mut simulated = pschema_sim::declare::description("arm", &workspace);
+        let (mut simulated, _) = pschema_sim::declare::declare("arm", &workspace);
         simulated.kind.clone_from(&emulated.kind);
         assert_eq!(emulated.observation_types, simulated.observation_types);
         assert_eq!(emulated.scene_commands, simulated.scene_commands);

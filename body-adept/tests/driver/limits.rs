@@ -64,7 +64,7 @@ fn no_motion_leaves_the_limits() {
     for _ in 0..commands {
         match arm.go(hostile(&mut random)) {
             Outcome::Done => done += 1,
-            Outcome::Refused => refused += 1,
+            Outcome::Refused(_) => refused += 1,
             other => panic!("seed {seed}: {other:?}"),
         }
     }

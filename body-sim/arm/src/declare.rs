@@ -2,41 +2,34 @@
 
 use pschema_protocol::body::Senses;
 use pschema_protocol::description::{
-    Action, ActionType, Description, ObservationType, Property, Value, ValueKind,
+    ActionId, ActionType, Description, ObservationType, Property, SenseId, Value,
 };
 
 use crate::side::Side;
 use crate::square::{JOINT_RESOLUTION, JointPositions};
 
-/// Indexes of the observation types.
-pub mod observation {
+/// The ids of what a [`FingerArm`] declares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ArmIds {
     /// `finger{colour, field}`: where the finger is seen, told by its colour like anything else.
-    pub const FINGER: u16 = 0;
+    pub finger: SenseId,
     /// `object{colour, field}`: where something is seen.
-    pub const OBJECT: u16 = 1;
+    pub object: SenseId,
     /// `touch{}`: the finger is in contact with something.
-    pub const TOUCH: u16 = 2;
+    pub touch: SenseId,
     /// `contact{side}`: which side of the finger feels it.
-    pub const CONTACT: u16 = 3;
-}
-
-/// Indexes of the actions.
-pub mod action {
-    /// `move{j1, j2}`: go to joint positions; a contact ends it.
-    pub const MOVE: u16 = 0;
-    /// `push{j1, j2, to_j1, to_j2}`: set the finger down at joint positions, go straight to others, on through
+    pub contact: SenseId,
+    /// The action `move{j1, j2}`: go to joint positions; a contact ends it.
+    pub move_to: ActionId,
+    /// The action `push{j1, j2, to_j1, to_j2}`: set the finger down at joint positions, go straight to others, on through
     /// contact. Only of a body whose world has pushes.
-    pub const PUSH: u16 = 1;
-}
-
-/// Indexes of the scene commands.
-pub mod scene {
-    /// `place{object, position}`: put an object down; the arm is parked first.
-    pub const PLACE: u16 = 0;
-    /// `remove{object}`: take it away.
-    pub const REMOVE: u16 = 1;
-    /// `park{}`: take the arm to its rest posture, out of sight.
-    pub const PARK: u16 = 2;
+    pub push: Option<ActionId>,
+    /// The scene command `place{object, position}`: put an object down; the arm is parked first.
+    pub place: ActionId,
+    /// The scene command `remove{object}`: take it away.
+    pub remove: ActionId,
+    /// The scene command `park{}`: take the arm to its rest posture, out of sight.
+    pub park: ActionId,
 }
 
 /// What distinguishes one arm with a finger under a camera from another, simulated or real: all of them
@@ -64,52 +57,41 @@ pub struct FingerArm {
 }
 
 impl FingerArm {
-    /// The description of such a body.
+    /// The description of such a body, and the ids in it.
     #[must_use]
-    pub fn describe(self) -> Description {
-        let max = (self.fields as i64 - 1).max(0);
-        let field = || property("field", ValueKind::Integer { min: 0, max });
-        let colour = property("colour", ValueKind::Symbol { symbols: self.object_colours });
-        let finger_colour = property("colour", ValueKind::Symbol { symbols: vec![self.finger_colour] });
-        let sides = Side::ALL.iter().map(|side| side.symbol().to_owned()).collect();
-        let side = property("side", ValueKind::Symbol { symbols: sides });
-        let object = || property("object", ValueKind::Symbol { symbols: self.objects.clone() });
-        let position = ValueKind::Integer { min: 0, max: (self.places as i64 - 1).max(0) };
+    pub fn declare(self) -> (Description, ArmIds) {
+        let mut description = Description::new(self.name, self.kind);
+        let up_to = |name, count: usize| Property::integer(name, 0..=(count as i64 - 1).max(0));
+        let seen = |sense: ObservationType, colours| {
+            sense.property(Property::symbol("colour", colours)).property(up_to("field", self.fields))
+        };
+        let finger = seen(ObservationType::state("finger").own(), vec![self.finger_colour]);
+        let object = seen(ObservationType::state("object"), self.object_colours);
+        let side = Property::symbol("side", Side::ALL.map(Side::symbol));
+        let contact = ObservationType::event("contact").property(side);
         let joint =
-            |name| property(name, ValueKind::Real { min: 0.0, max: 1.0, resolution: JOINT_RESOLUTION });
-        let mut actions =
-            vec![ActionType { name: "move".into(), parameters: vec![joint("j1"), joint("j2")] }];
-        if !self.pushes.is_empty() {
-            let parameters = ["j1", "j2", "to_j1", "to_j2"].map(joint).to_vec();
-            actions.push(ActionType { name: "push".into(), parameters });
+            |action: ActionType, name| action.parameter(Property::real(name, 0.0..=1.0, JOINT_RESOLUTION));
+        let move_to = ["j1", "j2"].into_iter().fold(ActionType::new("move"), joint);
+        let push = ["j1", "j2", "to_j1", "to_j2"].into_iter().fold(ActionType::new("push"), joint);
+        let of_object = |name| ActionType::new(name).parameter(Property::symbol("object", &self.objects));
+        let ids = ArmIds {
+            finger: description.observation(finger),
+            object: description.observation(object),
+            touch: description.observation(ObservationType::event("touch")),
+            contact: description.observation(contact),
+            move_to: description.action(move_to),
+            push: (!self.pushes.is_empty()).then(|| description.action(push)),
+            place: description.scene_command(of_object("place").parameter(up_to("position", self.places))),
+            remove: description.scene_command(of_object("remove")),
+            park: description.scene_command(ActionType::new("park")),
+        };
+        for JointPositions { j1, j2 } in self.moves {
+            description.primitive(ids.move_to, [j1, j2]);
         }
-        let real = |joints: &JointPositions| [Value::Real(joints.j1), Value::Real(joints.j2)];
-        let moves = self.moves.iter();
-        let moves = moves.map(|to| Action { action: action::MOVE, parameters: real(to).to_vec() });
-        let pushes = self
-            .pushes
-            .iter()
-            .map(|(from, to)| Action { action: action::PUSH, parameters: [real(from), real(to)].concat() });
-        Description {
-            name: self.name,
-            kind: self.kind,
-            observation_types: vec![
-                sense("finger", true, false, vec![finger_colour, field()]),
-                sense("object", false, false, vec![colour, field()]),
-                sense("touch", false, true, Vec::new()),
-                sense("contact", false, true, vec![side]),
-            ],
-            actions,
-            repertoire: moves.chain(pushes).collect(),
-            scene_commands: vec![
-                ActionType {
-                    name: "place".into(),
-                    parameters: vec![object(), property("position", position)],
-                },
-                ActionType { name: "remove".into(), parameters: vec![object()] },
-                ActionType { name: "park".into(), parameters: Vec::new() },
-            ],
+        for (push, (from, to)) in self.pushes.iter().flat_map(|pushed| ids.push.map(|push| (push, pushed))) {
+            description.primitive(push, [from.j1, from.j2, to.j1, to.j2]);
         }
+        (description, ids)
     }
 }
 
@@ -127,23 +109,23 @@ pub struct Percept {
 }
 
 impl Percept {
-    /// Reports it all as observations of the types declared by [`FingerArm`].
-    pub fn report(&self, frame: &mut Senses) {
+    /// Reports it all as observations of the types that [`FingerArm::declare`] gave these ids.
+    pub fn report(&self, ids: ArmIds, frame: &mut Senses) {
         if let Some(field) = self.finger {
-            frame.observe(observation::FINGER, &[Value::Symbol(0), Value::Integer(field as i64)]);
+            frame.observe(ids.finger, (Value::Symbol(0), field as i64));
         }
         for (index, object) in self.objects.iter().enumerate() {
             // Two things of one colour in one field are one observation.
             if !self.objects[..index].contains(object) {
                 let (colour, field) = *object;
-                frame.observe(observation::OBJECT, &[Value::Symbol(colour), Value::Integer(field as i64)]);
+                frame.observe(ids.object, (Value::Symbol(colour), field as i64));
             }
         }
         if self.touching {
-            frame.observe(observation::TOUCH, &[]);
+            frame.observe(ids.touch, ());
         }
         for side in &self.sides {
-            frame.observe(observation::CONTACT, &[Value::Symbol(*side as u32)]);
+            frame.observe(ids.contact, [Value::Symbol(*side as u32)]);
         }
     }
 }
@@ -154,12 +136,4 @@ impl Percept {
 pub fn object_symbol(colour: usize, finger_colour: usize) -> Option<u32> {
     let symbol = if colour > finger_colour { colour - 1 } else { colour };
     u32::try_from(symbol).ok().filter(|_| colour != finger_colour)
-}
-
-fn sense(name: &str, own: bool, transient: bool, properties: Vec<Property>) -> ObservationType {
-    ObservationType { name: name.to_owned(), own, transient, properties }
-}
-
-fn property(name: &str, kind: ValueKind) -> Property {
-    Property { name: name.to_owned(), kind, unit: String::new() }
 }

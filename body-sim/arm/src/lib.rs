@@ -10,7 +10,7 @@ mod side;
 mod square;
 mod units;
 
-pub use declare::{FingerArm, Percept, action, object_symbol, observation, scene};
+pub use declare::{ArmIds, FingerArm, Percept, object_symbol};
 pub use random::SplitMix;
 pub use side::Side;
 pub use square::{JOINT_RESOLUTION, JointPositions, Square};

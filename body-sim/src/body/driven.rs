@@ -47,10 +47,10 @@ impl SimBody {
     /// Puts an object down at a place, by their numbers, with the arm where it is. Refused when there is no such
     /// object or place, or another object is in the way.
     pub fn put(&mut self, object: usize, position: usize) -> Outcome {
-        let Some(place) = self.workspace.places.get(position).copied() else { return Outcome::Refused };
-        if object >= self.world.block_count() {
-            return Outcome::Refused;
-        }
+        let place = self.workspace.places.get(position).copied();
+        let Some(place) = place.filter(|_| object < self.world.block_count()) else {
+            return Outcome::refused("there is no such object or position");
+        };
         match self.hand.place(&mut self.world, &self.workspace, object, &place) {
             Ok(()) => {
                 self.settle();
@@ -59,7 +59,7 @@ impl SimBody {
             Err(Refusal::Occupied { by }) => {
                 let by = self.workspace.file.objects.get(by).map_or("?", |other| other.name.as_str());
                 tracing::warn!(position, by, "refused: another object is in the way; remove it first");
-                Outcome::Refused
+                Outcome::refused(format_args!("{by} is in the way at position {position}: remove it first"))
             }
         }
     }
@@ -67,7 +67,7 @@ impl SimBody {
     /// Takes an object away. Refused when there is none of that number.
     pub fn take_away(&mut self, object: usize) -> Outcome {
         if object >= self.world.block_count() {
-            return Outcome::Refused;
+            return Outcome::refused("there is no such object");
         }
         self.world.remove_block(object);
         Outcome::Done

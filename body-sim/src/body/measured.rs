@@ -9,7 +9,7 @@ use super::{SimBody, finger_pose, world_setup};
 use crate::world::World;
 
 /// What one action took.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Lap {
     /// How it ended.
     pub outcome: Outcome,
@@ -70,7 +70,6 @@ impl Alone {
 
 #[cfg(test)]
 mod tests {
-    use pschema_arm::scene;
     use pschema_protocol::description::Value;
 
     use super::*;
@@ -88,10 +87,7 @@ mod tests {
             .enumerate()
             .find_map(|(at, place)| place.within_reach.then_some((at, place.field)))
             .unwrap();
-        let put = Action {
-            action: scene::PLACE,
-            parameters: vec![Value::Symbol(0), Value::Integer(at.try_into().unwrap())],
-        };
+        let put = Action::new(body.ids().place, (Value::Symbol(0), i64::try_from(at).unwrap()));
         assert_eq!(body.arrange(&put), Outcome::Done);
         let mut alone = Alone::beside(&body);
         assert!(alone.apart_m(&body) < 0.001, "{} m", alone.apart_m(&body));

@@ -74,7 +74,7 @@ impl SimBody {
 
     fn refuse(&self, to: JointPositions) -> Outcome {
         tracing::debug!(j1 = to.j1, j2 = to.j2, "refused: beyond the end of the arm's manifold");
-        Outcome::Refused
+        Outcome::refused(format_args!("the arm does not reach {}, {}", to.j1, to.j2))
     }
 
     fn route_setup(&self) -> RouteSetup {
@@ -107,7 +107,7 @@ impl SimBody {
         match ended {
             Ended::Arrived | Ended::Touched | Ended::Blocked => Outcome::Done,
             Ended::OutOfTime => Outcome::TimedOut,
-            Ended::OffManifold => Outcome::Failed,
+            Ended::OffManifold => Outcome::failed("the arm cannot be where its motion leads"),
         }
     }
 

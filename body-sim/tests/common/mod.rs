@@ -1,7 +1,6 @@
 //! Driving the body as a daemon would, without one.
 #![allow(dead_code, reason = "each test program uses its part")]
 
-use pschema_arm::{action, observation, scene};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Value};
 use pschema_sim::body::SimBody;
@@ -25,13 +24,11 @@ pub(crate) fn body_in(world: &str, seed: u64) -> SimBody {
 
 pub(crate) fn reach(body: &mut SimBody, field: usize) -> Outcome {
     let taught = *body.workspace().taught_for(field).expect("a field of a place is reachable");
-    let parameters = vec![Value::Real(taught.joints.j1), Value::Real(taught.joints.j2)];
-    body.act(&Action { action: action::MOVE, parameters })
+    body.act(&Action::new(body.ids().move_to, [taught.joints.j1, taught.joints.j2]))
 }
 
 pub(crate) fn place(body: &mut SimBody, object: u32, position: usize) -> Outcome {
-    let parameters = vec![Value::Symbol(object), Value::Integer(position as i64)];
-    body.arrange(&Action { action: scene::PLACE, parameters })
+    body.arrange(&Action::new(body.ids().place, (Value::Symbol(object), position as i64)))
 }
 
 pub(crate) fn places(body: &SimBody, within_reach: bool) -> Vec<(usize, Place)> {
@@ -51,19 +48,19 @@ pub(crate) struct Frame {
 pub(crate) fn sense(body: &mut SimBody) -> Frame {
     let mut senses = Senses::default();
     body.sense(&mut senses);
-    let mut frame = Frame::default();
+    let (ids, mut frame) = (body.ids(), Frame::default());
     for observation in senses.observations().iter() {
         let values: Vec<_> = observation.values().collect();
-        match (observation.observation_type(), values.as_slice()) {
-            (observation::FINGER, &[Value::Symbol(0), Value::Integer(field)]) => {
+        match values[..] {
+            [Value::Symbol(0), Value::Integer(field)] if observation.sense() == ids.finger => {
                 assert_eq!(frame.finger.replace(field), None, "one finger");
             }
-            (observation::OBJECT, &[Value::Symbol(colour), Value::Integer(field)]) => {
+            [Value::Symbol(colour), Value::Integer(field)] if observation.sense() == ids.object => {
                 frame.objects.push((colour, field));
             }
-            (observation::TOUCH, []) => frame.touch = true,
-            (observation::CONTACT, &[Value::Symbol(side)]) => frame.contacts.push(side),
-            other => panic!("not declared: {other:?}"),
+            [] if observation.sense() == ids.touch => frame.touch = true,
+            [Value::Symbol(side)] if observation.sense() == ids.contact => frame.contacts.push(side),
+            _ => panic!("not declared: {observation:?}"),
         }
     }
     frame

@@ -3,8 +3,9 @@
 
 use std::time::Duration;
 
-use super::{Body, Outcome, Senses};
+use super::{Body, Senses};
 use crate::description::Description;
+use crate::outcome::Outcome;
 use crate::picture::Picture;
 use crate::refusal::Refusal;
 use crate::wire::message::{OrderReport, RawFrame, RawHello, Reply};
@@ -89,7 +90,7 @@ impl<B: Body> BodyLoop<B> {
         let mut senses = Senses::reusing(std::mem::take(&mut self.frame.records));
         self.body.sense(&mut senses);
         self.sequence = self.sequence.saturating_add(1);
-        self.frame = senses.into_frame(self.session, self.sequence, self.report);
+        self.frame = senses.into_frame(self.session, self.sequence, self.report.as_ref());
         &self.frame
     }
 

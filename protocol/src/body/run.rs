@@ -1,6 +1,7 @@
 //! The whole life of a body process: attach, and again whenever the daemon comes back; send, obey; leave.
 
 use std::fmt;
+use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -29,6 +30,7 @@ const REFUSAL_PAUSE: Duration = Duration::from_millis(20);
 
 /// How to run a body.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct RunOptions {
     /// The learner to attach to.
     pub place: Place,
@@ -38,9 +40,32 @@ pub struct RunOptions {
     pub stop: Arc<AtomicBool>,
 }
 
+impl RunOptions {
+    /// Attaches to the learner at `place`, and to its next daemon whenever the daemon goes, until `stop` is set.
+    #[must_use]
+    pub fn new(place: Place) -> Self {
+        Self { place, exit_when_daemon_gone: false, stop: Arc::default() }
+    }
+
+    /// The same, with this flag as the one that ends the run.
+    #[must_use]
+    pub fn stop(mut self, stop: Arc<AtomicBool>) -> Self {
+        self.stop = stop;
+        self
+    }
+
+    /// The same; `true` ends the run when the daemon has been gone for 3 s.
+    #[must_use]
+    pub fn exit_when_daemon_gone(mut self, exits: bool) -> Self {
+        self.exit_when_daemon_gone = exits;
+        self
+    }
+}
+
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
+#[non_exhaustive]
+pub enum RunEnding {
     /// The stop flag was set.
     Stopped,
     /// The daemon sent the body away.
@@ -51,9 +76,10 @@ pub enum Ending {
 
 /// What happened in a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RunSummary {
     /// Why it ended.
-    pub ending: Ending,
+    pub ending: RunEnding,
     /// Sessions opened.
     pub sessions: u64,
     /// Frames replied to.
@@ -114,27 +140,21 @@ pub fn run<B: Body>(body: B, options: &RunOptions) -> Result<RunSummary, RunErro
     let mut run = Run {
         driver: BodyLoop::new(body),
         options,
-        summary: RunSummary { ending: Ending::Stopped, sessions: 0, frames: 0, orders: 0, refused: 0 },
+        summary: RunSummary { ending: RunEnding::Stopped, sessions: 0, frames: 0, orders: 0, refused: 0 },
     };
     run.driver.hello().map_err(RunError::Description)?;
     run.summary.ending = loop {
         let link = match run.attach()? {
-            Step::On(link) => link,
-            Step::End(ending) => break ending,
+            ControlFlow::Continue(link) => link,
+            ControlFlow::Break(ending) => break ending,
         };
         match run.session(link)? {
-            Step::On(()) => tracing::info!("session lost; attaching again"),
-            Step::End(ending) => break ending,
+            ControlFlow::Continue(()) => tracing::info!("session lost; attaching again"),
+            ControlFlow::Break(ending) => break ending,
         }
     };
     run.summary.orders = run.driver.orders();
     Ok(run.summary)
-}
-
-/// Goes on with something, or ends the run.
-enum Step<T> {
-    On(T),
-    End(Ending),
 }
 
 struct Run<'a, B> {
@@ -149,7 +169,7 @@ impl<B: Body> Run<'_, B> {
     }
 
     /// Attaches, however often it takes.
-    fn attach(&mut self) -> Result<Step<BodyLink>, RunError> {
+    fn attach(&mut self) -> Result<ControlFlow<RunEnding, BodyLink>, RunError> {
         let start = Instant::now();
         let mut backoff = BACKOFF_FIRST;
         while !self.stopped() {
@@ -159,18 +179,18 @@ impl<B: Body> Run<'_, B> {
                     self.summary.sessions += 1;
                     self.driver.attached(link.session());
                     tracing::info!(session = link.session(), learner = %self.options.place.learner(), "attached");
-                    return Ok(Step::On(link));
+                    return Ok(ControlFlow::Continue(link));
                 }
                 Err(TransportError::Stopped) => break,
                 Err(error) => self.attach_again(error, waited)?,
             }
             if self.options.exit_when_daemon_gone && waited > GONE_GRACE && !self.options.place.is_served() {
-                return Ok(Step::End(Ending::DaemonGone));
+                return Ok(ControlFlow::Break(RunEnding::DaemonGone));
             }
             self.pause(backoff);
             backoff = (backoff * 2).min(BACKOFF_LAST);
         }
-        Ok(Step::End(Ending::Stopped))
+        Ok(ControlFlow::Break(RunEnding::Stopped))
     }
 
     /// Whether a failed try to attach is worth another.
@@ -196,13 +216,13 @@ impl<B: Body> Run<'_, B> {
     }
 
     /// One session, to its end.
-    fn session(&mut self, mut link: BodyLink) -> Result<Step<()>, RunError> {
+    fn session(&mut self, mut link: BodyLink) -> Result<ControlFlow<RunEnding>, RunError> {
         let mut refused_in_a_row = 0;
         let mut frames = 0;
         loop {
             if self.stopped() {
                 link.detach();
-                return Ok(Step::End(Ending::Stopped));
+                return Ok(ControlFlow::Break(RunEnding::Stopped));
             }
             self.driver.next_frame();
             if link.is_watched()
@@ -213,10 +233,10 @@ impl<B: Body> Run<'_, B> {
             frames += 1;
             let reply = match link.exchange(self.driver.frame(), &self.options.stop) {
                 Ok(reply) => reply,
-                Err(TransportError::Stopped) => return Ok(Step::End(Ending::Stopped)),
+                Err(TransportError::Stopped) => return Ok(ControlFlow::Break(RunEnding::Stopped)),
                 Err(error) => {
                     tracing::warn!(%error, "the exchange of frames ended");
-                    return Ok(Step::On(()));
+                    return Ok(ControlFlow::Continue(()));
                 }
             };
             self.summary.frames += 1;
@@ -227,7 +247,7 @@ impl<B: Body> Run<'_, B> {
             match directive {
                 Directive::Continue => {}
                 Directive::Wait(time) => link.rest(time, &self.options.stop),
-                Directive::Detach => return Ok(Step::End(Ending::Detached)),
+                Directive::Detach => return Ok(ControlFlow::Break(RunEnding::Detached)),
                 Directive::Refused { code, reason } => {
                     self.summary.refused += 1;
                     refused_in_a_row += 1;
@@ -236,7 +256,7 @@ impl<B: Body> Run<'_, B> {
                         return Err(RunError::FramesRefused { count: refused_in_a_row, reason });
                     }
                     if matches!(code, codes::SESSION | codes::SEQUENCE) {
-                        return Ok(Step::On(()));
+                        return Ok(ControlFlow::Continue(()));
                     }
                     self.pause(REFUSAL_PAUSE);
                 }
@@ -283,6 +303,6 @@ fn run_as_program<B: Body>(body: B) -> Result<RunSummary, String> {
     let learner = LearnerName::new(&name).map_err(|error| error.to_string())?;
     let runtime = RuntimeDir::from_environment().map_err(|error| error.to_string())?;
     let stop = Stop::on_signals().map_err(|error| error.to_string())?.flag();
-    let options = RunOptions { place: Place::new(runtime, learner), exit_when_daemon_gone: false, stop };
+    let options = RunOptions::new(Place::new(runtime, learner)).stop(stop);
     run(body, &options).map_err(|error| error.to_string())
 }

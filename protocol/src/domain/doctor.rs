@@ -6,11 +6,12 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use super::record::is_prefix;
-use super::{DomainError, LearnerName, Place, RuntimeDir, SHARED_MEMORY_NEEDED, sweep};
+use super::shared_memory::{SHARED_MEMORY, SHARED_MEMORY_NEEDED, names, shared_memory_available};
+use super::{DomainError, DomainRecord, LearnerName, Place, RuntimeDir};
 
 /// An epoch whose daemon is dead.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Stale {
+pub struct StaleEpoch {
     /// The learner, or none for files that no record names any more.
     pub learner: Option<String>,
     /// The prefix of its files in shared memory.
@@ -23,7 +24,7 @@ pub struct Stale {
 
 /// Something that another user could use, or has put there.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Exposed {
+pub struct Exposure {
     /// The file or directory.
     pub path: PathBuf,
     /// What is wrong with it.
@@ -34,7 +35,7 @@ pub struct Exposed {
 
 /// The state of the machine, for a daemon.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Facts {
+pub struct MachineState {
     /// Bytes of shared memory free.
     pub shared_memory_available: u64,
     /// Bytes of shared memory a daemon needs.
@@ -43,28 +44,24 @@ pub struct Facts {
     pub served: Vec<LearnerName>,
     /// What dead daemons left. Starting the learner's daemon removes its own; files without a learner can
     /// be removed by hand from `/dev/shm`.
-    pub stale: Vec<Stale>,
+    pub stale: Vec<StaleEpoch>,
     /// What is not closed to other users as it should be.
-    pub exposed: Vec<Exposed>,
-    /// Version of iceoryx2 that this build, and so everything on its domains, uses.
-    pub transport: &'static str,
-    /// Version of the protocol that this build speaks.
-    pub protocol: u32,
+    pub exposed: Vec<Exposure>,
 }
 
 /// Looks at `runtime` and at shared memory. Changes nothing.
 ///
 /// # Errors
 /// What the operating system said when either cannot be listed.
-pub fn examine(runtime: &RuntimeDir) -> Result<Facts, DomainError> {
+pub fn examine(runtime: &RuntimeDir) -> Result<MachineState, DomainError> {
     let mut served = Vec::new();
     let mut stale = Vec::new();
     let mut known = BTreeSet::new();
     let all = by_prefix()?;
-    let mut exposed: Vec<_> = open_shared_memory(Path::new(sweep::SHARED_MEMORY)).into_iter().collect();
+    let mut exposed: Vec<_> = open_shared_memory(Path::new(SHARED_MEMORY)).into_iter().collect();
     for learner in learners(runtime)? {
         let place = Place::new(runtime.clone(), learner.clone());
-        let record = super::DomainRecord::read(&place.record_path());
+        let record = DomainRecord::read(&place.record_path());
         let own = [place.directory(), place.lock_path(), place.record_path()];
         exposed.extend(own.iter().filter_map(|path| not_private(path)));
         if let Ok(record) = &record {
@@ -81,22 +78,20 @@ pub fn examine(runtime: &RuntimeDir) -> Result<Facts, DomainError> {
     }
     let unknown = all.keys().filter(|prefix| !known.contains(*prefix));
     stale.extend(unknown.map(|prefix| left(None, prefix, &all)));
-    Ok(Facts {
-        shared_memory_available: sweep::shared_memory_available()?,
+    Ok(MachineState {
+        shared_memory_available: shared_memory_available()?,
         shared_memory_needed: SHARED_MEMORY_NEEDED,
         served,
         stale,
         exposed,
-        transport: crate::transport::VERSION,
-        protocol: crate::wire::VERSION,
     })
 }
 
 /// Shared memory in which anybody may remove what is not theirs.
-fn open_shared_memory(directory: &Path) -> Option<Exposed> {
+fn open_shared_memory(directory: &Path) -> Option<Exposure> {
     let found = fs::metadata(directory).ok()?;
     let open = found.mode() & 0o022 != 0 && found.mode() & 0o1000 == 0;
-    open.then(|| Exposed {
+    open.then(|| Exposure {
         path: directory.to_owned(),
         problem: format!("others can remove what is yours there (mode {:o})", found.mode() & 0o7777),
         mend: format!("run `sudo chmod 1777 {}`", directory.display()),
@@ -104,10 +99,10 @@ fn open_shared_memory(directory: &Path) -> Option<Exposed> {
 }
 
 /// A file or directory that is not this user's alone; none when it is, or is not there.
-fn not_private(path: &Path) -> Option<Exposed> {
+fn not_private(path: &Path) -> Option<Exposure> {
     let found = fs::symlink_metadata(path).ok()?;
     let user = rustix::process::geteuid().as_raw();
-    let told = |problem: String, mend: String| Some(Exposed { path: path.to_owned(), problem, mend });
+    let told = |problem: String, mend: String| Some(Exposure { path: path.to_owned(), problem, mend });
     if found.is_symlink() {
         return told("it is a symbolic link".to_owned(), "remove it".to_owned());
     }
@@ -125,12 +120,12 @@ fn not_private(path: &Path) -> Option<Exposed> {
 }
 
 /// Files under an epoch's prefix that others could use, or made.
-fn in_shared_memory(prefix: &str) -> Result<Vec<Exposed>, DomainError> {
-    let directory = Path::new(sweep::SHARED_MEMORY);
-    let named = sweep::names(directory)?.filter(|name| is_prefix(prefix) && name.starts_with(prefix));
+fn in_shared_memory(prefix: &str) -> Result<Vec<Exposure>, DomainError> {
+    let directory = Path::new(SHARED_MEMORY);
+    let named = names(directory)?.filter(|name| is_prefix(prefix) && name.starts_with(prefix));
     let exposed = named.filter_map(|name| not_private(&directory.join(name)));
     let user = rustix::process::geteuid().as_raw();
-    let told = |mut one: Exposed| {
+    let told = |mut one: Exposure| {
         let strange = fs::symlink_metadata(&one.path).is_ok_and(|found| found.uid() != user);
         if strange {
             one.mend = "it is of no account to the daemon; ask that user, or remove it as root".to_owned();
@@ -141,25 +136,25 @@ fn in_shared_memory(prefix: &str) -> Result<Vec<Exposed>, DomainError> {
 }
 
 fn learners(runtime: &RuntimeDir) -> Result<Vec<LearnerName>, DomainError> {
-    let names = sweep::names(runtime.path())?.filter_map(|name| LearnerName::new(&name).ok());
+    let names = names(runtime.path())?.filter_map(|name| LearnerName::new(&name).ok());
     let mut names: Vec<_> = names.collect();
     names.sort();
     Ok(names)
 }
 
 /// The files that an epoch left, out of all of this user's.
-fn left(learner: Option<String>, prefix: &str, all: &BTreeMap<String, (usize, u64)>) -> Stale {
+fn left(learner: Option<String>, prefix: &str, all: &BTreeMap<String, (usize, u64)>) -> StaleEpoch {
     let (files, bytes) = all.get(prefix).copied().unwrap_or_default();
-    Stale { learner, prefix: prefix.to_owned(), files, bytes }
+    StaleEpoch { learner, prefix: prefix.to_owned(), files, bytes }
 }
 
 /// How many of this user's files in shared memory there are under each prefix that looks like ours, and their bytes.
 /// Those of one that no record in this runtime directory names may be of a live daemon in another.
 fn by_prefix() -> Result<BTreeMap<String, (usize, u64)>, DomainError> {
     let user = rustix::process::geteuid().as_raw();
-    let directory = Path::new(sweep::SHARED_MEMORY);
+    let directory = Path::new(SHARED_MEMORY);
     let mut all = BTreeMap::<String, (usize, u64)>::new();
-    for name in sweep::names(directory)? {
+    for name in names(directory)? {
         let Some(prefix) = name.get(..13).filter(|prefix| is_prefix(prefix)) else { continue };
         let Ok(found) = fs::symlink_metadata(directory.join(&name)) else { continue };
         if found.uid() == user {

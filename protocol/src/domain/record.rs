@@ -5,7 +5,8 @@ use std::hash::{BuildHasher, RandomState};
 use std::io::{Read, Write};
 use std::path::Path;
 
-use super::{DomainError, io, runtime};
+use super::error::io;
+use super::{DomainError, runtime};
 
 /// One epoch: one run of a daemon.
 #[derive(Clone, Debug, PartialEq, Eq)]

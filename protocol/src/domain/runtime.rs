@@ -6,7 +6,8 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
-use super::{DomainError, io};
+use super::DomainError;
+use super::error::io;
 use crate::limits::LEARNER_NAME_BYTES_MAX;
 
 /// The name of a learner: 1 to 32 of `a-z`, `0-9`, `_` and `-`.

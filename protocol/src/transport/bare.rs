@@ -9,10 +9,14 @@ use iceoryx2::port::client::Client;
 use iceoryx2::port::server::Server;
 use iceoryx2::prelude::*;
 
-use super::services::{self, Ipc, Role, WakeListener, WakeNotifier};
+use super::TransportError;
+use super::debug::opaque_debug;
+use super::error::setup;
+use super::services::{
+    self, Ipc, Role, WakeListener, WakeNotifier, by_role, one_request_at_a_time, service_name,
+};
 use super::spin::{SPIN_US_MAX, Spin};
-use super::{TransportError, setup};
-use crate::domain::{DomainRecord, EpochGuard, Place};
+use crate::domain::{DomainRecord, Membership, Place};
 use crate::limits::OBSERVATIONS_MAX;
 use crate::wire::{FrameHeader, Record, WireReply};
 
@@ -34,34 +38,16 @@ type BareService =
     iceoryx2::service::port_factory::request_response::PortFactory<Ipc, [u64], Header, BareReply, ()>;
 
 fn service(node: &Node<Ipc>, role: Role) -> Result<BareService, TransportError> {
-    let name = ServiceName::new("bare/frames").map_err(setup("name a service"))?;
-    let builder = node
-        .service_builder(&name)
-        .request_response::<[u64], BareReply>()
-        .request_user_header::<Header>()
-        .max_servers(1)
-        .max_clients(1)
-        .max_active_requests_per_client(1)
-        .max_loaned_requests(1)
-        .max_response_buffer_size(1)
-        .max_borrowed_responses_per_pending_response(1)
-        .enable_fire_and_forget_requests(false)
-        .enable_safe_overflow_for_requests(false)
-        .enable_safe_overflow_for_responses(false);
-    match role {
-        Role::Daemon => builder.create().map_err(setup("create the bare service")),
-        Role::Peer => builder.open().map_err(setup("open the bare service")),
-    }
+    let name = service_name("bare/frames")?;
+    let builder = node.service_builder(&name).request_response::<[u64], BareReply>();
+    let builder = builder.request_user_header::<Header>();
+    by_role!(one_request_at_a_time!(builder, clients: 1, responses: 1), role, "bare service")
 }
 
 /// The events that wake one side.
 fn wake_service(node: &Node<Ipc>, name: &str, role: Role) -> Result<services::EventService, TransportError> {
-    let name = ServiceName::new(name).map_err(setup("name a service"))?;
-    let builder = node.service_builder(&name).event().max_listeners(1).max_notifiers(1).event_id_max_value(0);
-    match role {
-        Role::Daemon => builder.create().map_err(setup("create a bare wake service")),
-        Role::Peer => builder.open().map_err(setup("open a bare wake service")),
-    }
+    let builder = services::events(node, name)?.max_listeners(1).max_notifiers(1).event_id_max_value(0);
+    by_role!(builder, role, "bare wake service")
 }
 
 /// How one side waits for the other.
@@ -125,7 +111,7 @@ pub struct BareServer {
     waiting: Waiting,
     _node: Node<Ipc>,
     // Last, so that it is dropped last.
-    _epoch: EpochGuard,
+    _epoch: Membership,
 }
 
 impl BareServer {
@@ -175,7 +161,7 @@ pub struct BareClient {
     waiting: Waiting,
     _node: Node<Ipc>,
     // Last, so that it is dropped last.
-    _epoch: EpochGuard,
+    _epoch: Membership,
 }
 
 impl BareClient {
@@ -215,18 +201,9 @@ impl BareClient {
     }
 }
 
-fn node(place: &Place, record: &DomainRecord) -> Result<(Node<Ipc>, EpochGuard), TransportError> {
-    let epoch = EpochGuard::new(place, record);
+fn node(place: &Place, record: &DomainRecord) -> Result<(Node<Ipc>, Membership), TransportError> {
+    let epoch = Membership::new(place, record);
     Ok((services::node::<Ipc>(place, record, "bare")?, epoch))
 }
 
-macro_rules! opaque_debug {
-    ($($type:ident),+) => {$(
-        impl std::fmt::Debug for $type {
-            fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                to.write_str(stringify!($type))
-            }
-        }
-    )+};
-}
 opaque_debug!(BareServer, BareClient);

@@ -5,14 +5,15 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::pending_response::PendingResponse;
 
+use super::error::setup;
+use super::gone::has_gone;
 use super::payload::{write_frame, write_hello};
 use super::pictures::PictureOffer;
-use super::reserve::reserve;
-use super::services::{self, FrameClient, Ipc, Role};
+use super::services::{self, FrameClient, Ipc, Role, client};
 use super::waker::{PeerBase, ROUSED};
-use super::{Spin, TransportError, has_gone, setup};
+use super::{Spin, TransportError};
 use crate::description::Description;
-use crate::domain::{DomainRecord, Place};
+use crate::domain::Place;
 use crate::limits::BODIES_MAX;
 use crate::picture::Picture;
 use crate::wire::message::{Admission, RawFrame, RawHello};
@@ -32,8 +33,6 @@ pub struct BodyLink {
     client: FrameClient,
     pictures: PictureOffer,
     base: PeerBase,
-    place: Place,
-    record: DomainRecord,
     session: u64,
     spin: Spin,
 }
@@ -57,21 +56,16 @@ impl BodyLink {
         description: &Description,
         stop: &AtomicBool,
     ) -> Result<Self, TransportError> {
-        let record = place.served()?;
-        let base = PeerBase::open(place, &record, "body")?;
+        let base = PeerBase::open(place, "body")?;
         tracing::trace!("node open");
         let hello = encode::hello(description, std::process::id(), base.wake).map_err(|refusal| {
             TransportError::Refused { code: refusal.code(), reason: refusal.to_string() }
         })?;
         // Before the hello: the daemon knows that the body lives by this port.
-        let client = services::frames(&base.node, Role::Peer)?;
-        let client = client.client_builder().set_backpressure_handler(services::fail_when_full).create();
-        let client = client.map_err(services::client_error("bodies", BODIES_MAX))?;
-        reserve(&record.prefix, Some(client.id().value()))?;
+        let client = client!(services::frames(&base.node, Role::Peer)?, base.epoch, BODIES_MAX, "bodies");
         tracing::trace!("frame port open");
-        let pictures = PictureOffer::open(&base.node, &record)?;
-        let mut link =
-            Self { client, pictures, base, place: place.clone(), record, session: 0, spin: Spin::usual() };
+        let pictures = PictureOffer::open(&base)?;
+        let mut link = Self { client, pictures, base, session: 0, spin: Spin::usual() };
         let welcome = link.introduce(&hello, stop)?;
         match decode::welcome(&welcome).map_err(TransportError::Wrong)? {
             Admission::Accepted { session, .. } => link.session = session,
@@ -81,10 +75,8 @@ impl BodyLink {
     }
 
     fn introduce(&self, hello: &RawHello, stop: &AtomicBool) -> Result<Welcome, TransportError> {
-        let client = services::attach(&self.base.node, Role::Peer)?;
-        let client = client.client_builder().set_backpressure_handler(services::fail_when_full).create();
-        let client = client.map_err(services::client_error("bodies attaching", BODIES_MAX))?;
-        reserve(&self.record.prefix, Some(client.id().value()))?;
+        let service = services::attach(&self.base.node, Role::Peer)?;
+        let client = client!(service, self.base.epoch, BODIES_MAX, "bodies attaching");
         let loan = client.loan_uninit().map_err(setup("send the hello"))?;
         tracing::trace!("hello loaned");
         let pending = write_hello(loan, hello).send().map_err(setup("send the hello"))?;
@@ -102,7 +94,8 @@ impl BodyLink {
             if start.elapsed() > WELCOME_PATIENCE {
                 return Err(TransportError::TimedOut { waited: WELCOME_PATIENCE });
             }
-            if has_gone(|| pending.is_connected(), || self.is_current(), || pending.has_response()) {
+            if has_gone(|| pending.is_connected(), || self.base.epoch.is_current(), || pending.has_response())
+            {
                 return Err(TransportError::DaemonGone);
             }
             // An error is a signal, and the loop looks again.
@@ -143,7 +136,7 @@ impl BodyLink {
         let header = FrameHeader { wake: self.base.wake, ..frame.header };
         let loan = self.client.loan_uninit().map_err(setup("send a frame"))?;
         tracing::trace!(sequence = header.sequence, "frame loaned");
-        let pending = write_frame(loan, &header, &frame.records).send().map_err(setup("send a frame"))?;
+        let pending = write_frame(loan, &header, frame).send().map_err(setup("send a frame"))?;
         self.base.notify();
         tracing::trace!(sequence = header.sequence, "frame sent");
         self.receive(&pending, stop)
@@ -152,7 +145,7 @@ impl BodyLink {
     fn receive(&self, pending: &PendingReply, stop: &AtomicBool) -> Result<WireReply, TransportError> {
         let start = Instant::now();
         let mut stopped = None;
-        let mut silence = Silence::new(self.record.pid);
+        let mut silence = SilenceLog::new(self.base.epoch.daemon_pid());
         let mut spin = self.spin;
         spin.happened(start);
         loop {
@@ -176,7 +169,8 @@ impl BodyLink {
                     return Err(TransportError::Stopped);
                 }
             }
-            if has_gone(|| pending.is_connected(), || self.is_current(), || pending.has_response()) {
+            if has_gone(|| pending.is_connected(), || self.base.epoch.is_current(), || pending.has_response())
+            {
                 return Err(TransportError::DaemonGone);
             }
         }
@@ -201,28 +195,23 @@ impl BodyLink {
     pub fn detach(mut self) {
         let header =
             FrameHeader { session: self.session, purpose: purpose::DETACH, ..FrameHeader::default() };
-        let frame = RawFrame { header, records: Vec::new() };
+        let frame = RawFrame { header, ..RawFrame::default() };
         // Already told to stop: waits only as long as for any last reply.
         if let Err(error) = self.exchange(&frame, &AtomicBool::new(true)) {
             tracing::debug!(%error, "left without a farewell");
         }
     }
-
-    /// Whether the daemon attached to still serves the learner.
-    fn is_current(&self) -> bool {
-        self.place.served().is_ok_and(|record| record.prefix == self.record.prefix)
-    }
 }
 
 /// Says when a daemon that is there does not reply: it is stopped or very busy, and nothing else tells. The body holds
 /// meanwhile: an action was carried out to its end before the frame, and no other begins before a reply.
-struct Silence {
+struct SilenceLog {
     pid: u32,
     /// When to say so next: after a second, and then each time after twice as long.
     next: Duration,
 }
 
-impl Silence {
+impl SilenceLog {
     const FIRST: Duration = Duration::from_secs(1);
 
     fn new(pid: u32) -> Self {
@@ -289,14 +278,7 @@ mod tests {
             })
         };
         is_ready.recv().unwrap();
-        let description = Description {
-            name: "body".to_owned(),
-            kind: "test".to_owned(),
-            observation_types: Vec::new(),
-            actions: Vec::new(),
-            repertoire: Vec::new(),
-            scene_commands: Vec::new(),
-        };
+        let description = Description::new("body", "test");
         let link = BodyLink::attach(&place, &description, &AtomicBool::new(false)).unwrap();
         let hello = encode::hello(&description, std::process::id(), link.base.wake).unwrap();
         for session in 2..5 {

@@ -19,6 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use super::error::setup;
 use super::{TransportError, services};
 use crate::domain::{DomainRecord, Place, shared_memory_files};
 
@@ -41,9 +42,9 @@ impl Janitor {
         let told = unfinished.clone();
         let (nodes, prefix) = (place.epoch_root(record).join("nodes"), record.prefix.clone());
         let sweeper = Worker::start("sweeper", move |stop| {
-            let mut seen = Seen::default();
+            let mut files = UnfinishedFiles::default();
             while !stop.load(Ordering::Acquire) {
-                told.store(seen.sweep(&nodes, &prefix, Instant::now()), Ordering::Release);
+                told.store(files.sweep(&nodes, &prefix, Instant::now()), Ordering::Release);
                 thread::park_timeout(TICK);
             }
         })?;
@@ -65,7 +66,7 @@ impl Worker {
         let stop = Arc::new(AtomicBool::new(false));
         let told = stop.clone();
         let thread = thread::Builder::new().name(name.to_owned()).spawn(move || run(&told));
-        let thread = thread.map_err(super::setup("start a janitor's thread"))?;
+        let thread = thread.map_err(setup("start a janitor's thread"))?;
         Ok(Self { stop, thread: Some(thread) })
     }
 }
@@ -103,11 +104,11 @@ fn clean(place: &Place, record: &DomainRecord, unfinished: &AtomicBool, stop: &A
 
 /// Unfinished files, and when each was first seen: how old a file says it is depends on a clock that jumps.
 #[derive(Default)]
-struct Seen {
+struct UnfinishedFiles {
     files: BTreeMap<PathBuf, (u64, Instant)>,
 }
 
-impl Seen {
+impl UnfinishedFiles {
     /// Removes unfinished files of dead processes. Returns whether there is, or was, any unfinished file.
     fn sweep(&mut self, nodes: &Path, prefix: &str, now: Instant) -> bool {
         let mut there = BTreeMap::new();
@@ -173,19 +174,19 @@ mod tests {
             make("17.node_monitor", 0o600),
             make("17.node_monitor_context", 0o400),
         ];
-        let (mut seen, begin) = (Seen::default(), Instant::now());
+        let (mut files, begin) = (UnfinishedFiles::default(), Instant::now());
         let later = begin + 2 * UNFINISHED_PATIENCE;
-        assert!(!seen.sweep(&nodes, "none", begin) && !seen.sweep(&nodes, "none", later));
+        assert!(!files.sweep(&nodes, "none", begin) && !files.sweep(&nodes, "none", later));
         let fresh = make("17/fresh.port_tag", 0o600);
         // What its own time says, be it of a clock that was wrong, is of no account.
         File::open(&fresh).unwrap().set_modified(std::time::UNIX_EPOCH).unwrap();
-        assert!(seen.sweep(&nodes, "none", begin) && fresh.exists());
+        assert!(files.sweep(&nodes, "none", begin) && fresh.exists());
         fs::set_permissions(&fresh, Permissions::from_mode(0o400)).unwrap();
-        assert!(!seen.sweep(&nodes, "none", later) && fresh.exists(), "it was finished in time");
+        assert!(!files.sweep(&nodes, "none", later) && fresh.exists(), "it was finished in time");
         let dead = [make("17/dead.service_tag", 0o600), make("18.node_monitor_context", 0o600)];
-        assert!(seen.sweep(&nodes, "none", begin) && dead.iter().all(|path| path.exists()));
-        assert!(seen.sweep(&nodes, "none", later));
+        assert!(files.sweep(&nodes, "none", begin) && dead.iter().all(|path| path.exists()));
+        assert!(files.sweep(&nodes, "none", later));
         assert!(!dead.iter().any(|path| path.exists()) && kept.iter().all(|path| path.exists()));
-        assert!(!seen.sweep(&nodes, "none", later));
+        assert!(!files.sweep(&nodes, "none", later));
     }
 }

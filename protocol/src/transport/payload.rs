@@ -10,7 +10,7 @@ use iceoryx2::request_mut_uninit::RequestMutUninit;
 
 use super::services::Ipc;
 use crate::limits::{OBSERVATIONS_MAX, PRIMITIVES_MAX};
-use crate::wire::message::RawHello;
+use crate::wire::message::{RawFrame, RawHello};
 use crate::wire::{
     FrameHeader, HelloHead, Page, PictureHeader, Record, Welcome, WireFrame, WireHello, WireReply,
 };
@@ -33,7 +33,7 @@ shared! {
     WireHello => "pschema.Hello.v1",
     Welcome => "pschema.Welcome.v1",
     FrameHeader => "pschema.FrameHeader.v1",
-    WireFrame => "pschema.Frame.v1",
+    WireFrame => "pschema.Frame.v2",
     WireReply => "pschema.Reply.v1",
     Page => "pschema.Page.v1",
     PictureHeader => "pschema.Picture.v1",
@@ -59,17 +59,20 @@ pub(super) fn write_hello(
     }
 }
 
-/// Writes a frame into what was loaned for it: its header, and as many records as it has.
+/// Writes a frame into what was loaned for it: `header`, as many records as the frame has, and its reason if it has one.
 pub(super) fn write_frame(
     mut loan: LoanedFrame,
     header: &FrameHeader,
-    records: &[Record],
+    frame: &RawFrame,
 ) -> RequestMut<Ipc, WireFrame, FrameHeader, WireReply, ()> {
     *loan.user_header_mut() = *header;
     let to = loan.payload_mut().as_mut_ptr();
     // SAFETY: as in `write_hello`.
     unsafe {
-        write_records((&raw mut (*to).records).cast(), OBSERVATIONS_MAX, records);
+        write_records((&raw mut (*to).records).cast(), OBSERVATIONS_MAX, &frame.records);
+        if header.has_reason() {
+            (&raw mut (*to).reason).write(frame.reason);
+        }
         loan.assume_init()
     }
 }

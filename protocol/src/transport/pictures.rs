@@ -6,13 +6,16 @@ use std::time::{Duration, Instant};
 use iceoryx2::port::subscriber::SubscriberCreateError;
 use iceoryx2::prelude::*;
 
+use super::TransportError;
+use super::error::setup;
 use super::reserve::reserve;
 use super::services::{self, Ipc, PicturePublisher, PictureService, PictureSubscriber, Role};
-use super::{TransportError, setup};
-use crate::domain::{DomainRecord, EpochGuard, PEER_SHARED_MEMORY_NEEDED, Place, require_shared_memory};
+use super::waker::PeerBase;
+use crate::domain::{Membership, PEER_SHARED_MEMORY_NEEDED, Place, require_shared_memory};
 use crate::limits::WATCHERS_MAX;
-use crate::picture::{Picture, Seen, read};
+use crate::picture::{Picture, PictureMessage};
 use crate::wire::PictureHeader;
+use crate::wire::picture::read;
 
 /// No body sends pictures faster than this.
 const EVERY_MIN: Duration = Duration::from_millis(30);
@@ -22,7 +25,8 @@ const PICTURES_KEPT: u64 = 2 * WATCHERS_MAX as u64 + 1;
 /// A body's side. Whatever goes wrong costs pictures, and nothing else.
 pub(super) struct PictureOffer {
     service: PictureService,
-    record: DomainRecord,
+    /// What every name of the epoch in shared memory begins with.
+    prefix: String,
     /// Made when somebody first watches; pictures of other sizes need another.
     publisher: Option<(PicturePublisher, usize)>,
     sent: Option<Instant>,
@@ -30,9 +34,10 @@ pub(super) struct PictureOffer {
 }
 
 impl PictureOffer {
-    pub(super) fn open(node: &Node<Ipc>, record: &DomainRecord) -> Result<Self, TransportError> {
-        let service = services::pictures(node, Role::Peer)?;
-        Ok(Self { service, record: record.clone(), publisher: None, sent: None, broken: false })
+    pub(super) fn open(base: &PeerBase) -> Result<Self, TransportError> {
+        let service = services::pictures(&base.node, Role::Peer)?;
+        let prefix = base.epoch.prefix().to_owned();
+        Ok(Self { service, prefix, publisher: None, sent: None, broken: false })
     }
 
     /// Whether somebody watches, and the last picture is old enough for another.
@@ -85,7 +90,7 @@ impl PictureOffer {
         require_shared_memory(needed)?;
         let builder = self.service.publisher_builder().initial_max_slice_len(bytes).max_loaned_samples(1);
         let publisher = builder.create().map_err(setup("create a picture port"))?;
-        reserve(&self.record.prefix, Some(publisher.id().value()))?;
+        reserve(&self.prefix, Some(publisher.id().value()))?;
         Ok(publisher)
     }
 }
@@ -93,16 +98,14 @@ impl PictureOffer {
 /// A tool's side: the pictures of every body of a learner.
 pub struct PictureWatch {
     subscriber: PictureSubscriber,
-    place: Place,
-    record: DomainRecord,
     _node: Node<Ipc>,
     /// Last, so that it is dropped last.
-    _epoch: EpochGuard,
+    epoch: Membership,
 }
 
 impl std::fmt::Debug for PictureWatch {
     fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        to.debug_struct("PictureWatch").field("record", &self.record).finish_non_exhaustive()
+        to.debug_struct("PictureWatch").field("epoch", &self.epoch).finish_non_exhaustive()
     }
 }
 
@@ -116,7 +119,7 @@ impl PictureWatch {
     pub fn open(place: &Place) -> Result<Self, TransportError> {
         let record = place.served()?;
         require_shared_memory(PEER_SHARED_MEMORY_NEEDED)?;
-        let epoch = EpochGuard::new(place, &record);
+        let epoch = Membership::new(place, &record);
         let node = services::node::<Ipc>(place, &record, "watcher")?;
         let service = services::pictures(&node, Role::Peer)?;
         let subscriber = service.subscriber_builder().create().map_err(|error| match error {
@@ -125,7 +128,7 @@ impl PictureWatch {
             }
             error => setup("watch pictures")(error),
         })?;
-        Ok(Self { subscriber, place: place.clone(), record, _node: node, _epoch: epoch })
+        Ok(Self { subscriber, _node: node, epoch })
     }
 
     /// The newest picture that came since the last call, if any did; with several bodies, of any of them. Never waits.
@@ -134,13 +137,13 @@ impl PictureWatch {
     ///
     /// # Errors
     /// What the transport said.
-    pub fn newest(&self) -> Result<Option<Seen>, TransportError> {
+    pub fn newest(&self) -> Result<Option<PictureMessage>, TransportError> {
         let mut newest = None;
         // There is one for each body at most, and bodies may send on meanwhile.
         for _ in 0..crate::limits::BODIES_MAX {
             let Some(sample) = self.subscriber.receive().map_err(setup("receive a picture"))? else { break };
             match read(sample.user_header(), sample.payload()) {
-                Ok(seen) => newest = Some(seen),
+                Ok(picture) => newest = Some(picture),
                 Err(refusal) => tracing::debug!(%refusal, "what a body sent is no picture"),
             }
         }
@@ -150,6 +153,6 @@ impl PictureWatch {
     /// Whether the daemon still serves the learner; if not, nothing comes any more.
     #[must_use]
     pub fn is_current(&self) -> bool {
-        self.place.served().is_ok_and(|record| record.prefix == self.record.prefix)
+        self.epoch.is_current()
     }
 }

@@ -8,6 +8,7 @@ use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::port::SendError;
 
+use super::debug::opaque_debug;
 use super::services::{Ipc, PAGES_IN_FLIGHT};
 use super::waker::{PeerWaker, REPLIED};
 use crate::limits::{ANSWER_BYTES_MAX, PAGE_BYTES, PAGES_MAX};
@@ -26,16 +27,16 @@ const ANSWER_PATIENCE: Duration = Duration::from_secs(5);
 
 /// A body that was welcomed.
 #[derive(Debug)]
-pub(super) struct Attached {
+pub(super) struct Attachment {
     pub(super) session: u64,
     pub(super) node: UniqueNodeId,
     pub(super) wake: u64,
 }
 
-pub(super) type Bodies = Rc<RefCell<Vec<Attached>>>;
+pub(super) type Bodies = Rc<RefCell<Vec<Attachment>>>;
 pub(super) type Outbox = Rc<RefCell<Vec<Outgoing>>>;
 
-pub(super) fn log_undelivered(result: Result<(), Undelivered>) {
+pub(super) fn log_undelivered(result: Result<(), DeliveryError>) {
     if let Err(error) = result {
         tracing::debug!(%error, "not delivered");
     }
@@ -44,10 +45,10 @@ pub(super) fn log_undelivered(result: Result<(), Undelivered>) {
 /// A reply did not reach its peer, which has mostly gone.
 #[derive(Debug, thiserror::Error)]
 #[error("the peer could not be reached: {0}")]
-pub struct Undelivered(String);
+pub struct DeliveryError(String);
 
-fn undelivered(error: SendError) -> Undelivered {
-    Undelivered(format!("{error:?}"))
+fn delivery_error(error: SendError) -> DeliveryError {
+    DeliveryError(format!("{error:?}"))
 }
 
 /// To answer a hello. May be kept and used later; dropped unused, the body tries again.
@@ -63,10 +64,10 @@ impl AttachReply {
     /// Opens `session` (above zero, not used before) for the body.
     ///
     /// # Errors
-    /// [`Undelivered`] when the body has gone; the session is not open then.
-    pub fn accept(self, session: u64, learner: &str) -> Result<(), Undelivered> {
-        self.bodies.borrow_mut().push(Attached { session, node: self.node, wake: self.wake });
-        let sent = self.active.send_copy(encode::welcome(session, learner)).map_err(undelivered);
+    /// [`DeliveryError`] when the body has gone; the session is not open then.
+    pub fn accept(self, session: u64, learner: &str) -> Result<(), DeliveryError> {
+        self.bodies.borrow_mut().push(Attachment { session, node: self.node, wake: self.wake });
+        let sent = self.active.send_copy(encode::welcome(session, learner)).map_err(delivery_error);
         if sent.is_err() {
             self.bodies.borrow_mut().retain(|body| body.session != session);
         }
@@ -77,9 +78,9 @@ impl AttachReply {
     /// Tells the body why it is not welcome.
     ///
     /// # Errors
-    /// [`Undelivered`] when the body has gone.
-    pub fn refuse(self, refusal: &Refusal, learner: &str) -> Result<(), Undelivered> {
-        let sent = self.active.send_copy(encode::unwelcome(refusal, learner)).map_err(undelivered);
+    /// [`DeliveryError`] when the body has gone.
+    pub fn refuse(self, refusal: &Refusal, learner: &str) -> Result<(), DeliveryError> {
+        let sent = self.active.send_copy(encode::unwelcome(refusal, learner)).map_err(delivery_error);
         self.waker.wake(self.wake, REPLIED);
         sent
     }
@@ -104,18 +105,18 @@ impl FrameReply {
     /// Sends the reply and wakes the body.
     ///
     /// # Errors
-    /// [`Undelivered`] when the body has gone.
-    pub fn send(self, reply: &Reply) -> Result<(), Undelivered> {
+    /// [`DeliveryError`] when the body has gone.
+    pub fn send(self, reply: &Reply) -> Result<(), DeliveryError> {
         let sent = self.active.send_copy(encode::reply(self.session, self.sequence, reply));
         self.waker.wake(self.wake, REPLIED);
-        sent.map_err(undelivered)
+        sent.map_err(delivery_error)
     }
 
     /// Tells the body why its frame was not taken.
     ///
     /// # Errors
-    /// [`Undelivered`] when the body has gone.
-    pub fn refuse(self, refusal: &Refusal) -> Result<(), Undelivered> {
+    /// [`DeliveryError`] when the body has gone.
+    pub fn refuse(self, refusal: &Refusal) -> Result<(), DeliveryError> {
         self.send(&Reply::Refused { code: refusal.code(), reason: refusal.to_string() })
     }
 }
@@ -156,15 +157,6 @@ impl RequestReply {
     }
 }
 
-macro_rules! opaque_debug {
-    ($($type:ident),+) => {$(
-        impl std::fmt::Debug for $type {
-            fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                to.write_str(stringify!($type))
-            }
-        }
-    )+};
-}
 opaque_debug!(AttachReply, FrameReply, RequestReply);
 
 /// An answer on its way, page by page.

@@ -1,5 +1,6 @@
 //! The daemon's end: what came in is handed out with a handle to reply by, whenever the daemon is ready to.
 
+use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,20 +9,21 @@ use std::time::{Duration, Instant};
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::prelude::*;
 
+use super::error::setup;
 use super::janitor::Janitor;
-pub use super::replies::{AttachReply, FrameReply, RequestReply, Undelivered};
+pub use super::replies::{AttachReply, DeliveryError, FrameReply, RequestReply};
 use super::replies::{Bodies, Outbox, log_undelivered};
 use super::reserve::{close_to_others, reserve};
 use super::services::{
     self, AttachServer, FrameServer, FrameService, Ipc, PictureService, Role, ToolServer, WakeListener,
 };
 use super::waker::{PeerWaker, ROUSED};
-use super::{DaemonWaker, Spin, TransportError, setup};
+use super::{DaemonWaker, Spin, TransportError};
 use crate::domain::OwnedDomain;
 use crate::limits::{BODIES_MAX, OBSERVATIONS_MAX, PAGE_BYTES, PRIMITIVES_MAX, TOOLS_MAX};
 use crate::refusal::Refusal;
 use crate::wire::message::{RawFrame, RawHello, Reply};
-use crate::wire::{FrameHeader, Page, decode, purpose};
+use crate::wire::{FrameHeader, Page, Reason, decode, purpose};
 
 /// How often the transport looks whether attached bodies still live.
 const CHECK_EVERY: Duration = Duration::from_millis(50);
@@ -235,16 +237,8 @@ impl ServerTransport {
 
     fn poll_frames(&mut self, on: &mut dyn FnMut(Incoming<'_>)) {
         // As many as all bodies can have sent, so that none keeps the others from being served.
-        for _ in 0..BODIES_MAX {
-            let active = match self.frames.receive() {
-                Ok(Some(active)) => active,
-                Ok(None) => return,
-                // Of one peer that cannot be connected to; the others' still come.
-                Err(error) => {
-                    tracing::debug!(?error, "a frame could not be received");
-                    continue;
-                }
-            };
+        let mut rest = 0..BODIES_MAX;
+        while let Some(active) = next(&mut rest, || self.frames.receive()) {
             // The one copy: what the body writes from here on changes nothing that was checked.
             let header = *active.user_header();
             let claimed = usize::try_from(header.observation_count).unwrap_or(usize::MAX);
@@ -252,6 +246,7 @@ impl ServerTransport {
             self.frame.records.clear();
             let records = active.payload().records.get(..claimed.min(OBSERVATIONS_MAX));
             self.frame.records.extend_from_slice(records.unwrap_or_default());
+            self.frame.reason = if header.has_reason() { active.payload().reason } else { Reason::default() };
             let FrameHeader { session, sequence, wake, .. } = header;
             let reply = FrameReply { active, session, sequence, wake, waker: self.waker.clone() };
             let own = self.session_of(&reply.active.header().node_id());
@@ -287,16 +282,8 @@ impl ServerTransport {
     /// Hands out introductions. A process has one session: introducing itself again ends the one it had, which
     /// it could not use beside the new one, but which would take a body's place.
     fn poll_hellos(&self, on: &mut dyn FnMut(Incoming<'_>)) {
-        for _ in 0..BODIES_MAX {
-            let active = match self.attach.receive() {
-                Ok(Some(active)) => active,
-                Ok(None) => return,
-                // Of one peer that cannot be connected to; the others' still come.
-                Err(error) => {
-                    tracing::debug!(?error, "a hello could not be received");
-                    continue;
-                }
-            };
+        let mut rest = 0..BODIES_MAX;
+        while let Some(active) = next(&mut rest, || self.attach.receive()) {
             if let Some(session) = self.session_of(&active.header().node_id()) {
                 self.bodies.borrow_mut().retain(|body| body.session != session);
                 on(Incoming::BodyGone { session, farewell: false });
@@ -317,16 +304,8 @@ impl ServerTransport {
     }
 
     fn poll_tools(&self, on: &mut dyn FnMut(Incoming<'_>)) {
-        for _ in 0..TOOLS_MAX {
-            let active = match self.tools.receive() {
-                Ok(Some(active)) => active,
-                Ok(None) => return,
-                // Of one peer that cannot be connected to; the others' still come.
-                Err(error) => {
-                    tracing::debug!(?error, "a request could not be received");
-                    continue;
-                }
-            };
+        let mut rest = 0..TOOLS_MAX;
+        while let Some(active) = next(&mut rest, || self.tools.receive()) {
             let page = *active.payload();
             let reply = RequestReply {
                 active,
@@ -367,6 +346,21 @@ impl ServerTransport {
             on(Incoming::BodyGone { session, farewell: false });
         }
     }
+}
+
+/// The next message on a port, of as many as `rest` still allows.
+fn next<T, E: std::fmt::Debug>(
+    rest: &mut Range<usize>,
+    mut receive: impl FnMut() -> Result<Option<T>, E>,
+) -> Option<T> {
+    rest.find_map(|_| match receive() {
+        Ok(message) => Some(message),
+        // Of one peer that cannot be connected to; the others' still come.
+        Err(error) => {
+            tracing::debug!(?error, "a message could not be received");
+            None
+        }
+    })?
 }
 
 /// Whether a frame is of this protocol, and of `own`, the session of the process that sent it.

@@ -14,9 +14,11 @@ use iceoryx2::port::server::Server;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
 use iceoryx2::service::Service as AnyService;
+use iceoryx2::service::builder::event::Builder as EventBuilder;
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
 
-use super::{TransportError, setup};
+use super::TransportError;
+use super::error::setup;
 use crate::domain::{DomainRecord, Place, private_file};
 use crate::limits::{BODIES_MAX, TOOLS_MAX, WATCHERS_MAX};
 use crate::wire::{FrameHeader, Page, PictureHeader, Welcome, WireFrame, WireHello, WireReply};
@@ -46,7 +48,7 @@ pub(super) const PAGES_IN_FLIGHT: usize = 4;
 const ATTACHING_MAX: usize = BODIES_MAX + 2;
 /// Processes on a service at once: all peers, the daemon, its janitor and wakers, and room for the dead
 /// that are not cleaned up yet.
-const NODES_MAX: usize = 2 * (BODIES_MAX + TOOLS_MAX + WATCHERS_MAX) + 8;
+pub(super) const NODES_MAX: usize = 2 * (BODIES_MAX + TOOLS_MAX + WATCHERS_MAX) + 8;
 
 /// Whether a service is made or must be there.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -110,68 +112,59 @@ fn own_settings(place: &Place) {
     });
 }
 
+/// Gives a service on which the daemon is asked its settings: each client has one request under way, and a message that
+/// finds no room fails instead of another being dropped.
+macro_rules! one_request_at_a_time {
+    ($builder:expr, clients: $clients:expr, responses: $responses:expr) => {
+        $builder
+            .max_servers(1)
+            .max_clients($clients)
+            .max_nodes($crate::transport::services::NODES_MAX)
+            .max_active_requests_per_client(1)
+            .max_loaned_requests(1)
+            .max_response_buffer_size($responses)
+            .max_borrowed_responses_per_pending_response(1)
+            .enable_fire_and_forget_requests(false)
+            .enable_safe_overflow_for_requests(false)
+            .enable_safe_overflow_for_responses(false)
+    };
+}
+pub(super) use one_request_at_a_time;
+
+/// Makes the service that `$builder` describes, or opens it, whichever is `$role`'s part; `$name` says which it is in errors.
+macro_rules! by_role {
+    ($builder:expr, $role:expr, $name:literal) => {
+        match $role {
+            Role::Daemon => $builder.create().map_err(setup(concat!("create the ", $name))),
+            Role::Peer => $builder.open().map_err(setup(concat!("open the ", $name))),
+        }
+    };
+}
+pub(super) use by_role;
+
 /// The service on which bodies introduce themselves.
 pub(super) fn attach(node: &Node<Ipc>, role: Role) -> Result<AttachService, TransportError> {
-    let builder = node
-        .service_builder(&service_name("pschema/attach")?)
-        .request_response::<WireHello, Welcome>()
-        .max_servers(1)
-        .max_clients(ATTACHING_MAX)
-        .max_nodes(NODES_MAX)
-        .max_active_requests_per_client(1)
-        .max_loaned_requests(1)
-        .max_response_buffer_size(1)
-        .max_borrowed_responses_per_pending_response(1)
-        .enable_fire_and_forget_requests(false)
-        .enable_safe_overflow_for_requests(false)
-        .enable_safe_overflow_for_responses(false);
-    match role {
-        Role::Daemon => builder.create().map_err(setup("create the attach service")),
-        Role::Peer => builder.open().map_err(setup("open the attach service")),
-    }
+    let name = service_name("pschema/attach")?;
+    let builder = node.service_builder(&name).request_response::<WireHello, Welcome>();
+    let builder = one_request_at_a_time!(builder, clients: ATTACHING_MAX, responses: 1);
+    by_role!(builder, role, "attach service")
 }
 
 /// The service on which bodies send frames.
 pub(super) fn frames(node: &Node<Ipc>, role: Role) -> Result<FrameService, TransportError> {
-    let builder = node
-        .service_builder(&service_name("pschema/frames")?)
-        .request_response::<WireFrame, WireReply>()
-        .request_user_header::<FrameHeader>()
-        .max_servers(1)
-        .max_clients(BODIES_MAX)
-        .max_nodes(NODES_MAX)
-        .max_active_requests_per_client(1)
-        .max_loaned_requests(1)
-        .max_response_buffer_size(1)
-        .max_borrowed_responses_per_pending_response(1)
-        .enable_fire_and_forget_requests(false)
-        .enable_safe_overflow_for_requests(false)
-        .enable_safe_overflow_for_responses(false);
-    match role {
-        Role::Daemon => builder.create().map_err(setup("create the frame service")),
-        Role::Peer => builder.open().map_err(setup("open the frame service")),
-    }
+    let name = service_name("pschema/frames")?;
+    let builder = node.service_builder(&name).request_response::<WireFrame, WireReply>();
+    let builder = builder.request_user_header::<FrameHeader>();
+    let builder = one_request_at_a_time!(builder, clients: BODIES_MAX, responses: 1);
+    by_role!(builder, role, "frame service")
 }
 
 /// The service on which tools ask.
 pub(super) fn tools(node: &Node<Ipc>, role: Role) -> Result<ToolService, TransportError> {
-    let builder = node
-        .service_builder(&service_name("pschema/tools")?)
-        .request_response::<Page, Page>()
-        .max_servers(1)
-        .max_clients(TOOLS_MAX)
-        .max_nodes(NODES_MAX)
-        .max_active_requests_per_client(1)
-        .max_loaned_requests(1)
-        .max_response_buffer_size(PAGES_IN_FLIGHT)
-        .max_borrowed_responses_per_pending_response(1)
-        .enable_fire_and_forget_requests(false)
-        .enable_safe_overflow_for_requests(false)
-        .enable_safe_overflow_for_responses(false);
-    match role {
-        Role::Daemon => builder.create().map_err(setup("create the tool service")),
-        Role::Peer => builder.open().map_err(setup("open the tool service")),
-    }
+    let name = service_name("pschema/tools")?;
+    let builder = node.service_builder(&name).request_response::<Page, Page>();
+    let builder = one_request_at_a_time!(builder, clients: TOOLS_MAX, responses: PAGES_IN_FLIGHT);
+    by_role!(builder, role, "tool service")
 }
 
 /// The service on which bodies send pictures to tools that watch. The daemon only makes it.
@@ -188,10 +181,7 @@ pub(super) fn pictures(node: &Node<Ipc>, role: Role) -> Result<PictureService, T
         .history_size(0)
         // A watcher that is slow or stopped misses pictures, and holds up nobody.
         .enable_safe_overflow(true);
-    match role {
-        Role::Daemon => builder.create().map_err(setup("create the picture service")),
-        Role::Peer => builder.open().map_err(setup("open the picture service")),
-    }
+    by_role!(builder, role, "picture service")
 }
 
 /// The event service that wakes the daemon.
@@ -199,40 +189,23 @@ pub(super) fn wake_daemon<S: AnyService>(
     node: &Node<S>,
     role: Role,
 ) -> Result<event::PortFactory<S>, TransportError> {
-    let builder = node
-        .service_builder(&service_name("pschema/wake-daemon")?)
-        .event()
-        .max_listeners(1)
-        .max_notifiers(NODES_MAX)
-        .max_nodes(NODES_MAX)
-        .event_id_max_value(0)
-        .disable_deadline()
-        .disable_notifier_created_event()
-        .disable_notifier_dropped_event()
-        .disable_notifier_dead_event();
-    match role {
-        Role::Daemon => builder.create().map_err(setup("create the daemon's wake service")),
-        Role::Peer => builder.open().map_err(setup("open the daemon's wake service")),
-    }
+    let builder = events(node, "pschema/wake-daemon")?;
+    let builder = builder.max_listeners(1).max_notifiers(NODES_MAX).event_id_max_value(0);
+    by_role!(builder, role, "daemon's wake service")
 }
 
 /// The event service that wakes bodies and tools, each by its own listener.
 pub(super) fn wake_peers(node: &Node<Ipc>, role: Role) -> Result<EventService, TransportError> {
-    let builder = node
-        .service_builder(&service_name("pschema/wake-peers")?)
-        .event()
-        .max_listeners(NODES_MAX)
-        .max_notifiers(1)
-        .max_nodes(NODES_MAX)
-        .event_id_max_value(1)
-        .disable_deadline()
-        .disable_notifier_created_event()
-        .disable_notifier_dropped_event()
-        .disable_notifier_dead_event();
-    match role {
-        Role::Daemon => builder.create().map_err(setup("create the peers' wake service")),
-        Role::Peer => builder.open().map_err(setup("open the peers' wake service")),
-    }
+    let builder = events(node, "pschema/wake-peers")?;
+    let builder = builder.max_listeners(NODES_MAX).max_notifiers(1).event_id_max_value(1);
+    by_role!(builder, role, "peers' wake service")
+}
+
+/// An event service on which nothing happens by itself.
+pub(super) fn events<S: AnyService>(node: &Node<S>, name: &str) -> Result<EventBuilder<S>, TransportError> {
+    let builder = node.service_builder(&service_name(name)?).event().max_nodes(NODES_MAX).disable_deadline();
+    let builder = builder.disable_notifier_created_event().disable_notifier_dropped_event();
+    Ok(builder.disable_notifier_dead_event())
 }
 
 /// A full buffer fails the message instead of blocking or dropping silently: a stopped peer never blocks
@@ -246,9 +219,21 @@ pub(super) fn wake_name(wake: u64) -> Result<PortName, TransportError> {
     PortName::new(&format!("{wake:016x}")).map_err(setup("name the wake listener"))
 }
 
-fn service_name(name: &str) -> Result<ServiceName, TransportError> {
+pub(super) fn service_name(name: &str) -> Result<ServiceName, TransportError> {
     ServiceName::new(name).map_err(setup("name a service"))
 }
+
+/// Makes a client on a service of an epoch, and reserves its shared memory; `$limit` is how many there may be, and `$sort`
+/// says what they are.
+macro_rules! client {
+    ($service:expr, $epoch:expr, $limit:expr, $sort:literal) => {{
+        let client = $service.client_builder().set_backpressure_handler(services::fail_when_full).create();
+        let client = client.map_err(services::client_error($sort, $limit))?;
+        $crate::transport::reserve::reserve($epoch.prefix(), Some(client.id().value()))?;
+        client
+    }};
+}
+pub(super) use client;
 
 /// For `map_err` when a client cannot be created: all places taken, or anything else.
 pub(super) fn client_error(

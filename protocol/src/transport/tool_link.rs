@@ -2,11 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use super::reserve::reserve;
-use super::services::{self, Role, ToolClient};
+use super::error::setup;
+use super::gone::has_gone;
+use super::services::{self, Role, ToolClient, client};
 use super::waker::PeerBase;
-use super::{Spin, TransportError, has_gone, setup};
-use crate::domain::{DomainRecord, Place};
+use super::{Spin, TransportError};
+use crate::domain::Place;
 use crate::limits::{PAGE_BYTES, PAGES_MAX, REQUEST_BYTES_MAX, TOOLS_MAX};
 use crate::refusal::Refusal;
 use crate::wire::{MAGIC, Page, TOOLS_VERSION, decode};
@@ -18,14 +19,12 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 pub struct ToolLink {
     client: ToolClient,
     base: PeerBase,
-    place: Place,
-    record: DomainRecord,
     requests: u64,
 }
 
 impl std::fmt::Debug for ToolLink {
     fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        to.debug_struct("ToolLink").field("record", &self.record).finish_non_exhaustive()
+        to.debug_struct("ToolLink").field("epoch", &self.base.epoch).finish_non_exhaustive()
     }
 }
 
@@ -37,13 +36,9 @@ impl ToolLink {
     /// it has its number of tools, [`TransportError::Setup`] when iceoryx2 refuses, as it does when the daemon
     /// ends or is replaced meanwhile.
     pub fn connect(place: &Place) -> Result<Self, TransportError> {
-        let record = place.served()?;
-        let base = PeerBase::open(place, &record, "tool")?;
-        let client = services::tools(&base.node, Role::Peer)?;
-        let client = client.client_builder().set_backpressure_handler(services::fail_when_full).create();
-        let client = client.map_err(services::client_error("tools", TOOLS_MAX))?;
-        reserve(&record.prefix, Some(client.id().value()))?;
-        Ok(Self { client, base, place: place.clone(), record, requests: 0 })
+        let base = PeerBase::open(place, "tool")?;
+        let client = client!(services::tools(&base.node, Role::Peer)?, base.epoch, TOOLS_MAX, "tools");
+        Ok(Self { client, base, requests: 0 })
     }
 
     /// Asks and waits for the whole answer.
@@ -96,7 +91,7 @@ impl ToolLink {
     /// Whether the daemon connected to still serves the learner.
     #[must_use]
     pub fn is_current(&self) -> bool {
-        self.place.served().is_ok_and(|record| record.prefix == self.record.prefix)
+        self.base.epoch.is_current()
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::fmt;
 use std::hash::{BuildHasher, RandomState};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,9 +9,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use iceoryx2::port::notifier::{ListenerKey, Notifier};
 use iceoryx2::prelude::*;
 
+use super::TransportError;
+use super::debug::opaque_debug;
+use super::error::setup;
 use super::services::{self, Role, WakeListener, WakeNotifier};
-use super::{TransportError, setup};
-use crate::domain::{DomainRecord, EpochGuard, PEER_SHARED_MEMORY_NEEDED, Place, require_shared_memory};
+use crate::domain::{DomainRecord, Membership, PEER_SHARED_MEMORY_NEEDED, Place, require_shared_memory};
 
 /// What a peer is woken for: something was sent to it.
 pub(super) const REPLIED: EventId = EventId::new(0);
@@ -28,11 +29,7 @@ pub struct DaemonWaker {
     _node: Node<ipc_threadsafe::Service>,
 }
 
-impl fmt::Debug for DaemonWaker {
-    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        to.write_str("DaemonWaker")
-    }
-}
+opaque_debug!(DaemonWaker);
 
 impl DaemonWaker {
     pub(super) fn create(
@@ -96,13 +93,15 @@ pub(super) struct PeerBase {
     daemon: WakeNotifier,
     pub(super) node: Node<services::Ipc>,
     /// Last, so that it is dropped last.
-    _epoch: EpochGuard,
+    pub(super) epoch: Membership,
 }
 
 impl PeerBase {
-    pub(super) fn open(place: &Place, record: &DomainRecord, sort: &str) -> Result<Self, TransportError> {
+    /// Joins the epoch of the daemon that serves `place` now, as a `sort` of peer.
+    pub(super) fn open(place: &Place, sort: &str) -> Result<Self, TransportError> {
+        let record = &place.served()?;
         require_shared_memory(PEER_SHARED_MEMORY_NEEDED)?;
-        let epoch = EpochGuard::new(place, record);
+        let epoch = Membership::new(place, record);
         let node = services::node::<services::Ipc>(place, record, sort)?;
         let wake = RandomState::new().hash_one(std::process::id());
         let peers = services::wake_peers(&node, Role::Peer)?;
@@ -110,7 +109,7 @@ impl PeerBase {
         let listener = listener.map_err(setup("create a wake listener"))?;
         let daemon = services::wake_daemon(&node, Role::Peer)?.notifier_builder().create();
         let daemon = daemon.map_err(setup("create the daemon's waker"))?;
-        Ok(Self { wake, listener, daemon, node, _epoch: epoch })
+        Ok(Self { wake, listener, daemon, node, epoch })
     }
 
     /// Wakes the daemon.

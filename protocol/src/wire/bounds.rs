@@ -73,7 +73,7 @@ impl TypeBounds {
 pub(crate) struct Bounds(Vec<TypeBounds>);
 
 impl Bounds {
-    /// Of types that [`super::check::description`] allows.
+    /// Of types that [`crate::description::Description::check`] allows.
     pub(crate) fn of(types: &[ObservationType]) -> Self {
         Self(types.iter().map(TypeBounds::of).collect())
     }
@@ -96,17 +96,8 @@ mod tests {
     use crate::wire::decode;
 
     fn declared(kinds: &[ValueKind]) -> ObservationType {
-        let property = |kind: &ValueKind| Property {
-            name: "property".to_owned(),
-            kind: kind.clone(),
-            unit: String::new(),
-        };
-        ObservationType {
-            name: "type".to_owned(),
-            own: false,
-            transient: false,
-            properties: kinds.iter().map(property).collect(),
-        }
+        let properties = kinds.iter().map(|kind| Property::new("property", kind.clone()));
+        ObservationType { properties: properties.collect(), ..ObservationType::state("type") }
     }
 
     /// What is let through in haste must be what is let through on a close look, at every end of every range.
@@ -141,7 +132,7 @@ mod tests {
             if named.is_ok() { held += 1 } else { refused += 1 }
         };
         for (index, of) in (0..).zip(&types) {
-            let mut record = Record { index, count: 0, kinds: 0, values: [0; PROPERTIES_MAX] };
+            let mut record = Record { index, ..Record::default() };
             for (at, property) in of.properties.iter().enumerate() {
                 let (tag, bits) = sound(&property.kind);
                 record.kinds |= tag << (4 * at);

@@ -10,37 +10,39 @@ use crate::limits::{
 };
 use crate::refusal::Refusal;
 
-/// Checks everything a body declares of itself.
-///
-/// # Errors
-/// The first thing that is not allowed, named with its place and figures.
-pub fn description(of: &Description) -> Result<(), Refusal> {
-    name("the body's name", &of.name)?;
-    name("the body's kind", &of.kind)?;
-    at_most("observation types", of.observation_types.len(), OBSERVATION_TYPES_MAX)?;
-    at_most("actions", of.actions.len(), ACTIONS_MAX)?;
-    at_most("scene commands", of.scene_commands.len(), SCENE_COMMANDS_MAX)?;
-    at_most("primitives in the repertoire", of.repertoire.len(), PRIMITIVES_MAX)?;
-    unique("observation types", of.observation_types.iter().map(|one| &one.name))?;
-    unique("actions", of.actions.iter().map(|one| &one.name))?;
-    unique("scene commands", of.scene_commands.iter().map(|one| &one.name))?;
-    for one in &of.observation_types {
-        name("name of an observation type", &one.name)?;
-        properties(&format!("observation type {}", one.name), &one.properties)?;
-    }
-    for (sort, declared) in [("action", &of.actions), ("scene command", &of.scene_commands)] {
-        for one in declared {
-            name(&format!("name of an {sort}"), &one.name)?;
-            properties(&format!("{sort} {}", one.name), &one.parameters)?;
+impl Description {
+    /// Checks everything that a body declares of itself, as the daemon does when the body attaches.
+    ///
+    /// # Errors
+    /// The first thing that is not allowed, named with its place and figures.
+    pub fn check(&self) -> Result<(), Refusal> {
+        name("the body's name", &self.name)?;
+        name("the body's kind", &self.kind)?;
+        at_most("observation types", self.observation_types.len(), OBSERVATION_TYPES_MAX)?;
+        at_most("actions", self.actions.len(), ACTIONS_MAX)?;
+        at_most("scene commands", self.scene_commands.len(), SCENE_COMMANDS_MAX)?;
+        at_most("primitives in the repertoire", self.repertoire.len(), PRIMITIVES_MAX)?;
+        unique("observation types", self.observation_types.iter().map(|one| &one.name))?;
+        unique("actions", self.actions.iter().map(|one| &one.name))?;
+        unique("scene commands", self.scene_commands.iter().map(|one| &one.name))?;
+        for one in &self.observation_types {
+            name("name of an observation type", &one.name)?;
+            properties(&format!("observation type {}", one.name), &one.properties)?;
         }
+        for (sort, declared) in [("action", &self.actions), ("scene command", &self.scene_commands)] {
+            for one in declared {
+                name(&format!("name of an {sort}"), &one.name)?;
+                properties(&format!("{sort} {}", one.name), &one.parameters)?;
+            }
+        }
+        let all = self.observation_types.iter().flat_map(|one| &one.properties);
+        let all = all.chain(self.actions.iter().chain(&self.scene_commands).flat_map(|one| &one.parameters));
+        at_most("symbols of all properties together", all.map(symbol_count).sum(), SYMBOLS_MAX)?;
+        for (number, primitive) in self.repertoire.iter().enumerate() {
+            order(&format!("primitive {number}"), primitive, &self.actions)?;
+        }
+        Ok(())
     }
-    let all = of.observation_types.iter().flat_map(|one| &one.properties);
-    let all = all.chain(of.actions.iter().chain(&of.scene_commands).flat_map(|one| &one.parameters));
-    at_most("symbols of all properties together", all.map(symbol_count).sum(), SYMBOLS_MAX)?;
-    for (number, primitive) in of.repertoire.iter().enumerate() {
-        order(&format!("primitive {number}"), primitive, &of.actions)?;
-    }
-    Ok(())
 }
 
 fn symbol_count(of: &Property) -> usize {
@@ -134,9 +136,10 @@ const BIN_MAX: f64 = (1_u64 << 53) as f64;
 /// # Errors
 /// The first thing that is not allowed.
 pub fn order(place: &str, action: &Action, declared: &[ActionType]) -> Result<(), Refusal> {
-    let Some(kind) = declared.get(usize::from(action.action)) else {
+    let index = action.id.index();
+    let Some(kind) = declared.get(usize::from(index)) else {
         let place = place.to_owned();
-        return Err(Refusal::UnknownIndex { place, found: action.action, declared: declared.len() });
+        return Err(Refusal::UnknownIndex { place, found: index, declared: declared.len() });
     };
     let place = || format!("{place} ({})", kind.name);
     if action.parameters.len() != kind.parameters.len() {

@@ -4,14 +4,16 @@
 use super::bounds::Bounds;
 use super::check;
 use super::layout::{
-    MAGIC, Name, Record, TOOLS_VERSION, Text, VERSION, Welcome, WireActionType, WireObservationType,
-    WireProperty, WireReply, flags, kind, outcome, purpose, reply,
+    FrameHeader, MAGIC, Name, Record, TOOLS_VERSION, Text, VERSION, Welcome, WireActionType,
+    WireObservationType, WireProperty, WireReply, flags, kind, outcome, purpose, reply,
 };
 use super::message::{Admission, Introduction, OrderReport, RawFrame, RawHello, Reply, SensorFrame};
 use super::observations::Observations;
-use crate::body::Outcome;
-use crate::description::{Action, ActionType, Description, ObservationType, Property, Value, ValueKind};
+use crate::description::{
+    Action, ActionId, ActionType, Description, ObservationType, Property, Value, ValueKind,
+};
 use crate::limits::{LEARNER_NAME_BYTES_MAX, OBSERVATIONS_MAX, PRIMITIVES_MAX, WAIT_MS_MAX};
+use crate::outcome::Outcome;
 use crate::refusal::Refusal;
 
 /// Checks that a message is of this protocol and this version.
@@ -26,7 +28,7 @@ pub(crate) fn tool_preamble(magic: u32, version: u32) -> Result<(), Refusal> {
 
 fn of_version(magic: u32, theirs: u32, ours: u32) -> Result<(), Refusal> {
     if magic != MAGIC {
-        return Err(Refusal::Magic { found: magic });
+        return Err(Refusal::Magic { found: magic, expected: MAGIC });
     }
     if theirs != ours {
         return Err(Refusal::Version { theirs, ours });
@@ -63,19 +65,19 @@ pub fn hello(from: &RawHello) -> Result<Introduction, Refusal> {
     let primitives = from.primitives.get(..claimed).filter(|_| claimed <= PRIMITIVES_MAX);
     let primitives = primitives
         .ok_or(Refusal::PrimitiveCount { found: head.primitive_count, held: from.primitives.len() })?;
+    let (name, kind) = (text("the body's name", &head.name)?, text("the body's kind", &head.kind)?);
+    let types = types.iter().map(|one| observation_type(one, symbols));
+    let action_types = |declared: &[WireActionType]| -> Result<Vec<_>, Refusal> {
+        declared.iter().map(|one| action_type(one, symbols)).collect()
+    };
     let mut description = Description {
-        name: text("the body's name", &head.name)?,
-        kind: text("the body's kind", &head.kind)?,
-        observation_types: types
-            .iter()
-            .map(|one| observation_type(one, symbols))
-            .collect::<Result<_, _>>()?,
-        actions: actions.iter().map(|one| action_type(one, symbols)).collect::<Result<_, _>>()?,
-        repertoire: Vec::new(),
-        scene_commands: commands.iter().map(|one| action_type(one, symbols)).collect::<Result<_, _>>()?,
+        observation_types: types.collect::<Result<_, _>>()?,
+        actions: action_types(actions)?,
+        scene_commands: action_types(commands)?,
+        ..Description::new(name, kind)
     };
     // The declarations first: primitives are read by them.
-    check::description(&description)?;
+    description.check()?;
     description.repertoire = primitives
         .iter()
         .enumerate()
@@ -187,7 +189,7 @@ fn action(place: &dyn Fn() -> String, from: &Record, declared: &[ActionType]) ->
     };
     let place = || format!("{} ({})", place(), kind.name);
     let parameters = values(&place, "parameter", from, &kind.parameters)?;
-    Ok(Action { action: from.index, parameters })
+    Ok(Action { id: ActionId::from_index(from.index), parameters })
 }
 
 /// Why a record is no observation of those declared.
@@ -258,7 +260,7 @@ impl SessionChecks {
         if header.purpose != purpose::OBSERVE {
             return Err(Refusal::Purpose { found: header.purpose });
         }
-        let report = self.report(header.outcome, header.answers)?;
+        let report = self.report(from)?;
         let claimed = usize::try_from(header.observation_count).unwrap_or(usize::MAX);
         let records = from.records.get(..claimed).filter(|_| claimed <= OBSERVATIONS_MAX);
         let records = records
@@ -275,12 +277,14 @@ impl SessionChecks {
         Ok(SensorFrame { session: self.number, sequence: expected, report, observations })
     }
 
-    fn report(&self, number: u32, answers: u64) -> Result<Option<OrderReport>, Refusal> {
-        let outcome = match number {
+    fn report(&self, from: &RawFrame) -> Result<Option<OrderReport>, Refusal> {
+        let FrameHeader { outcome, answers, .. } = from.header;
+        let reason = || text("reason of the outcome", &from.reason);
+        let outcome = match outcome {
             outcome::NONE => None,
             outcome::DONE => Some(Outcome::Done),
-            outcome::REFUSED => Some(Outcome::Refused),
-            outcome::FAILED => Some(Outcome::Failed),
+            outcome::REFUSED => Some(Outcome::Refused(reason()?)),
+            outcome::FAILED => Some(Outcome::Failed(reason()?)),
             outcome::TIMED_OUT => Some(Outcome::TimedOut),
             found => return Err(Refusal::UnknownOutcome { found }),
         };

@@ -1,15 +1,14 @@
 //! Plain values to wire values. A [`Description`] is checked first; observations are not, for the
 //! receiver checks them and says what is wrong.
 
-use super::check;
 use super::layout::{
-    FrameHeader, HelloHead, MAGIC, Name, Record, Text, VERSION, Welcome, WireActionType, WireObservationType,
-    WireProperty, WireReply, flags, kind, outcome, reply,
+    FrameHeader, HelloHead, MAGIC, Name, Reason, Record, Text, VERSION, Welcome, WireActionType,
+    WireObservationType, WireProperty, WireReply, flags, kind, outcome, reply,
 };
-use super::message::{OrderReport, RawHello, Reply};
-use crate::body::Outcome;
+use super::message::{OrderReport, RawFrame, RawHello, Reply};
 use crate::description::{Action, ActionType, Description, ObservationType, Property, Value, ValueKind};
 use crate::limits::{PROPERTIES_MAX, SYMBOLS_MAX};
+use crate::outcome::Outcome;
 use crate::refusal::Refusal;
 
 /// `text` as far as it fits, cut at a character.
@@ -30,12 +29,8 @@ pub fn text<const N: usize>(text: &str) -> Text<N> {
 /// receiver refuses the record.
 #[must_use]
 pub fn record(index: u16, values: &[Value]) -> Record {
-    let mut record = Record {
-        index,
-        count: u16::try_from(values.len()).unwrap_or(u16::MAX),
-        kinds: 0,
-        values: [0; PROPERTIES_MAX],
-    };
+    let count = u16::try_from(values.len()).unwrap_or(u16::MAX);
+    let mut record = Record { index, count, ..Record::default() };
     for (place, (to, value)) in record.values.iter_mut().zip(values).enumerate() {
         let (tag, bits) = value_bits(value);
         *to = bits;
@@ -58,7 +53,7 @@ fn value_bits(value: &Value) -> (u32, u64) {
 /// # Errors
 /// The first thing in `description` that the protocol does not allow.
 pub fn hello(description: &Description, pid: u32, wake: u64) -> Result<RawHello, Refusal> {
-    check::description(description)?;
+    description.check()?;
     let mut symbols = SymbolTable::default();
     let mut head = Box::new(empty_head());
     head.pid = pid;
@@ -82,7 +77,8 @@ pub fn hello(description: &Description, pid: u32, wake: u64) -> Result<RawHello,
     for (to, from) in head.symbols.iter_mut().zip(&symbols.names) {
         *to = *from;
     }
-    let primitives = description.repertoire.iter().map(|one| record(one.action, &one.parameters)).collect();
+    let primitives =
+        description.repertoire.iter().map(|one| record(one.id.index(), &one.parameters)).collect();
     Ok(RawHello { head, primitives })
 }
 
@@ -188,29 +184,22 @@ pub fn unwelcome(refusal: &Refusal, learner: &str) -> Welcome {
     Welcome { code: refusal.code(), reason: text(&refusal.to_string()), ..welcome(0, learner) }
 }
 
-/// The header of frame `sequence` of `session`, with `observation_count` records and, if there was an order, the report
-/// on it.
+/// A frame whose session, sequence and count of observations are in `header`, with these records and, if there was an order,
+/// the report on it.
 #[must_use]
-pub fn frame_header(
-    session: u64,
-    sequence: u64,
-    report: Option<OrderReport>,
-    observation_count: u32,
-) -> FrameHeader {
-    let header = FrameHeader { session, sequence, observation_count, ..FrameHeader::default() };
-    match report {
-        None => header,
-        Some(OrderReport { outcome, answers }) => {
-            FrameHeader { outcome: outcome_number(outcome), answers, ..header }
-        }
-    }
+pub fn frame(header: FrameHeader, report: Option<&OrderReport>, records: Vec<Record>) -> RawFrame {
+    let Some(OrderReport { outcome, answers }) = report else {
+        return RawFrame { header, records, reason: Reason::default() };
+    };
+    let header = FrameHeader { outcome: outcome_number(outcome), answers: *answers, ..header };
+    RawFrame { header, records, reason: text(outcome.reason().unwrap_or_default()) }
 }
 
-fn outcome_number(from: Outcome) -> u32 {
+fn outcome_number(from: &Outcome) -> u32 {
     match from {
         Outcome::Done => outcome::DONE,
-        Outcome::Refused => outcome::REFUSED,
-        Outcome::Failed => outcome::FAILED,
+        Outcome::Refused(_) => outcome::REFUSED,
+        Outcome::Failed(_) => outcome::FAILED,
         Outcome::TimedOut => outcome::TIMED_OUT,
     }
 }
@@ -218,13 +207,14 @@ fn outcome_number(from: Outcome) -> u32 {
 /// The reply to frame `sequence` of `session`.
 #[must_use]
 pub fn reply(session: u64, sequence: u64, from: &Reply) -> WireReply {
-    let none = Action { action: 0, parameters: Vec::new() };
+    let none = Record::default();
+    let order = |action: &Action| record(action.id.index(), &action.parameters);
     let (number, order, wait_ms, code, reason) = match from {
-        Reply::Act(action) => (reply::ACT, action, 0, 0, ""),
-        Reply::Arrange(command) => (reply::ARRANGE, command, 0, 0, ""),
-        Reply::Wait { ms } => (reply::WAIT, &none, *ms, 0, ""),
-        Reply::Refused { code, reason } => (reply::REFUSED, &none, 0, *code, reason.as_str()),
-        Reply::Detach => (reply::DETACH, &none, 0, 0, ""),
+        Reply::Act(action) => (reply::ACT, order(action), 0, 0, ""),
+        Reply::Arrange(command) => (reply::ARRANGE, order(command), 0, 0, ""),
+        Reply::Wait { ms } => (reply::WAIT, none, *ms, 0, ""),
+        Reply::Refused { code, reason } => (reply::REFUSED, none, 0, *code, reason.as_str()),
+        Reply::Detach => (reply::DETACH, none, 0, 0, ""),
     };
     WireReply {
         magic: MAGIC,
@@ -235,7 +225,7 @@ pub fn reply(session: u64, sequence: u64, from: &Reply) -> WireReply {
         code,
         wait_ms,
         reserved: 0,
-        order: record(order.action, &order.parameters),
+        order,
         reason: text(reason),
         reserved_end: 0,
     }

@@ -12,7 +12,7 @@ use crate::limits::{
 /// First word of every message: `PSCH` in ASCII, read as a little-endian integer.
 pub const MAGIC: u32 = u32::from_le_bytes(*b"PSCH");
 /// Version of the protocol spoken by this build.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 /// Version of what tools and daemon say to each other in pages: the types of [`crate::inspect`]. It is raised whenever
 /// one of them changes, for their bytes do not describe themselves; bodies are not concerned.
 /// `protocol/tests/tools_version.rs` sees to that.
@@ -259,6 +259,14 @@ pub struct FrameHeader {
     pub reserved: u32,
 }
 
+impl FrameHeader {
+    /// Whether the frame says why an order was not carried out.
+    #[must_use]
+    pub fn has_reason(&self) -> bool {
+        matches!(self.outcome, outcome::REFUSED | outcome::FAILED)
+    }
+}
+
 impl Default for FrameHeader {
     /// The header of a frame that observes nothing, of no session.
     fn default() -> Self {
@@ -277,12 +285,17 @@ impl Default for FrameHeader {
     }
 }
 
-/// The observations of a frame: only `observation_count` of the header are written and read.
+/// The observations of a frame, of which only `observation_count` of the header are written and read; and why an order was
+/// not carried out, which is written and read only with an outcome of [`outcome::REFUSED`] or [`outcome::FAILED`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WireFrame {
     /// The observations.
     pub records: [Record; OBSERVATIONS_MAX],
+    /// Why the order was refused or failed; empty when the body does not say.
+    pub reason: Reason,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// The daemon's reply to a frame.
@@ -381,7 +394,7 @@ const _: () = {
                 + SYMBOLS_MAX * 36
     );
     assert!(size_of::<WireHello>() == size_of::<HelloHead>() + PRIMITIVES_MAX * size_of::<Record>());
-    assert!(size_of::<WireFrame>() == OBSERVATIONS_MAX * size_of::<Record>());
+    assert!(size_of::<WireFrame>() == OBSERVATIONS_MAX * size_of::<Record>() + 260 + 4);
     assert!(size_of::<Welcome>() == 2 * 4 + 8 + 2 * 4 + 36 + 260);
     assert!(size_of::<FrameHeader>() == 2 * 4 + 4 * 8 + 4 * 4);
     assert!(size_of::<WireReply>() == 2 * 4 + 2 * 8 + 4 * 4 + 72 + 260 + 4);

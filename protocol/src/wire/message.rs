@@ -1,9 +1,9 @@
 //! The messages of a session as plain values, after [`super::decode`] and before [`super::encode`].
 
-use super::layout::{FrameHeader, HelloHead, Record};
+use super::layout::{FrameHeader, HelloHead, Reason, Record};
 use super::observations::Observations;
-use crate::body::Outcome;
 use crate::description::{Action, Description};
+use crate::outcome::Outcome;
 
 /// A body's introduction as it travels: the head and the repertoire's records.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,13 +14,15 @@ pub struct RawHello {
     pub primitives: Vec<Record>,
 }
 
-/// A frame as it travels: the header and as many records as it claims.
+/// A frame as it travels: the header, as many records as it claims, and the reason.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RawFrame {
     /// What the frame says of itself.
     pub header: FrameHeader,
     /// Its observations.
     pub records: Vec<Record>,
+    /// Why the last order was not carried out, if [`FrameHeader::has_reason`]; else it means nothing.
+    pub reason: Reason,
 }
 
 /// A hello that passed every check.
@@ -33,7 +35,7 @@ pub struct Introduction {
 }
 
 /// A frame that passed every check. Its observations stay where they were copied to.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct SensorFrame<'a> {
     /// The session it belongs to.
     pub session: u64,
@@ -46,7 +48,7 @@ pub struct SensorFrame<'a> {
 }
 
 /// How an order (action or scene command) went.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OrderReport {
     /// How it went.
     pub outcome: Outcome,

@@ -10,6 +10,7 @@ pub mod encode;
 mod layout;
 pub mod message;
 mod observations;
+pub mod picture;
 
 pub use layout::*;
 pub use observations::{ObservationRecord, Observations};

@@ -1,7 +1,7 @@
 //! Observations read from their records, where those lie: nothing is allocated for them.
 
 use super::layout::{Record, kind};
-use crate::description::Value;
+use crate::description::{SenseId, Value};
 
 /// What a body senses in one frame, in the order reported. A frame's come from [`super::decode::SessionChecks`], which has
 /// checked the records.
@@ -36,10 +36,10 @@ impl<'a> Observations<'a> {
 pub struct ObservationRecord<'a>(&'a Record);
 
 impl<'a> ObservationRecord<'a> {
-    /// Index into [`crate::description::Description::observation_types`].
+    /// The observation type that it is of.
     #[must_use]
-    pub fn observation_type(&self) -> u16 {
-        self.0.index
+    pub fn sense(&self) -> SenseId {
+        SenseId::from_index(self.0.index)
     }
 
     /// One value a property, in declared order.

@@ -8,11 +8,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use pschema_protocol::body::{Body, Outcome, RunOptions, Senses};
-use pschema_protocol::description::{
-    Action, ActionType, Description, ObservationType, Property, Value, ValueKind,
-};
+use pschema_protocol::body::RunOptions;
+use pschema_protocol::description::ActionId;
 use pschema_protocol::domain::{LearnerName, OwnedDomain, Place, RuntimeDir};
+use pschema_protocol::prelude::*;
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::transport::DaemonWaker;
 use pschema_protocol::transport::body_link::BodyLink;
@@ -76,27 +75,22 @@ impl Counter {
 }
 
 pub(crate) fn counter_description() -> Description {
-    let property = |name: &str, kind| Property { name: name.to_owned(), kind, unit: String::new() };
-    Description {
-        name: "counter".to_owned(),
-        kind: "test".to_owned(),
-        observation_types: vec![ObservationType {
-            name: "count".to_owned(),
-            own: true,
-            transient: false,
-            properties: vec![
-                property("number", ValueKind::Integer { min: 0, max: 1_000_000 }),
-                property("half", ValueKind::Real { min: 0.0, max: 500_000.0, resolution: 0.5 }),
-            ],
-        }],
-        actions: vec![ActionType {
-            name: "add".to_owned(),
-            parameters: vec![property("amount", ValueKind::Integer { min: 1, max: 3 })],
-        }],
-        repertoire: vec![Action { action: 0, parameters: vec![Value::Integer(1)] }],
-        scene_commands: vec![ActionType { name: "reset".to_owned(), parameters: vec![] }],
-    }
+    let mut description = Description::new("counter", "test");
+    let count = ObservationType::state("count")
+        .own()
+        .property(Property::integer("number", 0..=1_000_000))
+        .property(Property::real("half", 0.0..=500_000.0, 0.5));
+    assert_eq!(description.observation(count), COUNT);
+    let add = description.action(ActionType::new("add").parameter(Property::integer("amount", 1..=3)));
+    assert_eq!(add, ADD);
+    description.primitive(add, [1]);
+    description.scene_command(ActionType::new("reset"));
+    description
 }
+
+/// What a [`Counter`] senses, and what it does.
+pub(crate) const COUNT: SenseId = SenseId::from_index(0);
+pub(crate) const ADD: ActionId = ActionId::from_index(0);
 
 impl Body for Counter {
     fn describe(&self) -> Description {
@@ -107,7 +101,7 @@ impl Body for Counter {
         self.frames += 1;
         let wrong = self.wrong_every.is_some_and(|every| self.frames % every == 0);
         let number = if wrong { -1 } else { self.acted };
-        frame.observe(0, &[Value::Integer(number), Value::Real(self.acted as f64 / 2.0)]);
+        frame.observe(COUNT, (number, self.acted as f64 / 2.0));
     }
 
     fn act(&mut self, action: &Action) -> Outcome {
@@ -123,9 +117,9 @@ impl Body for Counter {
     }
 }
 
-/// What a daemon by rote has seen.
+/// What came to a daemon by rote.
 #[derive(Debug, Default)]
-pub(crate) struct Seen {
+pub(crate) struct Tally {
     pub(crate) prefix: String,
     pub(crate) sessions: Vec<u64>,
     pub(crate) frames: u64,
@@ -141,7 +135,7 @@ pub(crate) struct Seen {
 pub(crate) struct Daemon {
     stop: Arc<AtomicBool>,
     waker: DaemonWaker,
-    thread: Option<JoinHandle<Seen>>,
+    thread: Option<JoinHandle<Tally>>,
     pub(crate) prefix: String,
     pub(crate) frames: Arc<AtomicU64>,
     pub(crate) gone: Arc<AtomicU64>,
@@ -155,7 +149,7 @@ impl Daemon {
             if frames >= frames_max {
                 return Reply::Detach;
             }
-            Reply::Act(Action { action: 0, parameters: vec![Value::Integer(1)] })
+            Reply::Act(Action::new(ADD, [1]))
         };
         Self::start_with(place, order, answer)
     }
@@ -177,27 +171,27 @@ impl Daemon {
             let prefix = transport.domain().record().prefix.clone();
             ready.send((transport.waker().unwrap(), prefix.clone())).unwrap();
             let mut sessions = BTreeMap::new();
-            let mut seen = Seen { prefix, ..Seen::default() };
+            let mut tally = Tally { prefix, ..Tally::default() };
             while !told.load(Ordering::Relaxed) {
                 if transport.wait(Duration::from_millis(100)) {
                     transport
-                        .poll(&mut |incoming| handle(incoming, &order, answer, &mut sessions, &mut seen));
-                    counted.store(seen.frames, Ordering::Relaxed);
-                    left.store(seen.gone.len() as u64, Ordering::Relaxed);
+                        .poll(&mut |incoming| handle(incoming, &order, answer, &mut sessions, &mut tally));
+                    counted.store(tally.frames, Ordering::Relaxed);
+                    left.store(tally.gone.len() as u64, Ordering::Relaxed);
                 }
             }
-            seen
+            tally
         });
         let (waker, prefix) = is_ready.recv_timeout(PATIENCE).unwrap();
         Self { stop, waker, thread: Some(thread), prefix, frames, gone }
     }
 
     /// Ends it cleanly.
-    pub(crate) fn stop(mut self) -> Seen {
+    pub(crate) fn stop(mut self) -> Tally {
         self.end().unwrap().unwrap()
     }
 
-    fn end(&mut self) -> Option<std::thread::Result<Seen>> {
+    fn end(&mut self) -> Option<std::thread::Result<Tally>> {
         self.stop.store(true, Ordering::Relaxed);
         self.waker.wake();
         self.thread.take().map(JoinHandle::join)
@@ -216,48 +210,48 @@ fn handle(
     order: &dyn Fn(u64) -> Reply,
     answer: Answer,
     sessions: &mut BTreeMap<u64, SessionChecks>,
-    seen: &mut Seen,
+    tally: &mut Tally,
 ) {
     match incoming {
         Incoming::Hello { hello, reply } => match decode::hello(&hello) {
             Ok(hello) => {
                 // Numbers of other epochs must not be taken for this one's.
-                let session = u64::from(std::process::id()) * 1000 + seen.sessions.len() as u64 + 1;
+                let session = u64::from(std::process::id()) * 1000 + tally.sessions.len() as u64 + 1;
                 reply.accept(session, "test").unwrap();
                 sessions.insert(session, SessionChecks::new(session, hello.description));
-                seen.sessions.push(session);
+                tally.sessions.push(session);
             }
             Err(refusal) => {
                 reply.refuse(&refusal, "test").unwrap();
-                seen.refused.push(refusal);
+                tally.refused.push(refusal);
             }
         },
         Incoming::Frame { frame, reply } => {
             let session = sessions.get_mut(&reply.session()).unwrap();
             match session.check(frame) {
                 Ok(frame) => {
-                    seen.frames += 1;
-                    seen.reports += u64::from(frame.report.is_some());
+                    tally.frames += 1;
+                    tally.reports += u64::from(frame.report.is_some());
                     let values: Vec<_> = frame.observations.iter().flat_map(|one| one.values()).collect();
                     let [Value::Integer(count), Value::Real(half)] = values[..] else { panic!("{frame:?}") };
                     assert_eq!(count as f64 / 2.0, half);
-                    seen.last_count = count;
-                    let order = order(seen.frames);
+                    tally.last_count = count;
+                    let order = order(tally.frames);
                     session.replied(&order);
                     // The body may just have been killed by its test.
                     reply.send(&order).ok();
                 }
                 Err(refusal) => {
                     reply.refuse(&refusal).unwrap();
-                    seen.refused.push(refusal);
+                    tally.refused.push(refusal);
                 }
             }
         }
-        Incoming::Refused { refusal, .. } => seen.refused.push(refusal),
+        Incoming::Refused { refusal, .. } => tally.refused.push(refusal),
         Incoming::Request { bytes, reply } => reply.answer(answer(&bytes)),
         Incoming::BodyGone { session, farewell } => {
             sessions.remove(&session);
-            seen.gone.push((session, farewell));
+            tally.gone.push((session, farewell));
         }
     }
 }
@@ -273,8 +267,7 @@ pub(crate) fn as_many(bytes: &[u8]) -> Vec<u8> {
 }
 
 pub(crate) fn options(place: &Place) -> RunOptions {
-    let stop = Arc::new(AtomicBool::new(false));
-    RunOptions { place: place.clone(), exit_when_daemon_gone: false, stop }
+    RunOptions::new(place.clone())
 }
 
 /// Nothing of an epoch is left, in shared memory or in the runtime directory.

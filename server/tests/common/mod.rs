@@ -8,22 +8,16 @@ use pschema_learner::curriculum::{
     Stage,
 };
 use pschema_learner::parameters::Parameters;
-use pschema_protocol::body::{Body, Outcome, Senses};
-use pschema_protocol::description::{
-    Action, ActionType, Description, ObservationType, Property, Value, ValueKind,
-};
+use pschema_protocol::prelude::*;
 use pschema_server::Setup;
 
-pub(crate) const FINGER: u16 = 0;
-pub(crate) const OBJECT: u16 = 1;
-pub(crate) const TOUCH: u16 = 2;
 pub(crate) const FIELDS: i64 = 8;
 
 /// A finger that can be moved to any of [`FIELDS`] fields, and sees itself and a block there.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
-    name: String,
-    fields: i64,
+    description: Description,
+    senses: [SenseId; 3],
     finger: Option<i64>,
     block: Option<(u32, i64)>,
     moved: bool,
@@ -31,7 +25,24 @@ pub(crate) struct Row {
 
 impl Row {
     pub(crate) fn new(name: &str) -> Self {
-        Self { name: name.to_owned(), fields: FIELDS, finger: None, block: None, moved: false }
+        let mut description = Description::new(name, "row");
+        let field = |name| Property::integer(name, 0..=FIELDS - 1);
+        let colour = Property::symbol("colour", ["red", "blue"]);
+        let senses = [
+            ObservationType::state("finger").own().property(field("field")),
+            ObservationType::state("object").property(colour).property(field("field")),
+            ObservationType::event("touch"),
+        ]
+        .map(|sense| description.observation(sense));
+        let reach =
+            description.action(ActionType::new("move").parameter(Property::real("reach", 0.0..=1.0, 0.01)));
+        for field in 0..FIELDS {
+            description.primitive(reach, [field as f64 / FIELDS as f64]);
+        }
+        let object = Property::symbol("object", ["red-block", "blue-block"]);
+        let place = ActionType::new("place").parameter(object).parameter(field("position"));
+        description.scene_command(place);
+        Self { description, senses, finger: None, block: None, moved: false }
     }
 
     /// With the block in `field` from the beginning.
@@ -40,71 +51,34 @@ impl Row {
     }
 }
 
-fn property(name: &str, kind: ValueKind) -> Property {
-    Property { name: name.to_owned(), kind, unit: String::new() }
-}
-
-fn symbols(names: &[&str]) -> ValueKind {
-    ValueKind::Symbol { symbols: names.iter().map(|name| (*name).to_owned()).collect() }
-}
-
 impl Body for Row {
     fn describe(&self) -> Description {
-        let field = || property("field", ValueKind::Integer { min: 0, max: self.fields - 1 });
-        let sense = |name: &str, own, transient, properties| ObservationType {
-            name: name.to_owned(),
-            own,
-            transient,
-            properties,
-        };
-        let reach = ValueKind::Real { min: 0.0, max: 1.0, resolution: 0.01 };
-        Description {
-            name: self.name.clone(),
-            kind: "row".to_owned(),
-            observation_types: vec![
-                sense("finger", true, false, vec![field()]),
-                sense("object", false, false, vec![property("colour", symbols(&["red", "blue"])), field()]),
-                sense("touch", false, true, vec![]),
-            ],
-            actions: vec![ActionType { name: "move".to_owned(), parameters: vec![property("reach", reach)] }],
-            repertoire: (0..self.fields)
-                .map(|field| Action {
-                    action: 0,
-                    parameters: vec![Value::Real(field as f64 / self.fields as f64)],
-                })
-                .collect(),
-            scene_commands: vec![ActionType {
-                name: "place".to_owned(),
-                parameters: vec![
-                    property("object", symbols(&["red-block", "blue-block"])),
-                    property("position", ValueKind::Integer { min: 0, max: self.fields - 1 }),
-                ],
-            }],
-        }
+        self.description.clone()
     }
 
     fn sense(&mut self, frame: &mut Senses) {
+        let [finger, object, touch] = self.senses;
         if let Some(field) = self.finger {
-            frame.observe(FINGER, &[Value::Integer(field)]);
+            frame.observe(finger, [field]);
         }
         if let Some((colour, field)) = self.block {
-            frame.observe(OBJECT, &[Value::Symbol(colour), Value::Integer(field)]);
+            frame.observe(object, (Value::Symbol(colour), field));
         }
         if self.moved && self.finger.is_some() && self.finger == self.block.map(|(_, field)| field) {
-            frame.observe(TOUCH, &[]);
+            frame.observe(touch, ());
         }
     }
 
     fn act(&mut self, action: &Action) -> Outcome {
-        let Some(Value::Real(reach)) = action.parameters.first() else { return Outcome::Refused };
-        self.finger = Some((reach * self.fields as f64).round() as i64);
+        let Some(reach) = action.real(0) else { return Outcome::refused("no reach") };
+        self.finger = Some((reach * FIELDS as f64).round() as i64);
         self.moved = true;
         Outcome::Done
     }
 
     fn arrange(&mut self, command: &Action) -> Outcome {
         let [Value::Symbol(colour), Value::Integer(field)] = command.parameters[..] else {
-            return Outcome::Refused;
+            return Outcome::refused("no object or position");
         };
         (self.finger, self.block, self.moved) = (None, Some((colour, field)), false);
         Outcome::Done

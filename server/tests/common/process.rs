@@ -53,7 +53,7 @@ pub(crate) struct Running {
 impl Running {
     pub(crate) fn start(place: &Place) -> Self {
         let (acts, stop) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
-        let options = RunOptions { place: place.clone(), exit_when_daemon_gone: false, stop: stop.clone() };
+        let options = RunOptions::new(place.clone()).stop(stop.clone());
         let body = Counted(Row::with_block("row", BLOCK), acts.clone());
         let run = move || pschema_protocol::body::run(body, &options).map(|_| ()).unwrap();
         let thread = std::thread::spawn(run);

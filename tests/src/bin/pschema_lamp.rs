@@ -2,71 +2,57 @@
 
 use std::process::ExitCode;
 
-use pschema_protocol::body::{Body, Outcome, Senses, run_from_args};
-use pschema_protocol::description::{
-    Action, ActionType, Description, ObservationType, Property, Value, ValueKind,
-};
+use pschema_protocol::prelude::*;
 
 const COLOURS: [&str; 3] = ["dark", "red", "green"];
-const GREEN: u32 = 2;
-// What the body senses, in the order it declares them.
-const LAMP: u16 = 0;
-const BELL: u16 = 1;
+const GREEN: usize = 2;
 
-#[derive(Default)]
 struct Lamp {
-    colour: u32,
+    description: Description,
+    lamp: SenseId,
+    bell: SenseId,
+    colour: usize,
     rang: bool,
+}
+
+impl Lamp {
+    fn new() -> Self {
+        let mut description = Description::new("lamp", "lamp");
+        // What it senses: a state, which lasts, and an event, which holds for one frame only.
+        let colour = Property::symbol("colour", COLOURS);
+        let lamp = description.observation(ObservationType::state("lamp").property(colour));
+        let bell = description.observation(ObservationType::event("bell"));
+        // What it can do: press each of the buttons.
+        let button = Property::integer("button", 1..=3);
+        description.action_with_primitives(ActionType::new("press").parameter(button));
+        Self { description, lamp, bell, colour: 0, rang: false }
+    }
 }
 
 impl Body for Lamp {
     fn describe(&self) -> Description {
-        let property = |name: &str, kind| Property { name: name.into(), kind, unit: String::new() };
-        let colours = COLOURS.iter().map(|colour| (*colour).to_owned()).collect();
-        let sense = |name: &str, transient, properties| ObservationType {
-            name: name.into(),
-            own: false, // not part of the body itself, so what an action does may depend on it
-            transient,  // an event, which holds for one frame only
-            properties,
-        };
-        Description {
-            name: "lamp".into(),
-            kind: "lamp".into(),
-            observation_types: vec![
-                sense("lamp", false, vec![property("colour", ValueKind::Symbol { symbols: colours })]),
-                sense("bell", true, vec![]),
-            ],
-            actions: vec![ActionType {
-                name: "press".into(),
-                parameters: vec![property("button", ValueKind::Integer { min: 1, max: 3 })],
-            }],
-            // Everything it can do, with the numbers filled in.
-            repertoire: (1..=3)
-                .map(|button| Action { action: 0, parameters: vec![Value::Integer(button)] })
-                .collect(),
-            scene_commands: vec![],
-        }
+        self.description.clone()
     }
 
     fn sense(&mut self, frame: &mut Senses) {
-        frame.observe(LAMP, &[Value::Symbol(self.colour)]);
+        frame.observe(self.lamp, [Value::symbol(self.colour)]);
         if self.rang {
-            frame.observe(BELL, &[]);
+            frame.observe(self.bell, ());
         }
     }
 
     fn act(&mut self, action: &Action) -> Outcome {
         self.rang = false;
-        match action.parameters.first() {
-            Some(Value::Integer(1)) => self.colour = (self.colour + 1) % 3,
-            Some(Value::Integer(2)) => self.colour = 0,
-            Some(Value::Integer(3)) => self.rang = self.colour == GREEN,
-            _ => return Outcome::Refused,
+        match action.integer(0) {
+            Some(1) => self.colour = (self.colour + 1) % COLOURS.len(),
+            Some(2) => self.colour = 0,
+            Some(3) => self.rang = self.colour == GREEN,
+            _ => return Outcome::refused("there are three buttons"),
         }
         Outcome::Done
     }
 }
 
 fn main() -> ExitCode {
-    run_from_args(Lamp::default())
+    run_from_args(Lamp::new())
 }

@@ -5,7 +5,6 @@
 
 use std::fmt;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -62,7 +61,7 @@ fn body(place: Place, name: &str) -> Result<(), Box<dyn std::error::Error>> {
             std::thread::sleep(Duration::from_millis(1));
         }
     });
-    run(row, &RunOptions { place, exit_when_daemon_gone: false, stop: Arc::default() })?;
+    run(row, &RunOptions::new(place))?;
     Ok(())
 }
 

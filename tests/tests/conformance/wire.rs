@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use pschema_arm::SplitMix;
 use pschema_protocol::body::{Body, BodyLoop, Directive, Outcome};
-use pschema_protocol::description::{Action, ActionType, Description, Value, ValueKind};
+use pschema_protocol::description::{Action, ActionId, ActionType, Description, Value, ValueKind};
 use pschema_protocol::wire::decode::{self, SessionChecks};
 use pschema_protocol::wire::message::{OrderReport, RawFrame, Reply};
 use pschema_protocol::wire::{Record, encode};
@@ -68,7 +68,11 @@ impl Wire {
         assert_eq!(self.reply(frame, reply), Directive::Continue);
         let next = self.frame();
         assert_eq!(next.sequence, frame.sequence + 1, "one order, one frame");
-        assert_eq!(next.report.map(|report| report.answers), Some(frame.sequence), "an order is reported on");
+        assert_eq!(
+            next.report.as_ref().map(|report| report.answers),
+            Some(frame.sequence),
+            "an order is reported on"
+        );
         next
     }
 }
@@ -92,7 +96,7 @@ fn any_of(declared: &[ActionType], random: &mut SplitMix) -> Option<Action> {
     let index = random.one_of(&all)?;
     let parameters =
         declared[index].parameters.iter().map(|parameter| any(&parameter.kind, random)).collect();
-    Some(Action { action: u16::try_from(index).unwrap(), parameters })
+    Some(Action { id: ActionId::from_index(u16::try_from(index).unwrap()), parameters })
 }
 
 /// Something to do: mostly of the repertoire, sometimes any action that is declared, sometimes a change of the scene.
@@ -129,13 +133,13 @@ pub(crate) fn it_refuses_what_it_never_declared(subject: &dyn Subject) {
     let before = wire.frame();
     let description = wire.description().clone();
     let sound = description.repertoire[0].clone();
-    let with = |parameters: Vec<Value>| Action { action: sound.action, parameters };
+    let with = |parameters: Vec<Value>| Action { id: sound.id, parameters };
     let count = u16::try_from(description.actions.len()).unwrap();
     let mut longer = sound.parameters.clone();
     longer.push(Value::Integer(0));
     let hostile = [
-        Action { action: count, ..sound.clone() },
-        Action { action: u16::MAX, ..sound.clone() },
+        Action { id: ActionId::from_index(count), ..sound.clone() },
+        Action { id: ActionId::from_index(u16::MAX), ..sound.clone() },
         with(Vec::new()),
         with(longer),
         with(vec![Value::Real(f64::NAN); sound.parameters.len()]),
@@ -146,7 +150,7 @@ pub(crate) fn it_refuses_what_it_never_declared(subject: &dyn Subject) {
     for action in hostile {
         for reply in [Reply::Act(action.clone()), Reply::Arrange(action)] {
             let is_a_command = matches!(&reply, Reply::Arrange(command)
-                if usize::from(command.action) < description.scene_commands.len());
+                if usize::from(command.id.index()) < description.scene_commands.len());
             let wire_reply = encode::reply(SESSION, before.sequence, &reply);
             let obeyed = wire.body.obey(&wire_reply);
             assert!(obeyed.is_err() || is_a_command, "{reply:?} led to {obeyed:?}");
@@ -167,16 +171,16 @@ pub(crate) fn it_refuses_what_it_never_declared(subject: &dyn Subject) {
 pub(crate) fn one_action_one_frame_one_report(subject: &dyn Subject) {
     let mut wire = Wire::new(subject, 4);
     let mut frame = wire.frame();
-    assert_eq!((frame.sequence, frame.report), (1, None));
+    assert_eq!((frame.sequence, &frame.report), (1, &None));
     let repertoire = wire.description().repertoire.clone();
     for action in repertoire.iter().cycle().take(10) {
         frame = wire.order(&frame, &Reply::Act(action.clone()));
-        assert_eq!(frame.report.map(|report| report.outcome), Some(Outcome::Done), "{action:?}");
+        assert_eq!(frame.report.as_ref().map(|report| &report.outcome), Some(&Outcome::Done), "{action:?}");
         assert_eq!(wire.reply(&frame, &Reply::Wait { ms: 0 }), Directive::Wait(std::time::Duration::ZERO));
         let rested = wire.frame();
         assert_eq!(
-            (rested.report, &rested.observations),
-            (None, &frame.observations),
+            (&rested.report, &rested.observations),
+            (&None, &frame.observations),
             "a rest changes nothing"
         );
         frame = rested;
@@ -215,8 +219,14 @@ pub(crate) fn values_stay_within_what_is_declared(subject: &dyn Subject) {
     for _ in 0..ACTIONS {
         let order = anything(wire.checks.description(), &mut random);
         frame = wire.order(&frame, &order);
-        let Some(OrderReport { outcome, .. }) = frame.report else { panic!("an order is reported on") };
-        outcomes[outcome as usize] += 1;
+        let Some(OrderReport { outcome, .. }) = &frame.report else { panic!("an order is reported on") };
+        let index = match outcome {
+            Outcome::Done => 0,
+            Outcome::Refused(_) => 1,
+            Outcome::Failed(_) => 2,
+            Outcome::TimedOut => 3,
+        };
+        outcomes[index] += 1;
         let again = format!("{:?}", frame.observations);
         let distinct: BTreeSet<String> = frame.observations.iter().map(|one| format!("{one:?}")).collect();
         assert_eq!(distinct.len(), frame.observations.len(), "each observation once: {again}");
@@ -241,13 +251,14 @@ pub(crate) fn scene_commands_are_obeyed_or_refused(subject: &dyn Subject) {
     let mut frame = wire.frame();
     for (index, command) in commands.iter().enumerate().flat_map(|one| std::iter::repeat_n(one, 5)) {
         let parameters = command.parameters.iter().map(|one| any(&one.kind, &mut random)).collect();
-        let order = Reply::Arrange(Action { action: u16::try_from(index).unwrap(), parameters });
+        let order =
+            Reply::Arrange(Action { id: ActionId::from_index(u16::try_from(index).unwrap()), parameters });
         frame = wire.order(&frame, &order);
-        let outcome = frame.report.map(|report| report.outcome);
-        assert!(matches!(outcome, Some(Outcome::Done | Outcome::Refused)), "{order:?}: {outcome:?}");
+        let outcome = frame.report.as_ref().map(|report| &report.outcome);
+        assert!(matches!(outcome, Some(Outcome::Done | Outcome::Refused(_))), "{order:?}: {outcome:?}");
     }
     if commands.is_empty() {
-        let order = encode::reply(SESSION, 1, &Reply::Arrange(Action { action: 0, parameters: Vec::new() }));
+        let order = encode::reply(SESSION, 1, &Reply::Arrange(Action::new(ActionId::from_index(0), ())));
         assert!(wire.body.obey(&order).is_err());
     }
 }

@@ -1,65 +1,53 @@
 //! A body of no weight, so that nothing but the daemon is measured: a finger over a row of fields, and a block.
 
-use pschema_protocol::body::{Body, Outcome, Senses};
-use pschema_protocol::description::{
-    Action, ActionType, Description, ObservationType, Property, Value, ValueKind,
-};
+use pschema_protocol::prelude::*;
 
-const FINGER: u16 = 0;
-const OBJECT: u16 = 1;
-const TOUCH: u16 = 2;
 const FIELDS: i64 = 32;
 /// Moves between two places of the block.
 const MOVES: u64 = 97;
 
 /// The body.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct RowBody {
+    description: Description,
+    senses: [SenseId; 3],
     finger: i64,
     block: i64,
     moves: u64,
 }
 
-fn field() -> Property {
-    let kind = ValueKind::Integer { min: 0, max: FIELDS - 1 };
-    Property { name: "field".to_owned(), kind, unit: String::new() }
+impl RowBody {
+    pub(crate) fn new() -> Self {
+        let mut description = Description::new("bench", "row");
+        let field = || Property::integer("field", 0..=FIELDS - 1);
+        let senses = [
+            ObservationType::state("finger").own().property(field()),
+            ObservationType::state("object").property(field()),
+            ObservationType::event("touch"),
+        ]
+        .map(|sense| description.observation(sense));
+        description.action_with_primitives(ActionType::new("move").parameter(field()));
+        Self { description, senses, finger: 0, block: 0, moves: 0 }
+    }
 }
 
 impl Body for RowBody {
     fn describe(&self) -> Description {
-        let sense = |name: &str, own, transient, properties| ObservationType {
-            name: name.to_owned(),
-            own,
-            transient,
-            properties,
-        };
-        Description {
-            name: "bench".to_owned(),
-            kind: "row".to_owned(),
-            observation_types: vec![
-                sense("finger", true, false, vec![field()]),
-                sense("object", false, false, vec![field()]),
-                sense("touch", false, true, Vec::new()),
-            ],
-            actions: vec![ActionType { name: "move".to_owned(), parameters: vec![field()] }],
-            repertoire: (0..FIELDS)
-                .map(|to| Action { action: 0, parameters: vec![Value::Integer(to)] })
-                .collect(),
-            scene_commands: Vec::new(),
-        }
+        self.description.clone()
     }
 
     fn sense(&mut self, frame: &mut Senses) {
-        frame.observe(FINGER, &[Value::Integer(self.finger)]);
-        frame.observe(OBJECT, &[Value::Integer(self.block)]);
+        let [finger, object, touch] = self.senses;
+        frame.observe(finger, [self.finger]);
+        frame.observe(object, [self.block]);
         if self.moves > 0 && self.finger == self.block {
-            frame.observe(TOUCH, &[]);
+            frame.observe(touch, ());
         }
     }
 
     fn act(&mut self, action: &Action) -> Outcome {
-        let Some(Value::Integer(to)) = action.parameters.first() else { return Outcome::Refused };
-        self.finger = *to;
+        let Some(to) = action.integer(0) else { return Outcome::refused("no field to move to") };
+        self.finger = to;
         self.moves += 1;
         if self.moves.is_multiple_of(MOVES) {
             self.block = (self.block + 7) % FIELDS;

@@ -181,7 +181,7 @@ fn in_process(directory: &Path, rounds: u32, stop: &Stop, bar: &Bar) -> Result<D
     let opened =
         pschema_store::open(&directory.join("in-process"), options, move || me.unpark()).map_err(disk)?;
     let Opened { mut learner, mut store, .. } = opened;
-    let mut body = BodyLoop::new(RowBody::default());
+    let mut body = BodyLoop::new(RowBody::new());
     let hello = decode::hello(&body.hello().map_err(Failure::of)?).map_err(Failure::of)?;
     let (mut session, effects) = Session::attach(1, &hello, &mut learner).map_err(Failure::of)?;
     body.attached(session.number());
@@ -250,7 +250,7 @@ impl AttachedBody {
             arguments.extend(["--data".to_owned(), data.display().to_string()]);
         }
         let mut daemon = Child::start("daemon", runtime, arguments)?;
-        let mut body = BodyLoop::new(RowBody::default());
+        let mut body = BodyLoop::new(RowBody::new());
         let (began, unstopped) = (Instant::now(), AtomicBool::new(false));
         let link = loop {
             stop.check()?;

@@ -1,7 +1,6 @@
 //! A simulated body that acts in one scene after another, for what is measured on it.
 
 use clap::Args;
-use pschema_arm::scene;
 use pschema_learner::random::Random;
 use pschema_process::Stop;
 use pschema_protocol::body::{Body, Outcome};
@@ -81,8 +80,8 @@ impl<'a> Scenes<'a> {
             let (Ok(object), true) = (u32::try_from(object), places > 0) else { continue };
             for _ in 0..TRIES {
                 let Ok(place) = i64::try_from(self.random.below(places)) else { continue };
-                let parameters = vec![Value::Symbol(object), Value::Integer(place)];
-                if self.body.arrange(&Action { action: scene::PLACE, parameters }) == Outcome::Done {
+                let put = Action::new(self.body.ids().place, (Value::Symbol(object), place));
+                if self.body.arrange(&put) == Outcome::Done {
                     break;
                 }
             }

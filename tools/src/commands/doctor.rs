@@ -8,7 +8,9 @@ use std::thread::available_parallelism;
 use std::time::Duration;
 
 use clap::Args;
-use pschema_protocol::domain::{self, Exposed, Facts, LearnerName, OwnedDomain, Place, RuntimeDir, Stale};
+use pschema_protocol::domain::{
+    self, Exposure, LearnerName, MachineState, OwnedDomain, Place, RuntimeDir, StaleEpoch,
+};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -129,7 +131,7 @@ fn writable(directory: &Path) -> Check {
     }
 }
 
-fn space(facts: &Facts) -> Check {
+fn space(facts: &MachineState) -> Check {
     let (available, needed) = (facts.shared_memory_available, facts.shared_memory_needed);
     let found = format!("{} free, a daemon needs {}", bytes(available), bytes(needed));
     if available >= needed {
@@ -140,26 +142,27 @@ fn space(facts: &Facts) -> Check {
 }
 
 /// Whether everything is the user's own and closed to others.
-fn access(facts: &Facts) -> Vec<Check> {
+fn access(facts: &MachineState) -> Vec<Check> {
     if facts.exposed.is_empty() {
         return vec![fine("access", "files of daemons are yours and closed to others")];
     }
-    let told =
-        |one: &Exposed| wrong("access", format!("{}: {}", one.path.display(), one.problem), one.mend.clone());
+    let told = |one: &Exposure| {
+        wrong("access", format!("{}: {}", one.path.display(), one.problem), one.mend.clone())
+    };
     facts.exposed.iter().map(told).collect()
 }
 
-fn daemons(facts: &Facts) -> Check {
+fn daemons(facts: &MachineState) -> Check {
     let served: Vec<_> = facts.served.iter().map(LearnerName::as_str).collect();
     fine("daemons", if served.is_empty() { "none running".to_owned() } else { served.join(", ") })
 }
 
-fn left_behind(stale: &[Stale]) -> Vec<Check> {
+fn left_behind(stale: &[StaleEpoch]) -> Vec<Check> {
     let dead: Vec<_> = stale.iter().filter(|stale| is_dead(stale)).collect();
     if dead.is_empty() {
         return vec![fine("left behind", "nothing")];
     }
-    let told = |stale: &&Stale| {
+    let told = |stale: &&StaleEpoch| {
         let whose =
             stale.learner.as_ref().map_or("an unknown learner".to_owned(), |name| format!("learner {name}"));
         let (files, size) = (count(stale.files as u64, "file"), bytes(stale.bytes));
@@ -172,7 +175,7 @@ fn left_behind(stale: &[Stale]) -> Vec<Check> {
 
 /// Whether what was found belongs to nobody. An epoch that a record names is known to be dead; files that no
 /// record here names may be of a daemon in another runtime directory, whose processes map them. When in doubt, no.
-fn is_dead(stale: &Stale) -> bool {
+fn is_dead(stale: &StaleEpoch) -> bool {
     let in_use = || mapped_prefixes().is_none_or(|mapped| mapped.contains(&stale.prefix));
     stale.learner.is_some() || !(is_young(&stale.prefix) || in_use())
 }
@@ -220,7 +223,7 @@ fn mapped_prefix(line: &str) -> Option<String> {
 const PREFIX_BYTES: usize = 13;
 
 /// Removes what dead daemons left.
-fn sweep(runtime: &RuntimeDir, stale: &[Stale]) -> Result<Vec<String>, Failure> {
+fn sweep(runtime: &RuntimeDir, stale: &[StaleEpoch]) -> Result<Vec<String>, Failure> {
     let mut cleaned = Vec::new();
     for stale in stale.iter().filter(|stale| is_dead(stale)) {
         match &stale.learner {
@@ -293,7 +296,7 @@ mod tests {
 
     #[test]
     fn what_a_record_names_is_dead_and_what_nobody_maps_is_too() {
-        let stale = |learner: Option<&str>| Stale {
+        let stale = |learner: Option<&str>| StaleEpoch {
             learner: learner.map(str::to_owned),
             prefix: "ps0000000000-".to_owned(),
             files: 0,

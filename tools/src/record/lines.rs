@@ -5,7 +5,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use pschema_inspect::{SchemaSummary, TraceRecord};
-use pschema_protocol::picture::Seen;
+use pschema_protocol::picture::PictureMessage;
 use serde::Serialize;
 
 use super::Recorder;
@@ -61,7 +61,7 @@ impl Recorder for Lines {
     }
 
     /// Lines have no place for pictures.
-    fn picture(&mut self, _: u64, _: &Seen) -> Result<(), Failure> {
+    fn picture(&mut self, _: u64, _: &PictureMessage) -> Result<(), Failure> {
         Ok(())
     }
 

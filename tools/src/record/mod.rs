@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use pschema_inspect::{Answer, Live, LiveQuery, Request, SchemaQuery, SchemaSummary, TraceRecord};
 use pschema_protocol::domain::Place;
-use pschema_protocol::picture::Seen;
+use pschema_protocol::picture::PictureMessage;
 use pschema_protocol::transport::pictures::PictureWatch;
 
 use crate::failure::Failure;
@@ -31,7 +31,7 @@ pub(crate) trait Recorder {
     /// A schema that was new by then.
     fn schema(&mut self, step: u64, schema: &SchemaSummary) -> Result<(), Failure>;
     /// What the body saw about then.
-    fn picture(&mut self, step: u64, seen: &Seen) -> Result<(), Failure>;
+    fn picture(&mut self, step: u64, seen: &PictureMessage) -> Result<(), Failure>;
     /// Nothing more comes for a moment: what was written can be read now.
     fn flush(&mut self) -> Result<(), Failure>;
     /// Nothing more comes.

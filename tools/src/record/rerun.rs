@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use pschema_inspect::{SchemaSummary, TraceRecord};
-use pschema_protocol::picture::Seen;
+use pschema_protocol::picture::PictureMessage;
 use re_sdk::{RecordingStream, RecordingStreamBuilder};
 use re_sdk_types::AsComponents;
 use re_sdk_types::archetypes::{Image, Points2D, Scalars, TextLog};
@@ -79,7 +79,7 @@ impl Recorder for Recording {
         self.log("memory/new", &TextLog::new(text))
     }
 
-    fn picture(&mut self, step: u64, seen: &Seen) -> Result<(), Failure> {
+    fn picture(&mut self, step: u64, seen: &PictureMessage) -> Result<(), Failure> {
         self.at(step);
         self.log("world/camera", &Image::from_rgb24(seen.rgb.clone(), [seen.width_px, seen.height_px]))?;
         let fields = Points2D::new(seen.fields.iter().map(|field| [field.x_px, field.y_px]))

@@ -1,7 +1,7 @@
 //! A picture as the page gets it.
 
 use hyper::body::Bytes;
-use pschema_protocol::picture::{FieldMark, Seen};
+use pschema_protocol::picture::{FieldMark, PictureMessage};
 use serde::Serialize;
 
 /// A picture ready to be sent to any number of pages.
@@ -36,7 +36,7 @@ impl From<&Shot> for Fields {
 ///
 /// # Errors
 /// When its size is not what it says.
-pub(super) fn png(seen: &Seen) -> Result<Bytes, png::EncodingError> {
+pub(super) fn png(seen: &PictureMessage) -> Result<Bytes, png::EncodingError> {
     let mut bytes = Vec::with_capacity(seen.rgb.len() / 8);
     let mut encoder = png::Encoder::new(&mut bytes, seen.width_px, seen.height_px);
     encoder.set_color(png::ColorType::Rgb);

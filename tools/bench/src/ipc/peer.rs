@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use pschema_process::Stop;
-use pschema_protocol::description::{Action, Value};
+use pschema_protocol::description::{Action, ActionId};
 use pschema_protocol::domain::{LearnerName, OwnedDomain, Place, RuntimeDir};
 use pschema_protocol::transport::bare::BareServer;
 use pschema_protocol::transport::server::{Incoming, ServerTransport};
@@ -95,5 +95,5 @@ fn daemon(place: Place, mode: Mode, stop: &AtomicBool, ready: Sender<()>) -> Res
 /// The action that is asked for.
 fn order(sequence: u64) -> Reply {
     let to = i64::try_from(sequence % 460).unwrap_or(0);
-    Reply::Act(Action { action: 0, parameters: vec![Value::Integer(to)] })
+    Reply::Act(Action::new(ActionId::from_index(0), [to]))
 }

@@ -1,0 +1,94 @@
+//! What the author of a body implements.
+
+use super::Senses;
+use crate::description::{Action, Description};
+use crate::outcome::Outcome;
+use crate::picture::Picture;
+
+/// A body the learner can live in.
+///
+/// ```no_run
+/// use pschema_protocol::prelude::*;
+///
+/// /// A coin on a table.
+/// struct Coin {
+///     description: Description,
+///     side: SenseId,
+///     heads: bool,
+/// }
+///
+/// impl Coin {
+///     fn new() -> Self {
+///         let mut description = Description::new("coin", "coin");
+///         let side = ObservationType::state("side").property(Property::boolean("heads"));
+///         let side = description.observation(side);
+///         description.action_with_primitives(ActionType::new("turn"));
+///         Self { description, side, heads: true }
+///     }
+/// }
+///
+/// impl Body for Coin {
+///     fn describe(&self) -> Description {
+///         self.description.clone()
+///     }
+///
+///     fn sense(&mut self, frame: &mut Senses) {
+///         frame.observe(self.side, [self.heads]);
+///     }
+///
+///     fn act(&mut self, _turn: &Action) -> Outcome {
+///         self.heads = !self.heads;
+///         Outcome::Done
+///     }
+/// }
+///
+/// fn main() -> std::process::ExitCode {
+///     run_from_args(Coin::new())
+/// }
+/// ```
+pub trait Body {
+    /// What this body senses and does. Asked once, before attaching.
+    fn describe(&self) -> Description;
+
+    /// Reports everything that holds now, into `frame`. Called once before each decision.
+    fn sense(&mut self, frame: &mut Senses);
+
+    /// Carries `action` out, to its end, and says how it went. `action` is within the declared limits: its
+    /// id is that of a declared action, and it has one value a parameter, each of the declared kind and range.
+    fn act(&mut self, action: &Action) -> Outcome;
+
+    /// What it saw when it last sensed, for people to look at; none when it has no eye, as most bodies. Asked for only
+    /// while a tool watches, some 30 times a second at most.
+    fn picture(&mut self) -> Option<Picture<'_>> {
+        None
+    }
+
+    /// Arranges the surroundings as a curriculum asks. A body that declared no scene commands never
+    /// gets one.
+    fn arrange(&mut self, command: &Action) -> Outcome {
+        tracing::warn!(?command, "this body arranges nothing");
+        Outcome::refused("this body arranges nothing")
+    }
+}
+
+impl<B: Body + ?Sized> Body for Box<B> {
+    fn describe(&self) -> Description {
+        (**self).describe()
+    }
+
+    fn sense(&mut self, frame: &mut Senses) {
+        (**self).sense(frame);
+    }
+
+    fn act(&mut self, action: &Action) -> Outcome {
+        (**self).act(action)
+    }
+
+    fn picture(&mut self) -> Option<Picture<'_>> {
+        (**self).picture()
+    }
+
+    fn arrange(&mut self, command: &Action) -> Outcome {
+        (**self).arrange(command)
+    }
+}

@@ -1,0 +1,212 @@
+//! The declaration of a body: its senses, its actions, and the scene commands that it obeys.
+
+use super::{Action, ActionId, Property, SenseId, Value, Values};
+use crate::limits::PRIMITIVES_MAX;
+
+/// Everything the daemon learns of a body before its first frame.
+///
+/// Declaring a sense or an action gives its id, by which the body later reports observations and knows the actions that it
+/// is asked for. Mistakes are found when the body is run, before anything is sent, and named with their place; a test of
+/// the body can ask for them with [`Description::check`].
+///
+/// ```
+/// use pschema_protocol::description::{ActionType, Description, ObservationType, Property};
+///
+/// let mut description = Description::new("cart", "wheels");
+/// let place = description.observation(
+///     ObservationType::state("place").property(Property::integer("x", 0..=9).unit("cm")),
+/// );
+/// let bump = description.observation(ObservationType::event("bump"));
+/// let go = ActionType::new("go").parameter(Property::integer("by", -1..=1));
+/// let go = description.action_with_primitives(go);
+/// assert_eq!(description.repertoire.len(), 3);
+/// description.check()?;
+/// # Ok::<_, pschema_protocol::refusal::Refusal>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Description {
+    /// Which body this is; a body that comes back under the same name continues. At most
+    /// [`crate::limits::NAME_BYTES_MAX`] bytes, like every name here.
+    pub name: String,
+    /// What kind of body, for people: `sim-arm`, `adept`, `grid-world`.
+    pub kind: String,
+    /// The observation types its frames may hold, in the order of their [`SenseId`]s.
+    pub observation_types: Vec<ObservationType>,
+    /// The actions it can carry out, in the order of their [`ActionId`]s.
+    pub actions: Vec<ActionType>,
+    /// The primitives that motor babbling draws from: actions with every parameter filled in, each
+    /// within the limits declared for it. An arm offers its taught postures, a grid world its moves.
+    pub repertoire: Vec<Action>,
+    /// What a curriculum may ask of the body's surroundings (place a block, take it away), in the order of their
+    /// [`ActionId`]s. A body without scene control declares none.
+    pub scene_commands: Vec<ActionType>,
+}
+
+impl Description {
+    /// A body that senses and does nothing yet. `name` says which body it is: one that comes back under its name
+    /// continues; `kind` says what kind of body, for people.
+    #[must_use]
+    pub fn new(name: impl Into<String>, kind: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            kind: kind.into(),
+            observation_types: Vec::new(),
+            actions: Vec::new(),
+            repertoire: Vec::new(),
+            scene_commands: Vec::new(),
+        }
+    }
+
+    /// Declares a sense. Observations of it are reported by the id:
+    /// [`Senses::observe`](crate::body::Senses::observe).
+    #[must_use = "observations are reported by this id"]
+    pub fn observation(&mut self, declared: ObservationType) -> SenseId {
+        self.observation_types.push(declared);
+        SenseId::after(self.observation_types.len() - 1)
+    }
+
+    /// Declares an action. The learner asks for it only as the repertoire has it: see [`Description::primitive`].
+    pub fn action(&mut self, declared: ActionType) -> ActionId {
+        self.actions.push(declared);
+        ActionId::after(self.actions.len() - 1)
+    }
+
+    /// Declares an action and adds it to the repertoire with all combinations of values that the learner tells apart: of
+    /// reals, one for each bin. More of them than a repertoire holds are refused, like every other mistake in a
+    /// declaration.
+    pub fn action_with_primitives(&mut self, declared: ActionType) -> ActionId {
+        let mut all = vec![Vec::new()];
+        for parameter in &declared.parameters {
+            let with = |begun: &Vec<Value>, value| [begun.as_slice(), &[value]].concat();
+            let longer =
+                all.iter().flat_map(|begun| parameter.kind.every().map(move |value| with(begun, value)));
+            // One too many is as wrong as all of them, which may not fit into memory.
+            all = longer.take(PRIMITIVES_MAX + 1).collect();
+        }
+        let id = self.action(declared);
+        self.repertoire.extend(all.into_iter().map(|parameters| Action { id, parameters }));
+        id
+    }
+
+    /// Declares a scene command, for [`Body::arrange`](crate::body::Body::arrange).
+    pub fn scene_command(&mut self, declared: ActionType) -> ActionId {
+        self.scene_commands.push(declared);
+        ActionId::after(self.scene_commands.len() - 1)
+    }
+
+    /// Adds `action` with these parameters to the repertoire.
+    pub fn primitive(&mut self, action: ActionId, parameters: impl Values) {
+        self.repertoire.push(Action::new(action, parameters));
+    }
+}
+
+/// A sense: one type of observation.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+#[must_use]
+pub struct ObservationType {
+    /// The type's name: `finger`, `object`, `touch`.
+    pub name: String,
+    /// Caused by the body itself (where its finger is seen, its joint angles): never a pre-condition
+    /// by default.
+    pub own: bool,
+    /// An event that holds for the frame it came in (a touch, a sound), not a state: never a
+    /// pre-condition by default.
+    pub transient: bool,
+    /// What an observation of this type says, in the order its values are given.
+    pub properties: Vec<Property>,
+}
+
+impl ObservationType {
+    /// A state, which holds until it changes: where something is, what colour it has.
+    pub fn state(name: impl Into<String>) -> Self {
+        Self { name: name.into(), own: false, transient: false, properties: Vec::new() }
+    }
+
+    /// An event, which holds for the one frame that reports it: a touch, a sound.
+    pub fn event(name: impl Into<String>) -> Self {
+        Self { transient: true, ..Self::state(name) }
+    }
+
+    /// The same, caused by the body itself: where its own finger is seen, its joint angles.
+    pub fn own(mut self) -> Self {
+        self.own = true;
+        self
+    }
+
+    /// The same, with one more property.
+    pub fn property(mut self, property: Property) -> Self {
+        self.properties.push(property);
+        self
+    }
+}
+
+/// An action the body can carry out, or a scene command it can obey.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+#[must_use]
+pub struct ActionType {
+    /// The action's name: `move`, `place`.
+    pub name: String,
+    /// Its parameters, in the order values are given. Their kinds carry the limits.
+    pub parameters: Vec<Property>,
+}
+
+impl ActionType {
+    /// An action without parameters.
+    pub fn new(name: impl Into<String>) -> Self {
+        Self { name: name.into(), parameters: Vec::new() }
+    }
+
+    /// The same, with one more parameter.
+    pub fn parameter(mut self, parameter: Property) -> Self {
+        self.parameters.push(parameter);
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::refusal::Refusal;
+
+    fn repertoire(parameters: impl IntoIterator<Item = Property>) -> Description {
+        let mut description = Description::new("body", "test");
+        let declared = parameters.into_iter().fold(ActionType::new("do"), ActionType::parameter);
+        description.action_with_primitives(declared);
+        description
+    }
+
+    #[test]
+    fn primitives_are_each_combination_of_what_is_told_apart() {
+        let of = |parameters: &[Property]| -> Vec<Vec<Value>> {
+            let description = repertoire(parameters.iter().cloned());
+            assert_eq!(description.check(), Ok(()));
+            description.repertoire.into_iter().map(|action| action.parameters).collect()
+        };
+        assert_eq!(of(&[]), [vec![]]);
+        let real = Property::real("reach", 0.0..=0.5, 0.2);
+        let bins = [0.0, 0.2, 0.4, 0.5].map(|middle| vec![Value::Real(middle)]);
+        let near = |one: &[Value], other: &[Value]| match (one, other) {
+            ([Value::Real(one)], [Value::Real(other)]) => (one - other).abs() < 1e-12,
+            _ => false,
+        };
+        assert!(of(&[real]).iter().zip(&bins).all(|(one, other)| near(one, other)));
+        let both = of(&[Property::boolean("lit"), Property::symbol("to", ["a", "b", "c"])]);
+        assert_eq!(both.len(), 6);
+        assert_eq!(both[4], [Value::Boolean(true), Value::Symbol(1)]);
+    }
+
+    #[test]
+    fn more_primitives_than_there_may_be_are_refused_and_not_made() {
+        let number = || Property::integer("number", i64::MIN..=i64::MAX);
+        let description = repertoire([number(), Property { name: "other".to_owned(), ..number() }]);
+        let expected = Refusal::TooMany {
+            what: "primitives in the repertoire".to_owned(),
+            found: PRIMITIVES_MAX + 1,
+            limit: PRIMITIVES_MAX,
+        };
+        assert_eq!(description.check(), Err(expected));
+    }
+}

@@ -1,0 +1,107 @@
+//! A learner's place in a runtime directory, and the epoch that is served there.
+
+use std::fs::{File, TryLockError};
+use std::io::Read;
+use std::path::PathBuf;
+
+use super::{DomainError, DomainRecord, LearnerName, RuntimeDir};
+use crate::wire::VERSION;
+
+/// A learner's place in a runtime directory: what bodies, tools and the daemon all start from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    runtime: RuntimeDir,
+    learner: LearnerName,
+}
+
+impl Place {
+    /// The place of `learner` in `runtime`.
+    #[must_use]
+    pub fn new(runtime: RuntimeDir, learner: LearnerName) -> Self {
+        Self { runtime, learner }
+    }
+
+    /// The learner's name.
+    #[must_use]
+    pub fn learner(&self) -> &LearnerName {
+        &self.learner
+    }
+
+    /// The runtime directory.
+    #[must_use]
+    pub fn runtime(&self) -> &RuntimeDir {
+        &self.runtime
+    }
+
+    pub(super) fn directory(&self) -> PathBuf {
+        self.runtime.path().join(self.learner.as_str())
+    }
+
+    pub(super) fn lock_path(&self) -> PathBuf {
+        self.directory().join("lock")
+    }
+
+    pub(super) fn record_path(&self) -> PathBuf {
+        self.directory().join("domain")
+    }
+
+    fn not_served(&self) -> DomainError {
+        DomainError::NotServed { name: self.learner.to_string(), runtime: self.runtime.path().to_owned() }
+    }
+
+    /// Whether a daemon holds the learner's lock. The kernel drops the lock with the process, so this is
+    /// exact even for one that was killed or is not yet reaped.
+    #[must_use]
+    pub fn is_served(&self) -> bool {
+        let Ok(lock) = File::open(self.lock_path()) else { return false };
+        matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock))
+    }
+
+    /// The epoch being served.
+    ///
+    /// # Errors
+    /// [`DomainError::NotServed`] when there is none; [`DomainError::Version`] when its daemon is of another
+    /// release; [`DomainError::Starting`] when its daemon has not opened all of it yet; else what is wrong with
+    /// its record.
+    pub fn served(&self) -> Result<DomainRecord, DomainError> {
+        let path = self.record_path();
+        let record = match DomainRecord::read(&path) {
+            Err(DomainError::Io { error, .. }) if error.kind() == std::io::ErrorKind::NotFound => {
+                return Err(self.not_served());
+            }
+            record => record?,
+        };
+        // A daemon that has its lock and not yet its record is only starting: the record is the dead one's.
+        if !self.is_served() || self.lock_holder() != record.pid.to_string() {
+            return Err(self.not_served());
+        }
+        if record.protocol != VERSION {
+            return Err(DomainError::Version {
+                name: self.learner.to_string(),
+                theirs: record.protocol,
+                ours: VERSION,
+            });
+        }
+        // Its services come one by one, and each before the daemon's port on it: a request sent in between
+        // reaches nobody, which looks just like a daemon that has gone.
+        if !record.ready {
+            return Err(DomainError::Starting { name: self.learner.to_string(), pid: record.pid });
+        }
+        Ok(record)
+    }
+
+    /// The process that wrote itself into the lock file, as text; empty when it cannot be read.
+    pub(super) fn lock_holder(&self) -> String {
+        let mut pid = String::new();
+        let read = File::open(self.lock_path()).and_then(|file| file.take(32).read_to_string(&mut pid));
+        if read.is_err() {
+            return String::new();
+        }
+        pid.trim().to_owned()
+    }
+
+    /// The iceoryx2 root directory of an epoch.
+    pub(crate) fn epoch_root(&self, record: &DomainRecord) -> PathBuf {
+        self.runtime.path().join(format!(".{}", record.prefix))
+    }
+}
