@@ -7,6 +7,7 @@ mod args;
 mod bar;
 mod cli;
 mod commands;
+mod design;
 mod failure;
 mod learner;
 mod output;

@@ -48,7 +48,8 @@ struct WrittenCurriculum {
     /// Numbers that its stages name, so that a run can be repeated with others.
     #[serde(default)]
     values: BTreeMap<String, f64>,
-    /// What makes it an experiment, which is read by [`super::experiment()`] and means nothing to the learner.
+    /// What makes it an experiment means nothing to the learner. The tools read this table, and report its mistakes; the
+    /// daemon accepts whatever stands in it.
     #[serde(default, rename = "experiment")]
     _experiment: IgnoredAny,
 }
@@ -101,7 +102,10 @@ pub fn lesson(
 
 /// The text of the curriculum that is built in under `name`, or of the file of that name; with what to call it in
 /// complaints.
-pub(super) fn named(name: &str) -> Result<(String, Cow<'static, str>), ConfigError> {
+///
+/// # Errors
+/// When there is neither, or the file can't be read.
+pub fn named(name: &str) -> Result<(String, Cow<'static, str>), ConfigError> {
     if let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
         return Ok((format!("built-in curriculum {name}"), Cow::Borrowed(text)));
     }

@@ -2,7 +2,6 @@
 //! with the file, the line and the column; unknown keys are mistakes.
 
 mod curriculum;
-mod experiment;
 mod learner;
 mod stage;
 mod until;
@@ -11,11 +10,7 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-pub use curriculum::{BUILT_IN, curriculum, lesson};
-pub use experiment::{
-    BodyKind, Earlier, Experiment, FieldMap, Measure, Of, Peak, Published, Sweep, Variant, experiment,
-    experiments,
-};
+pub use curriculum::{BUILT_IN, curriculum, lesson, named};
 pub use learner::parameters;
 
 /// Longest file read, in bytes: far more than any curriculum needs.
@@ -60,37 +55,39 @@ pub enum ConfigError {
         /// The names there are.
         built_in: String,
     },
-    /// A curriculum that is no experiment.
-    #[error(
-        "{name} is a curriculum and no experiment: give it a table [experiment] with at least `title` and `world`"
-    )]
-    NoExperiment {
-        /// The curriculum.
-        name: String,
-    },
 }
 
 /// A text with the name to report it by.
-#[derive(Clone, Copy)]
-struct Source<'a> {
+#[derive(Clone, Copy, Debug)]
+pub struct Source<'a> {
     name: &'a str,
     text: &'a str,
 }
 
 /// A mistake and where it is, in bytes from the start of the text.
-struct Mistake {
+#[derive(Debug)]
+pub struct Mistake {
     at: Range<usize>,
     problem: String,
 }
 
 impl Mistake {
-    fn new(at: Range<usize>, problem: impl Into<String>) -> Self {
+    /// A mistake at `at`: what is wrong, and what would be right.
+    pub fn new(at: Range<usize>, problem: impl Into<String>) -> Self {
         Self { at, problem: problem.into() }
     }
 }
 
-impl Source<'_> {
-    fn wrong(&self, mistake: Mistake) -> ConfigError {
+impl<'a> Source<'a> {
+    /// A text that is called `name` in reports.
+    #[must_use]
+    pub fn new(name: &'a str, text: &'a str) -> Self {
+        Self { name, text }
+    }
+
+    /// The report of a mistake, with its line and column.
+    #[must_use]
+    pub fn wrong(&self, mistake: Mistake) -> ConfigError {
         let before = self.text.get(..mistake.at.start).unwrap_or(self.text);
         let line_start = before.rfind('\n').map_or(0, |at| at + 1);
         ConfigError::Wrong {
@@ -101,7 +98,11 @@ impl Source<'_> {
         }
     }
 
-    fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, ConfigError> {
+    /// Reads the text as TOML.
+    ///
+    /// # Errors
+    /// [`ConfigError::Wrong`] with the first mistake and its place.
+    pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, ConfigError> {
         toml::from_str(self.text).map_err(|error| {
             let at = error.span().unwrap_or(0..0);
             // The parser breaks its messages into lines; ours are one.

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use pschema_process::Stop;
-use pschema_server::config::BodyKind;
 
 use crate::args::General;
+use crate::design::BodyKind;
 use crate::failure::Failure;
 use crate::output::{self, Style};
 use crate::render::figures;
@@ -14,7 +14,7 @@ use crate::render::schema::{capital, wrapped};
 use crate::render::story::Story;
 use crate::render::words::{duration, missing, probability, schema_notation, schema_sentence};
 use crate::report::{self, Group, Section};
-use crate::run::{Asked, Bars, Condition, Experiment, Figures, Learnt, Outcome, Pair, Progress};
+use crate::run::{Bars, Condition, Experiment, Knowledge, Outcome, Overrides, Pair, Progress, Results};
 
 use super::experiment::write_report;
 
@@ -46,7 +46,7 @@ pub(crate) fn run(args: DemoArgs, general: &General) -> Result<(), Failure> {
         BodyKind::Sim => EXPERIMENT,
         BodyKind::Adept => ROBOT_EXPERIMENT,
     };
-    let experiment = Experiment::new(name, Asked { body: Some(args.body), ..Asked::default() })?;
+    let experiment = Experiment::new(name, Overrides { body: Some(args.body), ..Overrides::default() })?;
     let Some(condition) = experiment.conditions.first() else {
         return Err(Failure::Failed(format!("{name} has no run")));
     };
@@ -61,7 +61,7 @@ pub(crate) fn run(args: DemoArgs, general: &General) -> Result<(), Failure> {
     }
     let Some(folder) = &args.out else { return Ok(()) };
     let group = Group::new(condition, std::slice::from_ref(&outcome));
-    let section = Section { told: &experiment.told, groups: vec![group] };
+    let section = Section { design: &experiment.design, groups: vec![group] };
     write_report(folder, &[section], general.quiet())
 }
 
@@ -74,7 +74,7 @@ fn learn(
     quiet: bool,
 ) -> Result<Outcome, Failure> {
     let size = condition.size();
-    let mut story = Story::new(experiment.told.object.clone(), size.postures);
+    let mut story = Story::new(experiment.design.object.clone(), size.postures);
     let progress = Progress::new(&Bars::new(quiet), String::new(), size);
     let say = |line: &str| {
         if !quiet {
@@ -88,13 +88,13 @@ fn learn(
         );
     }
     let mut pair = Pair::start(condition, seed, stop)?;
-    pair.watch(&experiment.told, condition, stop, |report| {
+    pair.watch(&experiment.design, condition, stop, |report| {
         story.news(report).iter().for_each(|line| say(&format!("  {line}")));
         progress.show(report);
     })
 }
 
-fn told(figures: &Figures, learnt: &Learnt, style: Style) -> String {
+fn told(figures: &Results, learnt: &Knowledge, style: Style) -> String {
     let mut text = format!("\n{}\n", style.bold("What it learnt"));
     for schema in &learnt.generalised {
         let (n, of) = (schema.successes, schema.executions);

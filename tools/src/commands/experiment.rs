@@ -5,16 +5,16 @@ use std::time::SystemTime;
 
 use clap::Args;
 use pschema_process::{Stop, say};
-use pschema_server::config::BodyKind;
 
 use crate::args::General;
+use crate::design::BodyKind;
 use crate::failure::Failure;
 use crate::output;
 use crate::render::comparison::{self, Runs};
 use crate::render::figures;
 use crate::render::schema::wrapped;
-use crate::report::{self, Facts, Group, Section};
-use crate::run::{Asked, Experiment, Figures, How, Job, Outcome, Seeds, Trace, carry_out};
+use crate::report::{self, Group, Provenance, Section};
+use crate::run::{Experiment, Job, Outcome, Overrides, Results, Schedule, Seeds, Trace, carry_out};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema experiment exp1-s1 --seed 7 --json\n  \
@@ -76,13 +76,13 @@ pub(crate) fn run(args: ExperimentArgs, general: &General) -> Result<(), Failure
     let mut jobs = Vec::new();
     for experiment in &experiments {
         for condition in &experiment.conditions {
-            jobs.extend(seeds.iter().map(|seed| Job { told: &experiment.told, condition, seed: *seed }));
+            jobs.extend(seeds.iter().map(|seed| Job { design: &experiment.design, condition, seed: *seed }));
         }
     }
-    let how = How { in_process: args.in_process, jobs: args.jobs.into(), quiet: general.quiet() };
+    let schedule = Schedule { in_process: args.in_process, jobs: args.jobs.into(), quiet: general.quiet() };
     let several = jobs.len() > 1 || args.seeds.is_some();
     let mut outcomes: Vec<Outcome> = Vec::with_capacity(jobs.len());
-    carry_out(&jobs, how, &stop, |_, mut outcome| {
+    carry_out(&jobs, schedule, &stop, |_, mut outcome| {
         if args.json && several {
             // As soon as it is known: a sweep may be long.
             output::print_json_line(&outcome.figures)?;
@@ -102,7 +102,7 @@ pub(crate) fn run(args: ExperimentArgs, general: &General) -> Result<(), Failure
 }
 
 fn experiments(args: &ExperimentArgs) -> Result<Vec<Experiment>, Failure> {
-    let asked = Asked { world: args.world.as_deref(), body: args.body, variant: args.variant.as_deref() };
+    let asked = Overrides { world: args.world.as_deref(), body: args.body, variant: args.variant.as_deref() };
     if args.experiment != ALL {
         return Ok(vec![Experiment::new(&args.experiment, asked)?]);
     }
@@ -137,13 +137,13 @@ fn sections<'a>(
             outcomes = rest;
             groups.push(Group::new(condition, own));
         }
-        sections.push(Section { told: &experiment.told, groups });
+        sections.push(Section { design: &experiment.design, groups });
     }
     sections
 }
 
 fn print(args: &ExperimentArgs, several: bool, sections: &[Section<'_>]) -> Result<(), Failure> {
-    let figures: Vec<&Figures> = sections.iter().flat_map(Section::figures).collect();
+    let figures: Vec<&Results> = sections.iter().flat_map(Section::figures).collect();
     if args.json {
         return match figures.first() {
             Some(figures) if !several => output::print_json(figures),
@@ -156,7 +156,7 @@ fn print(args: &ExperimentArgs, several: bool, sections: &[Section<'_>]) -> Resu
         let mut text = comparison::markdown(&lines);
         for section in compared() {
             let runs: Vec<Runs<'_>> = section.runs().collect();
-            text.push_str(&format!("\n{}\n\n{}", section.told.title, comparison::variants_markdown(&runs)));
+            text.push_str(&format!("\n{}\n\n{}", section.design.title, comparison::variants_markdown(&runs)));
         }
         return output::print(&text);
     }
@@ -170,7 +170,7 @@ fn print(args: &ExperimentArgs, several: bool, sections: &[Section<'_>]) -> Resu
     };
     for section in compared() {
         let runs: Vec<Runs<'_>> = section.runs().collect();
-        text.push_str(&format!("\n{}\n\n{}", section.told.title, comparison::variants(&runs)));
+        text.push_str(&format!("\n{}\n\n{}", section.design.title, comparison::variants(&runs)));
     }
     let grouped = sections.len() > 1 || compared().next().is_some();
     if grouped && let Some(group) = sections.first().and_then(|section| section.groups.first()) {
@@ -181,7 +181,7 @@ fn print(args: &ExperimentArgs, several: bool, sections: &[Section<'_>]) -> Resu
 
 /// Writes the report, and says where its page is.
 pub(super) fn write_report(folder: &Path, sections: &[Section<'_>], quiet: bool) -> Result<(), Failure> {
-    let page = report::write(folder, sections, &Facts::now(SystemTime::now()))?;
+    let page = report::write(folder, sections, &Provenance::now(SystemTime::now()))?;
     if !quiet {
         say(&format!("report: {}", page.display()));
     }

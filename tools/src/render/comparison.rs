@@ -1,8 +1,7 @@
 //! Published figures beside ours: over seeds, over variants.
 
-use pschema_server::config;
-
-use crate::run::{Figures, Unit};
+use crate::design::Design;
+use crate::run::{Results, Unit};
 
 use super::schema::wrapped;
 use super::statistics::{Summary, interval, summary};
@@ -12,11 +11,11 @@ use super::table::Columns;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Runs<'a> {
     /// What the experiment's file says.
-    pub(crate) told: &'a config::Experiment,
+    pub(crate) design: &'a Design,
     /// The condition's name, when there are several.
     pub(crate) condition: Option<&'a str>,
     /// Their figures, one for each seed.
-    pub(crate) figures: &'a [Figures],
+    pub(crate) figures: &'a [Results],
 }
 
 /// One figure of the paper beside ours.
@@ -50,23 +49,23 @@ impl Line {
 
 /// Every figure of some runs that the paper or the experiment's file speaks of.
 pub(crate) fn lines(runs: Runs<'_>) -> Vec<Line> {
-    let Runs { told, figures, condition } = runs;
+    let Runs { design, figures, condition } = runs;
     let condition = condition.map(str::to_owned);
-    let over = |of: fn(&Figures) -> f64| summary(figures.iter().map(of).collect());
-    let published = told.published.as_ref();
+    let over = |of: fn(&Results) -> f64| summary(figures.iter().map(of).collect());
+    let published = design.published.as_ref();
     let mut lines = vec![Line {
-        experiment: told.name.clone(),
+        experiment: design.name.clone(),
         condition: condition.clone(),
         what: "schemas".to_owned(),
         published: published.and_then(|p| p.schemas_total).map(|n| n.to_string()),
         ours: over(|f| f.schemas_total.into()),
         unit: Unit::Count,
-        why: told.why.clone(),
+        why: design.why.clone(),
     }];
     let placements = published.and_then(|p| p.placements);
     if placements.is_some() {
         lines.push(Line {
-            experiment: told.name.clone(),
+            experiment: design.name.clone(),
             condition: condition.clone(),
             what: "placements that learning took".to_owned(),
             published: placements.map(|n| n.to_string()),
@@ -77,7 +76,7 @@ pub(crate) fn lines(runs: Runs<'_>) -> Vec<Line> {
     }
     let measured = figures.first().map_or(&[][..], |first| &first.measures);
     lines.extend(measured.iter().enumerate().map(|(at, measure)| Line {
-        experiment: told.name.clone(),
+        experiment: design.name.clone(),
         condition: condition.clone(),
         what: measure.name.clone(),
         published: measure.published.clone(),
@@ -153,7 +152,7 @@ pub(crate) fn markdown(lines: &[Line]) -> String {
 }
 
 /// A figure that every run has: its name, how it is shown, and how it is read off.
-pub(crate) type Compared = (&'static str, Unit, fn(&Figures) -> Option<f64>);
+pub(crate) type Compared = (&'static str, Unit, fn(&Results) -> Option<f64>);
 
 /// What every variant of an experiment is compared by.
 pub(crate) const COMPARED: [Compared; 4] = [

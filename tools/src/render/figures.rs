@@ -1,6 +1,6 @@
 //! Figures of runs, beside the published ones, for people.
 
-use crate::run::{Figures, Unit};
+use crate::run::{Results, Unit};
 
 use super::comparison::number;
 use super::statistics::{interval, summary};
@@ -8,7 +8,7 @@ use super::table::Columns;
 use super::words::{count, duration};
 
 /// One run.
-pub(crate) fn one(f: &Figures) -> String {
+pub(crate) fn one(f: &Results) -> String {
     let mut table = Columns::new(&["", "this run", "published"]).figures(&[1, 2]);
     let published = f.published.as_ref();
     let or_dash = |n: Option<u32>| n.map_or_else(|| "-".to_owned(), |n| n.to_string());
@@ -36,7 +36,7 @@ pub(crate) fn one(f: &Figures) -> String {
 }
 
 /// What else was read off a run.
-fn measures(f: &Figures) -> String {
+fn measures(f: &Results) -> String {
     if f.measures.is_empty() {
         return String::new();
     }
@@ -51,10 +51,10 @@ fn measures(f: &Figures) -> String {
 }
 
 /// Several runs that differ in their seeds.
-pub(crate) fn several(runs: &[Figures]) -> String {
+pub(crate) fn several(runs: &[Results]) -> String {
     let headings = ["seed", "schemas", "placements", "tried", "1st try", "touched", "actions", "p99 us", "s"];
     let mut table = Columns::new(&headings).figures(&[0, 1, 2, 3, 4, 5, 6, 7, 8]);
-    let measures: [fn(&Figures) -> Option<f64>; 8] = [
+    let measures: [fn(&Results) -> Option<f64>; 8] = [
         |f| Some(f.schemas_total.into()),
         |f| Some(f.placements.into()),
         |f| Some(f.probe.placements_tried.into()),
@@ -81,11 +81,12 @@ pub(crate) fn several(runs: &[Figures]) -> String {
         table.row([name.to_owned()].into_iter().chain(figures));
     }
     let interval = format!("from, to: {}", interval(runs.len()));
-    let published = runs.first().and_then(|run| run.published).map_or_else(String::new, |published| {
-        let schemas = published.schemas_total.map(|n| count(n, "schema"));
-        let placements = published.placements.map(|n| count(n, "placement"));
-        let all: Vec<_> = schemas.into_iter().chain(placements).collect();
-        format!("published: {}\n", all.join(", "))
-    });
+    let published =
+        runs.first().and_then(|run| run.published.as_ref()).map_or_else(String::new, |published| {
+            let schemas = published.schemas_total.map(|n| count(n, "schema"));
+            let placements = published.placements.map(|n| count(n, "placement"));
+            let all: Vec<_> = schemas.into_iter().chain(placements).collect();
+            format!("published: {}\n", all.join(", "))
+        });
     format!("{}\n{interval}\n{published}", table.text(&[0, 1, 2, 3, 4, 5, 6, 7, 8]))
 }

@@ -7,7 +7,7 @@ use pschema_inspect::*;
 use serde::Serialize;
 
 use super::{explanation, figures, goals, json, json_goals, schema, status, why_not};
-use crate::run::Figures;
+use crate::run::Results;
 use crate::run::tests::{report, stage};
 
 pub(super) fn check(name: &str, text: &str) {
@@ -298,7 +298,7 @@ fn a_report() -> Report {
     report(vec![babbling, stage("first touches", true, &[true, true], &[0, 1]), beyond, probe])
 }
 
-fn a_run(seed: u64) -> Figures {
+fn a_run(seed: u64) -> Results {
     let mut report = a_report();
     report.seed = seed;
     crate::run::tests::figures("wide", &report)

@@ -2,7 +2,8 @@
 
 use maud::{Markup, html};
 
-use crate::run::{Outcome, Row, Trace};
+use crate::design::Peak;
+use crate::run::{Outcome, StepRecord, Trace};
 
 use super::Section;
 use super::plot::{Frame, both, curve, drawing, px, steps, x_axis, y_axis};
@@ -19,7 +20,7 @@ pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
     let highest = top.iter().map(|point| point.1).fold(0.0, f64::max);
     let last = top.last()?.0;
     let touching: Option<Vec<(f64, f64)>> = section
-        .told
+        .design
         .touching
         .as_ref()
         .map(|_| rows.iter().map(|(at, row)| (*at, f64::from(u8::from(is_touching(row))))).collect());
@@ -53,33 +54,34 @@ pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
 }
 
 /// The rows that decided something, from the stage that the figure begins with; numbered from 0.
-fn shown<'a>(section: &Section<'_>, trace: &'a Trace) -> Vec<(f64, &'a Row)> {
-    let from = section.told.figure_from.as_ref();
+fn shown<'a>(section: &Section<'_>, trace: &'a Trace) -> Vec<(f64, &'a StepRecord)> {
+    let from = section.design.figure_from.as_ref();
     let place = |name: &String| trace.stages.iter().position(|stage| stage == name);
     let begins = from.and_then(place).unwrap_or(0);
-    let ends = section.told.figure_to.as_ref().and_then(place).unwrap_or(usize::MAX);
+    let ends = section.design.figure_to.as_ref().and_then(place).unwrap_or(usize::MAX);
     let rows = trace.rows.iter().filter(|row| (begins..=ends).contains(&row.stage) && row.decision.is_some());
     #[expect(clippy::cast_precision_loss, reason = "numbers of steps")]
     rows.enumerate().map(|(at, row)| (at as f64, row)).collect()
 }
 
-fn excitation(row: &Row) -> f64 {
+fn excitation(row: &StepRecord) -> f64 {
     row.decision.as_ref().map_or(0.0, |decision| decision.excitation_top)
 }
 
-fn is_touching(row: &Row) -> bool {
+fn is_touching(row: &StepRecord) -> bool {
     row.decision.as_ref().is_some_and(|decision| decision.touching)
 }
 
 /// Labels and where they stand.
-fn peaks(section: &Section<'_>, trace: &Trace, rows: &[(f64, &Row)]) -> Vec<(String, f64)> {
-    let place = |peak: &pschema_server::config::Peak| {
+fn peaks(section: &Section<'_>, trace: &Trace, rows: &[(f64, &StepRecord)]) -> Vec<(String, f64)> {
+    let place = |peak: &Peak| {
         let stage = trace.stages.iter().position(|stage| *stage == peak.stage)?;
-        let is_first = |row: &Row| row.stage == stage && peak.trial.is_none_or(|trial| row.trial == trial);
+        let is_first =
+            |row: &StepRecord| row.stage == stage && peak.trial.is_none_or(|trial| row.trial == trial);
         let (at, _) = rows.iter().find(|(_, row)| is_first(row))?;
         Some((peak.label.clone(), *at))
     };
-    let mut peaks: Vec<_> = section.told.peaks.iter().filter_map(place).collect();
+    let mut peaks: Vec<_> = section.design.peaks.iter().filter_map(place).collect();
     peaks.sort_by(|a, b| a.1.total_cmp(&b.1));
     peaks
 }
@@ -117,18 +119,18 @@ fn states(frame: &Frame) -> Markup {
 }
 
 fn caption(section: &Section<'_>, outcome: &Outcome, words: bool) -> Markup {
-    let told = section.told;
+    let design = section.design;
     html! {
         b { "Excitation (the paper's figure 6)." }
         " Seed " (outcome.figures.seed) ", each decision"
-        @if let Some(stage) = &told.figure_from { ", from stage “" (stage) "” on" }
-        @if let Some(stage) = &told.figure_to { ", to the end of “" (stage) "”" }
+        @if let Some(stage) = &design.figure_from { ", from stage “" (stage) "” on" }
+        @if let Some(stage) = &design.figure_to { ", to the end of “" (stage) "”" }
         ". Top: excitation of the most excited schema."
-        @if let Some(touching) = &told.touching {
+        @if let Some(touching) = &design.touching {
             " Bottom: whether the schema chosen predicts “" (touching) "”."
         }
         @if words { " Triangles: a word is heard." }
-        @for peak in &told.peaks {
+        @for peak in &design.peaks {
             " (" (peak.label) ") " (peak.stage)
             @if let Some(trial) = peak.trial { ", trial " (trial) }
             "."

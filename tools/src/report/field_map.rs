@@ -29,7 +29,7 @@ const KINDS: [(Came, &str, &str); 4] = [
 
 /// The figure, of the first seed of the experiment as it stands; none when the experiment asks for none.
 pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
-    let map = section.told.map.as_ref()?;
+    let map = section.design.map.as_ref()?;
     let outcome = section.groups.first()?.outcomes.first()?;
     let world = &outcome.figures.world;
     // The page is still worth having where the world has gone since.

@@ -1,11 +1,11 @@
 //! The report of some runs: one page to look at, which needs nothing beside it, and the raw figures.
 
 mod excitation;
-mod facts;
 mod field_map;
 mod growth;
 mod page;
 mod plot;
+mod provenance;
 mod raw;
 mod scale;
 mod stages;
@@ -18,11 +18,12 @@ use std::path::{Path, PathBuf};
 
 use pschema_server::config;
 
+use crate::design::Design;
 use crate::failure::Failure;
 use crate::render::comparison::Runs;
-use crate::run::{Condition, Figures, Outcome};
+use crate::run::{Condition, Outcome, Results};
 
-pub(crate) use facts::{Facts, time};
+pub(crate) use provenance::{Provenance, time};
 
 /// The page's file.
 const PAGE: &str = "index.html";
@@ -31,7 +32,7 @@ const PAGE: &str = "index.html";
 #[derive(Clone, Debug)]
 pub(crate) struct Section<'a> {
     /// What the experiment's file says.
-    pub(crate) told: &'a config::Experiment,
+    pub(crate) design: &'a Design,
     /// Its runs, by condition.
     pub(crate) groups: Vec<Group<'a>>,
 }
@@ -44,7 +45,7 @@ pub(crate) struct Group<'a> {
     /// The runs.
     pub(crate) outcomes: &'a [Outcome],
     /// Their figures.
-    pub(crate) figures: Vec<Figures>,
+    pub(crate) figures: Vec<Results>,
     /// The learner's parameters, and the body's noise, as they were.
     pub(crate) parameters: String,
 }
@@ -67,14 +68,14 @@ fn parameters(condition: &Condition) -> String {
 
 impl Section<'_> {
     /// The figures of all runs.
-    pub(crate) fn figures(&self) -> impl Iterator<Item = &Figures> {
+    pub(crate) fn figures(&self) -> impl Iterator<Item = &Results> {
         self.groups.iter().flat_map(|group| &group.figures)
     }
 
     /// The runs by condition.
     pub(crate) fn runs(&self) -> impl Iterator<Item = Runs<'_>> {
         self.groups.iter().map(|group| Runs {
-            told: self.told,
+            design: self.design,
             condition: group.condition.name.as_deref(),
             figures: &group.figures,
         })
@@ -96,10 +97,10 @@ pub(crate) fn prepare(folder: &Path) -> Result<(), Failure> {
 }
 
 /// Writes the report into `folder`, and says where its page is.
-pub(crate) fn write(folder: &Path, sections: &[Section<'_>], facts: &Facts) -> Result<PathBuf, Failure> {
+pub(crate) fn write(folder: &Path, sections: &[Section<'_>], facts: &Provenance) -> Result<PathBuf, Failure> {
     prepare(folder)?;
     for section in sections {
-        let name = file_name(&section.told.name);
+        let name = file_name(&section.design.name);
         save(&folder.join(format!("{name}.steps.csv")), |to| raw::steps(to, section))?;
         save(&folder.join(format!("{name}.trials.csv")), |to| raw::trials(to, section))?;
     }

@@ -7,17 +7,17 @@ use crate::render::comparison::{COMPARED, Line, footnote, lines, shown};
 use crate::render::schema::capital;
 use crate::render::statistics::summary;
 use crate::render::words::{missing, probability, schema_notation, schema_sentence};
-use crate::run::Learnt;
+use crate::run::Knowledge;
 
-use super::facts::Facts;
+use super::provenance::Provenance;
 use super::{Group, Section, excitation, field_map, growth, stages, sweep, timing};
 
 const STYLE: &str = include_str!("style.css");
 
 /// The whole page.
-pub(super) fn page(sections: &[Section<'_>], facts: &Facts) -> String {
+pub(super) fn page(sections: &[Section<'_>], facts: &Provenance) -> String {
     let title = match sections {
-        [only] => only.told.title.clone(),
+        [only] => only.design.title.clone(),
         _ => "Experiments".to_owned(),
     };
     let page = html! {
@@ -49,7 +49,7 @@ fn contents(sections: &[Section<'_>]) -> Markup {
         nav {
             ul {
                 @for (at, section) in sections.iter().enumerate() {
-                    li { a href=(format!("#experiment-{}", at + 1)) { (section.told.title) } }
+                    li { a href=(format!("#experiment-{}", at + 1)) { (section.design.title) } }
                 }
             }
         }
@@ -57,7 +57,7 @@ fn contents(sections: &[Section<'_>]) -> Markup {
 }
 
 fn one(section: &Section<'_>, several: bool) -> Markup {
-    let heading = html! { @if several { h2 { (section.told.title) } } };
+    let heading = html! { @if several { h2 { (section.design.title) } } };
     html! {
         section {
             (heading)
@@ -176,7 +176,7 @@ fn learnt(section: &Section<'_>) -> Markup {
     let Some(outcome) = section.groups.first().and_then(|group| group.outcomes.first()) else {
         return html! {};
     };
-    let Learnt { generalised, exceptions } = &outcome.learnt;
+    let Knowledge { generalised, exceptions } = &outcome.learnt;
     let general = |exception: &SchemaDetail| generalised.iter().find(|g| Some(g.id) == exception.contradicts);
     html! {
         h3 { "What it learnt (seed " (outcome.figures.seed) ")" }
@@ -215,7 +215,7 @@ fn made_of(section: &Section<'_>) -> Markup {
     let lost: u64 = outcomes.map(|outcome| outcome.trace.lost).sum();
     html! {
         h3 { "How it was run" }
-        p.facts { "Curriculum " code { (section.told.curriculum) } ", world " code { (section.told.world) } ", seeds " (seeds.join(", ")) "." }
+        p.facts { "Curriculum " code { (section.design.curriculum) } ", world " code { (section.design.world) } ", seeds " (seeds.join(", ")) "." }
         @if lost > 0 {
             p { (lost) " steps were no longer kept when they were asked for: the figures above leave them out." }
         }

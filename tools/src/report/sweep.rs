@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use crate::render::statistics::{Summary, interval, summary};
-use crate::run::{Measure, Unit};
+use crate::run::{Reading, Unit};
 
 use super::plot::{COLOURS, Frame, both, curve, drawing, legend, px, x_axis, y_axis};
 use super::scale::Scale;
@@ -18,9 +18,9 @@ struct Line {
 
 /// The figures: shares on one, everything else on one each; none when nothing was swept.
 pub(super) fn figures(section: &Section<'_>) -> Option<Markup> {
-    let sweep = section.told.sweep.as_ref()?;
+    let sweep = section.design.sweep.as_ref()?;
     let measures = &section.groups.first()?.figures.first()?.measures;
-    let line = |at: usize, measure: &Measure| {
+    let line = |at: usize, measure: &Reading| {
         let point = |group: &Group<'_>| {
             let values = group.figures.iter().filter_map(|figures| figures.measures.get(at)?.value).collect();
             Some((group.condition.swept?, summary(values)?))

@@ -2,13 +2,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::*;
+use crate::design::Peak;
 use crate::run::tests::{report, stage};
-use crate::run::{Asked, Decided, Experiment, Learnt, Row, Trace};
+use crate::run::{Experiment, Knowledge, Overrides, StepDecision, StepRecord, Trace};
 
-fn row(step: u64, stage: usize, trial: u32, schemas: u32) -> Row {
+fn row(step: u64, stage: usize, trial: u32, schemas: u32) -> StepRecord {
     let text = |text: &str| -> Arc<str> { text.into() };
     let touching = stage == 1;
-    Row {
+    StepRecord {
         step,
         stage,
         trial,
@@ -22,7 +23,7 @@ fn row(step: u64, stage: usize, trial: u32, schemas: u32) -> Row {
         effector_at: Some(4),
         reached: step == 260,
         heard: text(if step == 255 { "touch" } else { "" }),
-        decision: Some(Decided {
+        decision: Some(StepDecision {
             excitation_top: 1.0 + (step % 5) as f64,
             excitation: 1.0,
             schema: Some(schemas),
@@ -40,10 +41,10 @@ fn row(step: u64, stage: usize, trial: u32, schemas: u32) -> Row {
 }
 
 fn trace() -> Trace {
-    let mut rows: Vec<Row> = (0..240).map(|step| row(step, 0, 0, step as u32)).collect();
-    rows.push(Row { drawn: vec![17], decision: None, ..row(240, 1, 1, 240) });
+    let mut rows: Vec<StepRecord> = (0..240).map(|step| row(step, 0, 0, step as u32)).collect();
+    rows.push(StepRecord { drawn: vec![17], decision: None, ..row(240, 1, 1, 240) });
     rows.extend((240..260).map(|step| row(step, 1, 1, 241)));
-    rows.push(Row { trial_met: Some(true), decision: None, ..row(260, 1, 1, 241) });
+    rows.push(StepRecord { trial_met: Some(true), decision: None, ..row(260, 1, 1, 241) });
     let mut trace = Trace::default();
     trace.stages = vec!["motor babbling".to_owned(), "first <touches> & \"more\"".to_owned()];
     trace.rows = rows;
@@ -52,13 +53,13 @@ fn trace() -> Trace {
 
 /// An experiment that names itself in a way that no page should take at its word.
 fn experiment() -> Experiment {
-    let mut experiment = Experiment::new("exp1-s1", Asked::default()).unwrap();
-    let told = &mut experiment.told;
-    told.title = "Touching <script>alert('&')</script>".to_owned();
-    told.stages = trace().stages;
-    told.peaks = vec![config::Peak { label: "a<b".to_owned(), stage: told.stages[1].clone(), trial: None }];
-    told.map = None;
-    told.measures.clear();
+    let mut experiment = Experiment::new("exp1-s1", Overrides::default()).unwrap();
+    let design = &mut experiment.design;
+    design.title = "Touching <script>alert('&')</script>".to_owned();
+    design.stages = trace().stages;
+    design.peaks = vec![Peak { label: "a<b".to_owned(), stage: design.stages[1].clone(), trial: None }];
+    design.map = None;
+    design.measures.clear();
     experiment
 }
 
@@ -69,12 +70,12 @@ fn outcome(experiment: &Experiment, seed: u64) -> Outcome {
     ];
     let mut report = report(summaries);
     report.seed = seed;
-    let figures = Figures::new(&experiment.told, &experiment.conditions[0], &report, Vec::new(), 4.25);
-    Outcome { figures, trace: trace(), learnt: Learnt::default() }
+    let figures = Results::new(&experiment.design, &experiment.conditions[0], &report, Vec::new(), 4.25);
+    Outcome { figures, trace: trace(), learnt: Knowledge::default() }
 }
 
-fn facts() -> Facts {
-    Facts {
+fn facts() -> Provenance {
+    Provenance {
         date: "2011-08-24 12:00 UTC".to_owned(),
         command: "pschema experiment exp1-s1 --seeds 1..2 --out report".to_owned(),
         version: "0.0.0".to_owned(),
@@ -90,7 +91,7 @@ fn group<'a>(experiment: &'a Experiment, outcomes: &'a [Outcome]) -> Group<'a> {
 fn made() -> String {
     let experiment = experiment();
     let outcomes = [outcome(&experiment, 1), outcome(&experiment, 2)];
-    let section = Section { told: &experiment.told, groups: vec![group(&experiment, &outcomes)] };
+    let section = Section { design: &experiment.design, groups: vec![group(&experiment, &outcomes)] };
     page::page(&[section], &facts())
 }
 
@@ -131,7 +132,7 @@ fn a_report_is_a_page_and_its_raw_figures() {
     let folder = tempfile::tempdir().unwrap();
     let experiment = experiment();
     let outcomes = [outcome(&experiment, 1), outcome(&experiment, 2)];
-    let section = Section { told: &experiment.told, groups: vec![group(&experiment, &outcomes)] };
+    let section = Section { design: &experiment.design, groups: vec![group(&experiment, &outcomes)] };
     let written = write(&folder.path().join("new/report"), &[section], &facts()).unwrap();
     let beside = |name: &str| std::fs::read_to_string(written.with_file_name(name)).unwrap();
     assert_eq!(std::fs::read_to_string(&written).unwrap(), made());

@@ -6,11 +6,11 @@ use std::sync::atomic::AtomicBool;
 use pschema_adept::AdeptArgs;
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Description};
-use pschema_server::config::BodyKind;
 use pschema_sim::SimArgs;
 use pschema_vplus_emulator::{Emulator, EmulatorArgs};
 use tempfile::TempDir;
 
+use crate::design::BodyKind;
 use crate::failure::Failure;
 
 use super::body::{Places, adept_arguments, check_adept, emulator_arguments};

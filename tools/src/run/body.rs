@@ -6,8 +6,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use pschema_process::Stop;
-use pschema_server::config::BodyKind;
 
+use crate::design::BodyKind;
 use crate::failure::Failure;
 
 use super::child::Child;

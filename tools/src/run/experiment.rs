@@ -2,16 +2,17 @@
 
 use clap::{Args, Parser};
 use pschema_protocol::body::Body;
-use pschema_server::config::{self, BodyKind, ConfigError, Variant};
+use pschema_server::config::{self, ConfigError};
 use pschema_sim::SimArgs;
 
+use crate::design::{self, BodyKind, Design, DesignError, Variant};
 use crate::failure::Failure;
 
 /// An experiment, and the conditions it is run under.
 #[derive(Clone, Debug)]
 pub(crate) struct Experiment {
     /// What the curriculum's file says.
-    pub(crate) told: config::Experiment,
+    pub(crate) design: Design,
     /// The run as it stands, or its variants, or one for each value swept.
     pub(crate) conditions: Vec<Condition>,
 }
@@ -39,7 +40,7 @@ pub(crate) struct Condition {
 
 /// What is asked of an experiment beyond what its file says.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Asked<'a> {
+pub(crate) struct Overrides<'a> {
     /// Another world.
     pub(crate) world: Option<&'a str>,
     /// Another body.
@@ -50,65 +51,65 @@ pub(crate) struct Asked<'a> {
 
 impl Experiment {
     /// The experiment that the curriculum `name` (built in, or a file) is.
-    pub(crate) fn new(name: &str, asked: Asked<'_>) -> Result<Self, Failure> {
-        let told = config::experiment(name).map_err(|error| match error {
-            ConfigError::NoCurriculum { .. } => Failure::Usage(format!(
+    pub(crate) fn new(name: &str, asked: Overrides<'_>) -> Result<Self, Failure> {
+        let design = design::design(name).map_err(|error| match error {
+            DesignError::Config(ConfigError::NoCurriculum { .. }) => Failure::Usage(format!(
                 "no experiment {name:?}: it is none of the built-in ones ({}), and there is no such file",
                 built_in()
             )),
-            ConfigError::NoExperiment { .. } => Failure::Usage(format!("{error}; there are: {}", built_in())),
+            DesignError::NoExperiment { .. } => Failure::Usage(format!("{error}; there are: {}", built_in())),
             error => Failure::of(error),
         })?;
-        Self::told(told, asked)
+        Self::of(design, asked)
     }
 
     /// All that come with this binary, the quickest first.
     pub(crate) fn all() -> Result<Vec<Self>, Failure> {
-        let all = config::experiments().map_err(Failure::of)?;
-        all.into_iter().map(|told| Self::told(told, Asked::default())).collect()
+        let all = design::designs().map_err(Failure::of)?;
+        all.into_iter().map(|design| Self::of(design, Overrides::default())).collect()
     }
 
-    fn told(mut told: config::Experiment, asked: Asked<'_>) -> Result<Self, Failure> {
-        if let Some(world) = asked.world.filter(|world| *world != told.world) {
+    fn of(mut design: Design, asked: Overrides<'_>) -> Result<Self, Failure> {
+        if let Some(world) = asked.world.filter(|world| *world != design.world) {
             // The paper's figures are for its own set-ups.
-            world.clone_into(&mut told.world);
-            told.published = None;
-            told.why = None;
-            told.measures.iter_mut().for_each(|measure| (measure.published, measure.why) = (None, None));
+            world.clone_into(&mut design.world);
+            design.published = None;
+            design.why = None;
+            design.measures.iter_mut().for_each(|measure| (measure.published, measure.why) = (None, None));
         }
         if let Some(body) = asked.body {
-            told.body = body;
+            design.body = body;
         }
-        let mut conditions = conditions(&told, asked.world);
+        let mut conditions = conditions(&design, asked.world);
         if let Some(name) = asked.variant {
             conditions.retain(|condition| condition.name.as_deref() == Some(name));
             if conditions.is_empty() {
                 let known: Vec<_> =
-                    self::conditions(&told, None).into_iter().filter_map(|c| c.name).collect();
+                    self::conditions(&design, None).into_iter().filter_map(|c| c.name).collect();
                 let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
                 return Err(Failure::Usage(format!(
                     "{} has no variant {name:?}; there are: {known}",
-                    told.name
+                    design.name
                 )));
             }
         }
-        Ok(Self { told, conditions })
+        Ok(Self { design, conditions })
     }
 }
 
 /// The run as it stands and its variants, each for every value swept.
-fn conditions(told: &config::Experiment, world: Option<&str>) -> Vec<Condition> {
-    let alone = told.variants.is_empty();
-    let base = Variant { name: told.base.clone(), ..Variant::default() };
-    let variants = [&base].into_iter().chain(&told.variants);
+fn conditions(design: &Design, world: Option<&str>) -> Vec<Condition> {
+    let alone = design.variants.is_empty();
+    let base = Variant { name: design.base.clone(), ..Variant::default() };
+    let variants = [&base].into_iter().chain(&design.variants);
     let condition = |variant: &Variant| Condition {
         name: (!alone).then(|| variant.name.clone()),
-        curriculum: variant.curriculum.clone().unwrap_or_else(|| told.curriculum.clone()),
+        curriculum: variant.curriculum.clone().unwrap_or_else(|| design.curriculum.clone()),
         world: world
             .map(str::to_owned)
             .or_else(|| variant.world.clone())
-            .unwrap_or_else(|| told.world.clone()),
-        body: told.body,
+            .unwrap_or_else(|| design.world.clone()),
+        body: design.body,
         after: None,
         settings: variant.settings.clone(),
         noise: variant.noise.clone(),
@@ -117,7 +118,7 @@ fn conditions(told: &config::Experiment, world: Option<&str>) -> Vec<Condition> 
     // What was learnt before is learnt in the same world, whatever is changed afterwards.
     let condition = |variant: &Variant| {
         let mut condition = condition(variant);
-        condition.after = told.after.as_ref().map(|earlier| {
+        condition.after = design.after.as_ref().map(|earlier| {
             Box::new(Condition {
                 curriculum: earlier.curriculum.clone(),
                 world: condition.world.clone(),
@@ -127,7 +128,7 @@ fn conditions(told: &config::Experiment, world: Option<&str>) -> Vec<Condition> 
         });
         condition
     };
-    let Some(sweep) = &told.sweep else { return variants.map(condition).collect() };
+    let Some(sweep) = &design.sweep else { return variants.map(condition).collect() };
     let swept = |variant: &Variant| {
         let condition = condition(variant);
         let at = |value: &f64| {
@@ -147,13 +148,13 @@ fn conditions(told: &config::Experiment, world: Option<&str>) -> Vec<Condition> 
 /// The names there are.
 fn built_in() -> String {
     let names = config::BUILT_IN.iter().map(|(name, _)| *name);
-    names.filter(|name| config::experiment(name).is_ok()).collect::<Vec<_>>().join(", ")
+    names.filter(|name| design::design(name).is_ok()).collect::<Vec<_>>().join(", ")
 }
 
 impl Condition {
     /// Whether the paper's figures are about this: nothing is changed that the experiment's file does not say itself.
-    pub(crate) fn is_as_published(&self, told: &config::Experiment) -> bool {
-        let own = self.world == told.world && self.curriculum == told.curriculum;
+    pub(crate) fn is_as_published(&self, design: &Design) -> bool {
+        let own = self.world == design.world && self.curriculum == design.curriculum;
         own && self.settings.is_empty() && self.noise.is_empty()
     }
 
@@ -174,19 +175,19 @@ impl Condition {
     }
 
     /// How much there is to do.
-    pub(crate) fn size(&self) -> Size {
+    pub(crate) fn size(&self) -> Workload {
         let curriculum = config::curriculum(&self.curriculum).ok();
         let trials =
             curriculum.map_or_else(Vec::new, |c| c.stages.iter().map(|stage| stage.trials).collect());
         let body = read::<SimArgs>(self.simulated(1)).ok().and_then(|args| pschema_sim::build(&args).ok());
-        Size { postures: body.map(|body| body.describe().repertoire.len() as u64), trials }
+        Workload { postures: body.map(|body| body.describe().repertoire.len() as u64), trials }
     }
 }
 
 /// How much there is to do in an experiment, to show how far it is. What cannot be known (a file that cannot be
 /// read, say) is left open: the processes will say better what is wrong.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Size {
+pub(crate) struct Workload {
     /// Postures in the body's repertoire.
     pub(crate) postures: Option<u64>,
     /// Trials of each stage of the curriculum.
@@ -209,11 +210,11 @@ pub(super) fn read<A: Args>(arguments: Vec<String>) -> Result<A, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pschema_server::config::Sweep;
+    use crate::design::Sweep;
 
     #[test]
     fn a_run_alone_has_no_name_and_starts_as_its_file_says() {
-        let experiment = Experiment::new("exp1-s1", Asked::default()).unwrap();
+        let experiment = Experiment::new("exp1-s1", Overrides::default()).unwrap();
         let [only] = experiment.conditions.as_slice() else { panic!("{:?}", experiment.conditions) };
         assert_eq!(only.name, None);
         assert_eq!(only.daemon(7), ["--curriculum", "exp1-s1", "--seed", "7"]);
@@ -222,45 +223,45 @@ mod tests {
 
     #[test]
     fn another_world_is_not_what_the_paper_reports_of() {
-        let asked = Asked { world: Some("narrow"), ..Asked::default() };
+        let asked = Overrides { world: Some("narrow"), ..Overrides::default() };
         let experiment = Experiment::new("exp1-s1", asked).unwrap();
-        assert_eq!(experiment.told.published, None);
-        assert!(experiment.told.measures.iter().all(|measure| measure.published.is_none()));
+        assert_eq!(experiment.design.published, None);
+        assert!(experiment.design.measures.iter().all(|measure| measure.published.is_none()));
         assert_eq!(experiment.conditions[0].world, "narrow");
     }
 
     #[test]
     fn variants_and_values_are_conditions_of_their_own() {
-        let mut told = Experiment::new("exp1-s1", Asked::default()).unwrap().told;
-        told.base = "whole".to_owned();
-        told.variants.push(Variant {
+        let mut design = Experiment::new("exp1-s1", Overrides::default()).unwrap().design;
+        design.base = "whole".to_owned();
+        design.variants.push(Variant {
             name: "deaf".to_owned(),
             settings: vec!["learner.attention=false".to_owned()],
             noise: vec![("finger_misplaced".to_owned(), 0.1)],
             ..Variant::default()
         });
-        let names = |told: &config::Experiment| -> Vec<_> {
-            conditions(told, None).into_iter().map(|condition| condition.name.unwrap_or_default()).collect()
+        let names = |design: &Design| -> Vec<_> {
+            conditions(design, None).into_iter().map(|condition| condition.name.unwrap_or_default()).collect()
         };
-        assert_eq!(names(&told), ["whole", "deaf"]);
-        let deaf = &conditions(&told, None)[1];
+        assert_eq!(names(&design), ["whole", "deaf"]);
+        let deaf = &conditions(&design, None)[1];
         assert_eq!(deaf.daemon(1)[4..], ["--set", "learner.attention=false"]);
         assert_eq!(deaf.simulated(1)[4..], ["--noise", "finger_misplaced=0.1"]);
-        told.sweep = Some(Sweep { name: "rate".to_owned(), values: vec![0.0, 0.5] });
+        design.sweep = Some(Sweep { name: "rate".to_owned(), values: vec![0.0, 0.5] });
         assert_eq!(
-            names(&told),
+            names(&design),
             ["whole, rate = 0", "whole, rate = 0.5", "deaf, rate = 0", "deaf, rate = 0.5"]
         );
-        assert_eq!(conditions(&told, None)[1].settings, ["values.rate=0.5"]);
-        let asked = Asked { variant: Some("mute"), ..Asked::default() };
-        let refused = Experiment::told(told, asked).unwrap_err().to_string();
+        assert_eq!(conditions(&design, None)[1].settings, ["values.rate=0.5"]);
+        let asked = Overrides { variant: Some("mute"), ..Overrides::default() };
+        let refused = Experiment::of(design, asked).unwrap_err().to_string();
         assert!(refused.contains("whole, rate = 0"), "{refused}");
     }
 
     #[test]
     fn an_unknown_experiment_is_answered_with_those_there_are() {
         for name in ["exp9", "free"] {
-            let error = Experiment::new(name, Asked::default()).unwrap_err();
+            let error = Experiment::new(name, Overrides::default()).unwrap_err();
             assert!(matches!(&error, Failure::Usage(said) if said.contains("exp1-s2")), "{error}");
         }
     }

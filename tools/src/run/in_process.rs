@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 use pschema_inspect::{Answer, Report, Request};
 use pschema_process::Stop;
 use pschema_server::ServerArgs;
-use pschema_server::config;
 use pschema_server::in_process::{InProcess, InProcessError, Progress};
 use pschema_sim::config::WorldError;
 
+use crate::design::Design;
 use crate::failure::Failure;
 use crate::learner::Asks;
 
@@ -23,7 +23,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 /// Carries a run out in this process; `seen` gets a report now and then.
 pub(crate) fn in_process(
-    told: &config::Experiment,
+    design: &Design,
     condition: &Condition,
     seed: u64,
     stop: &Stop,
@@ -36,7 +36,7 @@ pub(crate) fn in_process(
     while run.advance()? == Progress::Running {
         stop.check()?;
         if looked.elapsed() > LOOK_EVERY {
-            trace.fetch(&mut run, told)?;
+            trace.fetch(&mut run, design)?;
             seen(&run.report());
             looked = Instant::now();
         }
@@ -46,7 +46,7 @@ pub(crate) fn in_process(
         return Err(stuck(&report));
     }
     let wall_s = started.elapsed().as_secs_f64();
-    Outcome::ask(told, condition, &report, trace, wall_s, &mut run)
+    Outcome::ask(design, condition, &report, trace, wall_s, &mut run)
 }
 
 /// The run about to begin: what is to be learnt before has been learnt.

@@ -6,8 +6,8 @@ use std::sync::mpsc::{Sender, channel};
 use std::thread;
 
 use pschema_process::Stop;
-use pschema_server::config;
 
+use crate::design::Design;
 use crate::failure::Failure;
 
 use super::experiment::Condition;
@@ -20,7 +20,7 @@ use super::progress::{Bars, Progress};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Job<'a> {
     /// What it is a run of.
-    pub(crate) told: &'a config::Experiment,
+    pub(crate) design: &'a Design,
     /// Under which condition.
     pub(crate) condition: &'a Condition,
     /// The seed of learner and body.
@@ -29,7 +29,7 @@ pub(crate) struct Job<'a> {
 
 /// How runs are carried out.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct How {
+pub(crate) struct Schedule {
     /// Without shared memory.
     pub(crate) in_process: bool,
     /// How many side by side.
@@ -42,35 +42,35 @@ pub(crate) struct How {
 /// failure ends them all.
 pub(crate) fn carry_out(
     jobs: &[Job<'_>],
-    how: How,
+    schedule: Schedule,
     stop: &Stop,
     mut each: impl FnMut(&Job<'_>, Outcome) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let bars = Bars::new(how.quiet);
+    let bars = Bars::new(schedule.quiet);
     let stop = &stop.cancellable();
     let next = AtomicUsize::new(0);
     thread::scope(|scope| {
         let (sender, results) = channel();
-        for _ in 0..how.jobs.clamp(1, jobs.len().max(1)) {
+        for _ in 0..schedule.jobs.clamp(1, jobs.len().max(1)) {
             let sender = sender.clone();
             let (next, bars) = (&next, &bars);
             // A thread outlives the processes that it starts, as it must: see `Child::start`.
-            scope.spawn(move || work(jobs, next, how, bars, stop, &sender));
+            scope.spawn(move || work(jobs, next, schedule, bars, stop, &sender));
         }
         drop(sender);
         let mut early = BTreeMap::new();
-        let mut told = 0;
+        let mut design = 0;
         let mut failed = None;
         for (at, result) in results {
             early.insert(at, result);
             while failed.is_none()
-                && let Some(result) = early.remove(&told)
+                && let Some(result) = early.remove(&design)
             {
-                let done = result.and_then(|outcome| match jobs.get(told) {
+                let done = result.and_then(|outcome| match jobs.get(design) {
                     Some(job) => each(job, outcome),
                     None => Ok(()),
                 });
-                told += 1;
+                design += 1;
                 failed = done.err();
             }
             // One that failed out of turn ends the others as well; its own failure is then the one to tell.
@@ -89,7 +89,7 @@ pub(crate) fn carry_out(
 fn work(
     jobs: &[Job<'_>],
     next: &AtomicUsize,
-    how: How,
+    schedule: Schedule,
     bars: &Bars,
     stop: &Stop,
     results: &Sender<(usize, Result<Outcome, Failure>)>,
@@ -97,7 +97,7 @@ fn work(
     loop {
         let at = next.fetch_add(1, Ordering::Relaxed);
         let Some(job) = jobs.get(at) else { return };
-        let result = stop.check().map_err(Failure::from).and_then(|()| once(job, how, bars, stop));
+        let result = stop.check().map_err(Failure::from).and_then(|()| once(job, schedule, bars, stop));
         let over = result.is_err();
         if results.send((at, result)).is_err() || over {
             return;
@@ -105,17 +105,17 @@ fn work(
     }
 }
 
-fn once(job: &Job<'_>, how: How, bars: &Bars, stop: &Stop) -> Result<Outcome, Failure> {
-    let Job { told, condition, seed } = *job;
+fn once(job: &Job<'_>, schedule: Schedule, bars: &Bars, stop: &Stop) -> Result<Outcome, Failure> {
+    let Job { design, condition, seed } = *job;
     let variant = condition.name.as_ref().map_or_else(String::new, |name| format!("{name}, "));
-    let label = format!("{}: {variant}seed {seed}", told.name);
+    let label = format!("{}: {variant}seed {seed}", design.name);
     let progress = Progress::new(bars, format!("{label}, "), condition.size());
     let run = || {
-        if how.in_process {
-            return in_process(told, condition, seed, stop, |report| progress.show(report));
+        if schedule.in_process {
+            return in_process(design, condition, seed, stop, |report| progress.show(report));
         }
         let mut pair = Pair::start(condition, seed, stop)?;
-        pair.watch(told, condition, stop, |report| progress.show(report))
+        pair.watch(design, condition, stop, |report| progress.show(report))
     };
     run().map_err(|failure| match failure {
         Failure::Failed(problem) | Failure::NoDaemon(problem) => {
@@ -128,15 +128,15 @@ fn once(job: &Job<'_>, how: How, bars: &Bars, stop: &Stop) -> Result<Outcome, Fa
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::{Asked, Experiment};
+    use crate::run::{Experiment, Overrides};
 
     const SMALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/curricula/small.toml");
-    const HOW: How = How { in_process: true, jobs: 3, quiet: true };
+    const SCHEDULE: Schedule = Schedule { in_process: true, jobs: 3, quiet: true };
 
     #[test]
     fn outcomes_come_in_order_whichever_ends_first() {
-        let experiment = Experiment::new(SMALL, Asked::default()).unwrap();
-        let job = |seed| Job { told: &experiment.told, condition: &experiment.conditions[0], seed };
+        let experiment = Experiment::new(SMALL, Overrides::default()).unwrap();
+        let job = |seed| Job { design: &experiment.design, condition: &experiment.conditions[0], seed };
         let jobs: Vec<_> = (1..=5).map(job).collect();
         let mut seeds = Vec::new();
         let each = |job: &Job<'_>, outcome: Outcome| {
@@ -144,34 +144,34 @@ mod tests {
             seeds.push(job.seed);
             Ok(())
         };
-        carry_out(&jobs, HOW, &Stop::default(), each).unwrap();
+        carry_out(&jobs, SCHEDULE, &Stop::default(), each).unwrap();
         assert_eq!(seeds, [1, 2, 3, 4, 5]);
     }
 
     #[test]
     fn the_first_failure_ends_them_all_and_is_the_one_told() {
-        let experiment = Experiment::new(SMALL, Asked::default()).unwrap();
+        let experiment = Experiment::new(SMALL, Overrides::default()).unwrap();
         let sound = &experiment.conditions[0];
         let broken = Condition { world: "/nowhere/w.toml".to_owned(), ..sound.clone() };
-        let job = |condition, seed| Job { told: &experiment.told, condition, seed };
+        let job = |condition, seed| Job { design: &experiment.design, condition, seed };
         let jobs: Vec<_> = (1..=40).map(|seed| job(if seed == 2 { &broken } else { sound }, seed)).collect();
-        let mut told = 0;
+        let mut design = 0;
         let each = |_: &Job<'_>, _| {
-            told += 1;
+            design += 1;
             Ok(())
         };
-        let failure = carry_out(&jobs, HOW, &Stop::default(), each).unwrap_err().to_string();
+        let failure = carry_out(&jobs, SCHEDULE, &Stop::default(), each).unwrap_err().to_string();
         assert!(failure.contains("/nowhere/w.toml"), "{failure}");
-        assert!(told <= 1, "{told} outcomes were told after a failure");
+        assert!(design <= 1, "{design} outcomes were design after a failure");
     }
 
     #[test]
     fn a_failure_to_tell_an_outcome_ends_them_all() {
-        let experiment = Experiment::new(SMALL, Asked::default()).unwrap();
-        let job = |seed| Job { told: &experiment.told, condition: &experiment.conditions[0], seed };
+        let experiment = Experiment::new(SMALL, Overrides::default()).unwrap();
+        let job = |seed| Job { design: &experiment.design, condition: &experiment.conditions[0], seed };
         let jobs: Vec<_> = (1..=3).map(job).collect();
         let each = |_: &Job<'_>, _| Err(Failure::NobodyReads);
-        let failure = carry_out(&jobs, HOW, &Stop::default(), each).unwrap_err();
+        let failure = carry_out(&jobs, SCHEDULE, &Stop::default(), each).unwrap_err();
         assert!(matches!(failure, Failure::NobodyReads), "{failure}");
     }
 }

@@ -4,33 +4,33 @@ mod any_body;
 mod body;
 mod child;
 mod experiment;
-mod figures;
 mod in_process;
-mod learnt;
+mod knowledge;
 mod many;
-mod measures;
 mod outcome;
 mod pair;
 mod progress;
+mod readings;
+mod results;
 mod seeds;
 mod trace;
 
 pub use child::{Child, follow_parent};
 pub(crate) use child::{is_orphan, remove_orphaned};
-pub(crate) use experiment::{Asked, Condition, Experiment};
-pub(crate) use figures::Figures;
-pub(crate) use learnt::Learnt;
-pub(crate) use many::{How, Job, carry_out};
-pub(crate) use measures::{Measure, Unit};
+pub(crate) use experiment::{Condition, Experiment, Overrides};
+pub(crate) use knowledge::Knowledge;
+pub(crate) use many::{Job, Schedule, carry_out};
 pub(crate) use outcome::Outcome;
 pub(crate) use pair::Pair;
 pub use pair::runtime_directory;
 pub(crate) use progress::{Bars, Progress};
+pub(crate) use readings::{Reading, Unit};
+pub(crate) use results::Results;
 pub(crate) use seeds::Seeds;
 #[cfg(test)]
-pub(crate) use trace::Decided;
-pub(crate) use trace::{Row, Trace, Trial};
+pub(crate) use trace::StepDecision;
+pub(crate) use trace::{StepRecord, Trace, Trial};
 
 /// Made-up reports, for tests of whatever reads them.
 #[cfg(test)]
-pub(crate) use figures::tests;
+pub(crate) use results::tests;

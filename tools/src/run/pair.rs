@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 use pschema_inspect::{Answer, Report, Request};
 use pschema_process::Stop;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_server::config;
 use tempfile::TempDir;
 
+use crate::design::Design;
 use crate::failure::Failure;
 use crate::learner::{Learner, ask_for};
 use crate::render::words::plain;
@@ -97,17 +97,17 @@ impl Pair {
     /// Follows the run to the end of its curriculum; `seen` gets each report. Returns all that is then known of it.
     pub(crate) fn watch(
         &mut self,
-        told: &config::Experiment,
+        design: &Design,
         condition: &Condition,
         stop: &Stop,
         seen: impl FnMut(&Report),
     ) -> Result<Outcome, Failure> {
-        self.watched(told, condition, stop, seen).map_err(|failure| self.explained(failure, stop))
+        self.watched(design, condition, stop, seen).map_err(|failure| self.explained(failure, stop))
     }
 
     fn watched(
         &mut self,
-        told: &config::Experiment,
+        design: &Design,
         condition: &Condition,
         stop: &Stop,
         mut seen: impl FnMut(&Report),
@@ -116,10 +116,10 @@ impl Pair {
         let report = self.follow(stop, |report, learner| {
             seen(report);
             // Now and then, so that nothing is lost of a run longer than the daemon keeps.
-            if report.step > trace.last_step() + FETCH_EVERY { trace.fetch(learner, told) } else { Ok(()) }
+            if report.step > trace.last_step() + FETCH_EVERY { trace.fetch(learner, design) } else { Ok(()) }
         })?;
         let wall_s = self.started.elapsed().as_secs_f64();
-        Outcome::ask(told, condition, &report, trace, wall_s, &mut self.learner)
+        Outcome::ask(design, condition, &report, trace, wall_s, &mut self.learner)
     }
 
     fn follow(

@@ -6,7 +6,7 @@ use pschema_process::{colour_is_wanted, say};
 
 use crate::render::story::{Doing, doing};
 
-use super::experiment::Size;
+use super::experiment::Workload;
 
 /// Bars on stderr, when that is a terminal: one for each run under way.
 pub(crate) struct Bars(MultiProgress);
@@ -22,14 +22,14 @@ impl Bars {
 /// The bar of one run.
 pub(crate) struct Progress {
     bar: ProgressBar,
-    size: Size,
+    size: Workload,
     /// What stands before everything, such as the seed.
     label: String,
 }
 
 impl Progress {
     /// One more bar.
-    pub(crate) fn new(bars: &Bars, label: String, size: Size) -> Self {
+    pub(crate) fn new(bars: &Bars, label: String, size: Workload) -> Self {
         let bar = bars.0.add(ProgressBar::no_length());
         bar.set_style(style(false));
         Self { bar, size, label }

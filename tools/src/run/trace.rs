@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use pschema_inspect::{Answer, ObservationText, Request, TracePage, TraceRecord, ValueText};
-use pschema_server::config;
 
+use crate::design::{Design, FieldMap};
 use crate::failure::Failure;
 use crate::learner::{Asks, ask_for};
 use crate::render::words::notation;
@@ -16,7 +16,7 @@ pub(crate) struct Trace {
     /// Names of the stages, which rows refer to by index.
     pub(crate) stages: Vec<String>,
     /// The steps, in order.
-    pub(crate) rows: Vec<Row>,
+    pub(crate) rows: Vec<StepRecord>,
     /// Steps that were no longer kept when they were asked for.
     pub(crate) lost: u64,
     /// The number of the record to ask for next.
@@ -27,7 +27,7 @@ pub(crate) struct Trace {
 
 /// One step.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Row {
+pub(crate) struct StepRecord {
     pub(crate) step: u64,
     pub(crate) stage: usize,
     /// From 1; 0 for none.
@@ -48,7 +48,7 @@ pub(crate) struct Row {
     /// Whether the one has reached the other, by what is perceived.
     pub(crate) reached: bool,
     pub(crate) heard: Arc<str>,
-    pub(crate) decision: Option<Decided>,
+    pub(crate) decision: Option<StepDecision>,
     pub(crate) quiet_actions: u32,
     pub(crate) habituating: bool,
     pub(crate) latency_us: f64,
@@ -56,7 +56,7 @@ pub(crate) struct Row {
 
 /// What a step decided.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Decided {
+pub(crate) struct StepDecision {
     pub(crate) excitation_top: f64,
     pub(crate) excitation: f64,
     pub(crate) schema: Option<u32>,
@@ -71,11 +71,11 @@ pub(crate) struct Decided {
 
 impl Trace {
     /// Fetches what has been added since the last time.
-    pub(crate) fn fetch(&mut self, asked: &mut impl Asks, told: &config::Experiment) -> Result<(), Failure> {
+    pub(crate) fn fetch(&mut self, asked: &mut impl Asks, design: &Design) -> Result<(), Failure> {
         loop {
             let page: TracePage = *ask_for!(asked, &Request::Trace { from: self.next }, Answer::Trace)?;
             let (total, fetched) = (page.total, page.records.len());
-            self.take(page, told);
+            self.take(page, design);
             if fetched == 0 || self.next >= total {
                 return Ok(());
             }
@@ -87,38 +87,38 @@ impl Trace {
         self.rows.last().map_or(0, |row| row.step)
     }
 
-    fn take(&mut self, page: TracePage, told: &config::Experiment) {
+    fn take(&mut self, page: TracePage, design: &Design) {
         self.lost += page.from.saturating_sub(self.next);
         self.next = page.from + page.records.len() as u64;
         self.stages = page.stages;
         for record in page.records {
-            let row = self.row(record, told);
+            let row = self.row(record, design);
             self.rows.push(row);
         }
     }
 
-    fn row(&mut self, record: TraceRecord, told: &config::Experiment) -> Row {
-        let place = |kind: fn(&config::FieldMap) -> &String| {
-            let map = told.map.as_ref()?;
+    fn row(&mut self, record: TraceRecord, design: &Design) -> StepRecord {
+        let place = |kind: fn(&FieldMap) -> &String| {
+            let map = design.map.as_ref()?;
             let seen = record.perceived.iter().find(|one| one.kind == *kind(map))?;
             integer(seen, &map.place)
         };
         let (object_at, effector_at) = (place(|map| &map.object), place(|map| &map.effector));
-        let reached = told.map.as_ref().and_then(|map| map.reached.as_ref()).or(told.touching.as_ref());
+        let reached = design.map.as_ref().and_then(|map| map.reached.as_ref()).or(design.touching.as_ref());
         let reached = reached.is_some_and(|kind| record.perceived.iter().any(|one| one.kind == *kind));
         let perceived: Vec<_> = record.perceived.iter().map(notation).collect();
-        let decision = record.decision.map(|decision| Decided {
+        let decision = record.decision.map(|decision| StepDecision {
             excitation_top: decision.excitation_top,
             excitation: decision.excitation,
             schema: decision.schema,
             generalised: decision.generalised,
             distance: decision.distance,
-            touching: told.touching.as_ref().is_some_and(|kind| decision.predicts.contains(kind)),
+            touching: design.touching.as_ref().is_some_and(|kind| decision.predicts.contains(kind)),
             action: self.text(&decision.action),
             reason: self.text(&decision.reason),
             predicts: self.text(&decision.predicts.join(" ")),
         });
-        Row {
+        StepRecord {
             step: record.step,
             stage: usize::try_from(record.stage).unwrap_or(usize::MAX),
             trial: record.trial,
@@ -195,7 +195,7 @@ pub(crate) struct Trial {
 }
 
 impl Trial {
-    fn begun(row: &Row) -> Self {
+    fn begun(row: &StepRecord) -> Self {
         Self {
             stage: row.stage,
             number: row.trial,
@@ -214,7 +214,7 @@ impl Trial {
         (self.stage, self.number)
     }
 
-    fn see(&mut self, row: &Row) {
+    fn see(&mut self, row: &StepRecord) {
         self.actions = row.actions.saturating_sub(self.begun_at);
         if self.actions == 0 || self.object_at.is_none() {
             self.object_at = row.object_at.or(self.object_at);
@@ -237,10 +237,11 @@ fn integer(observation: &ObservationText, property: &str) -> Option<i64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design;
 
-    fn row(trial: u32, actions: u64, met: Option<bool>) -> Row {
+    fn row(trial: u32, actions: u64, met: Option<bool>) -> StepRecord {
         let none: Arc<str> = "".into();
-        Row {
+        StepRecord {
             step: actions,
             stage: 0,
             trial,
@@ -261,20 +262,21 @@ mod tests {
         }
     }
 
-    fn trials(rows: Vec<Row>) -> Vec<Trial> {
+    fn trials(rows: Vec<StepRecord>) -> Vec<Trial> {
         Trace { rows, ..Trace::default() }.trials()
     }
 
     #[test]
     fn one_step_may_end_a_trial_and_begin_the_next() {
-        let touched = Row { reached: true, effector_at: Some(4), drawn: vec![9], ..row(2, 7, Some(true)) };
+        let touched =
+            StepRecord { reached: true, effector_at: Some(4), drawn: vec![9], ..row(2, 7, Some(true)) };
         let all = trials(vec![
             row(0, 5, None),
-            Row { drawn: vec![8], object_at: None, ..row(1, 5, None) },
+            StepRecord { drawn: vec![8], object_at: None, ..row(1, 5, None) },
             row(1, 5, None),
             row(1, 6, None),
             touched,
-            Row { object_at: Some(3), ..row(2, 7, None) },
+            StepRecord { object_at: Some(3), ..row(2, 7, None) },
             row(2, 9, Some(false)),
         ]);
         let told: Vec<_> = all.iter().map(|t| (t.number, &t.drawn[..], t.actions, t.met)).collect();
@@ -292,7 +294,7 @@ mod tests {
 
     #[test]
     fn records_that_are_no_longer_kept_are_counted_as_lost() {
-        let told = config::experiment("exp1-s1").unwrap();
+        let design = design::design("exp1-s1").unwrap();
         let page = |from| TracePage {
             from,
             total: 10,
@@ -301,9 +303,9 @@ mod tests {
             records: Vec::new(),
         };
         let mut trace = Trace::default();
-        trace.take(page(6), &told);
+        trace.take(page(6), &design);
         assert_eq!((trace.lost, trace.next), (6, 6));
-        trace.take(page(6), &told);
+        trace.take(page(6), &design);
         assert_eq!(trace.lost, 6, "lost once");
     }
 }

@@ -1,15 +1,16 @@
 //! The figures of a run, as `experiment --json` prints them.
 
 use pschema_inspect::{Report, StageSummary};
-use pschema_server::config;
 use serde::Serialize;
 
+use crate::design::{Design, Published};
+
 use super::experiment::Condition;
-use super::measures::Measure;
+use super::readings::{Reading, first_generalisation, placements};
 
 /// Everything an experiment is judged by.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Figures {
+pub(crate) struct Results {
     /// Its name.
     pub(crate) experiment: String,
     /// Which of its variants, when it has any.
@@ -37,11 +38,11 @@ pub(crate) struct Figures {
     /// Actions carried out, the probe's included.
     pub(crate) actions_total: u64,
     /// Each stage.
-    pub(crate) stages: Vec<Stage>,
+    pub(crate) stages: Vec<StageResults>,
     /// What was measured afterwards, learning frozen.
     pub(crate) probe: Probe,
     /// What else the curriculum asks to be read off the run.
-    pub(crate) measures: Vec<Measure>,
+    pub(crate) measures: Vec<Reading>,
     /// How long the run took, from starting the processes to the last report.
     pub(crate) wall_s: f64,
     /// Median time of a step in the daemon.
@@ -54,18 +55,9 @@ pub(crate) struct Figures {
     pub(crate) published: Option<Published>,
 }
 
-/// What the paper reports of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Published {
-    /// Schemas produced.
-    pub(crate) schemas_total: Option<u32>,
-    /// Object placements that learning took.
-    pub(crate) placements: Option<u32>,
-}
-
 /// One stage's figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Stage {
+pub(crate) struct StageResults {
     /// Its name.
     pub(crate) name: String,
     /// Whether anything was learnt, or only measured.
@@ -101,18 +93,18 @@ pub(crate) struct Probe {
     pub(crate) touched: u32,
 }
 
-impl Figures {
+impl Results {
     /// The figures in a run's last report.
     pub(crate) fn new(
-        told: &config::Experiment,
+        design: &Design,
         condition: &Condition,
         report: &Report,
-        measures: Vec<Measure>,
+        measures: Vec<Reading>,
         wall_s: f64,
     ) -> Self {
-        let published = told.published.as_ref().filter(|_| condition.is_as_published(told));
+        let published = design.published.as_ref().filter(|_| condition.is_as_published(design));
         Self {
-            experiment: told.name.clone(),
+            experiment: design.name.clone(),
             variant: condition.name.clone(),
             swept: condition.swept,
             world: condition.world.clone(),
@@ -125,33 +117,16 @@ impl Figures {
             generalised_after_placement: first_generalisation(&report.stages),
             counter_examples: report.stages.iter().map(|stage| stage.counter_examples_new).sum(),
             actions_total: report.actions_total,
-            stages: report.stages.iter().map(Stage::from).collect(),
+            stages: report.stages.iter().map(StageResults::from).collect(),
             probe: probe(&report.stages),
             measures,
             wall_s,
             step_latency_us_p50: report.step_latency_us_p50,
             step_latency_us_p99: report.step_latency_us_p99,
             memory_digest: report.memory_digest.clone().unwrap_or_default(),
-            published: published.map(|published| Published {
-                schemas_total: published.schemas_total,
-                placements: published.placements,
-            }),
+            published: published.cloned(),
         }
     }
-}
-
-/// Learning placements until there was a generalised schema; all of them if there never was one.
-pub(super) fn placements(stages: &[StageSummary]) -> u32 {
-    let learning = stages.iter().filter(|stage| stage.learning);
-    first_generalisation(stages).unwrap_or_else(|| learning.map(|stage| stage.trials).sum())
-}
-
-/// The number of the learning placement, from 1, at whose end there was a generalised schema.
-fn first_generalisation(stages: &[StageSummary]) -> Option<u32> {
-    let learning = stages.iter().filter(|stage| stage.learning);
-    let after = learning.flat_map(|stage| stage.generalised_after_trial.iter());
-    let at = after.copied().position(|generalised| generalised > 0)?;
-    u32::try_from(at + 1).ok()
 }
 
 /// All stages in which nothing was learnt are measurements.
@@ -164,7 +139,7 @@ fn probe(stages: &[StageSummary]) -> Probe {
     })
 }
 
-impl From<&StageSummary> for Stage {
+impl From<&StageSummary> for StageResults {
     fn from(stage: &StageSummary) -> Self {
         Self {
             name: stage.name.clone(),
@@ -185,7 +160,7 @@ impl From<&StageSummary> for Stage {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::run::experiment::{Asked, Experiment};
+    use crate::run::experiment::{Experiment, Overrides};
 
     pub(crate) fn stage(name: &str, learning: bool, met: &[bool], generalised: &[u32]) -> StageSummary {
         let trials = u32::try_from(met.len()).unwrap();
@@ -229,10 +204,10 @@ pub(crate) mod tests {
     }
 
     /// The figures of exp1-s1 in `world`, had it given this report.
-    pub(crate) fn figures(world: &str, report: &Report) -> Figures {
-        let asked = Asked { world: Some(world), ..Asked::default() };
+    pub(crate) fn figures(world: &str, report: &Report) -> Results {
+        let asked = Overrides { world: Some(world), ..Overrides::default() };
         let experiment = Experiment::new("exp1-s1", asked).unwrap();
-        Figures::new(&experiment.told, &experiment.conditions[0], report, Vec::new(), 4.25)
+        Results::new(&experiment.design, &experiment.conditions[0], report, Vec::new(), 4.25)
     }
 
     #[test]

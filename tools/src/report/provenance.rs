@@ -4,7 +4,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// What a reader needs to make the report again.
 #[derive(Clone, Debug)]
-pub(crate) struct Facts {
+pub(crate) struct Provenance {
     /// When it was made, as `2026-11-22 07:05 UTC`.
     pub(super) date: String,
     /// What was typed.
@@ -15,7 +15,7 @@ pub(crate) struct Facts {
     pub(super) machine: String,
 }
 
-impl Facts {
+impl Provenance {
     /// As it is.
     pub(crate) fn now(now: SystemTime) -> Self {
         let seconds = now.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());

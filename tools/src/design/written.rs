@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use pschema_server::config::Mistake;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::super::Mistake;
-use super::{BodyKind, Earlier, Experiment, FieldMap, Measure, Of, Peak, Published, Sweep, Variant};
+use super::{BodyKind, Design, Earlier, FieldMap, Measure, Peak, Published, Quantity, Sweep, Variant};
 
 const VARIANTS_MAX: usize = 64;
 const MEASURES_MAX: usize = 64;
@@ -110,7 +110,7 @@ impl WrittenStages {
 #[serde(deny_unknown_fields)]
 struct WrittenMeasure {
     name: String,
-    of: Of,
+    of: Quantity,
     stage: Option<Spanned<WrittenStages>>,
     against: Option<Spanned<WrittenStages>>,
     pre: Option<String>,
@@ -140,7 +140,7 @@ pub(super) fn checked(
     file: &WrittenFile,
     spanned: &Spanned<WrittenExperiment>,
     beside: &dyn Fn(&str) -> String,
-) -> Result<Experiment, Mistake> {
+) -> Result<Design, Mistake> {
     let written = spanned.get_ref();
     let whole = || spanned.span();
     if written.measure.len() > MEASURES_MAX || written.variant.len() > VARIANTS_MAX {
@@ -161,7 +161,7 @@ pub(super) fn checked(
             return Err(Mistake::new(span, format!("two variants are named {:?}", one.name)));
         }
     }
-    Ok(Experiment {
+    Ok(Design {
         name: file.name.clone(),
         curriculum: source.to_owned(),
         title: written.title.clone(),
@@ -230,13 +230,13 @@ fn measure(stages: &[String], spanned: &Spanned<WrittenMeasure>) -> Result<Measu
     let about_schemas = written.pre.is_some() || written.post.is_some() || written.except_post.is_some();
     let wrong = |problem: &str| Err(Mistake::new(spanned.span(), format!("{:?}: {problem}", written.name)));
     match written.of {
-        Of::Precision if written.against.is_none() || written.stage.is_none() => {
+        Quantity::Precision if written.against.is_none() || written.stage.is_none() => {
             wrong("precision needs `stage` and `against`: where the response is right and where it is wrong")
         }
-        Of::Precision => Ok(()),
+        Quantity::Precision => Ok(()),
         _ if written.against.is_some() => wrong("`against` is for precision only"),
-        Of::Schemas if written.stage.is_some() => wrong("schemas are counted at the end, not by stage"),
-        Of::Schemas => Ok(()),
+        Quantity::Schemas if written.stage.is_some() => wrong("schemas are counted at the end, not by stage"),
+        Quantity::Schemas => Ok(()),
         _ if about_schemas => wrong("`pre`, `post` and `except_post` are for `of = \"schemas\"` only"),
         _ => Ok(()),
     }?;

@@ -6,28 +6,27 @@ const HEAD: &str = "name = \"mine\"\nafterwards = \"hold\"\n[values]\nrate = 0.0
 const TABLE: &str = "[experiment]\ntitle = \"Mine\"\nworld = \"wide\"\n";
 
 /// What a file with these lines after [`HEAD`] gives.
-fn written(lines: &str) -> Result<Experiment, String> {
+fn written(lines: &str) -> Result<Design, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
     std::fs::write(&path, format!("{HEAD}{lines}")).unwrap();
     let name = path.to_str().unwrap();
-    let experiment = experiment(name).map_err(|error| error.to_string().replace(name, "mine.toml"));
-    experiment.map(|experiment| Experiment {
-        world: experiment.world.replace(folder.path().to_str().unwrap(), "FOLDER"),
-        ..experiment
+    let design = design(name).map_err(|error| error.to_string().replace(name, "mine.toml"));
+    design.map(|design| Design {
+        world: design.world.replace(folder.path().to_str().unwrap(), "FOLDER"),
+        ..design
     })
 }
 
 #[test]
 fn every_built_in_curriculum_is_a_sound_experiment_or_a_variant_of_one_but_the_free_one() {
-    let all = experiments().unwrap();
+    let all = designs().unwrap();
     for (name, _) in BUILT_IN {
-        let variants =
-            |known: &Experiment| known.variants.iter().any(|v| v.curriculum.as_deref() == Some(name));
+        let variants = |known: &Design| known.variants.iter().any(|v| v.curriculum.as_deref() == Some(name));
         let used = all.iter().any(|known| known.name == name || variants(known));
         assert_eq!(used, name != "free", "{name}");
     }
-    assert!(matches!(experiment("free"), Err(ConfigError::NoExperiment { .. })));
+    assert!(matches!(design("free"), Err(DesignError::NoExperiment { .. })));
 }
 
 #[test]

@@ -1,18 +1,17 @@
-//! What a curriculum's `[[experiment.measure]]` tables ask to be read off a run.
+//! The figures that a curriculum's `[[experiment.measure]]` tables ask for, read off a run.
 
 use pschema_inspect::{Answer, Report, Request, SchemaQuery, StageSummary};
-use pschema_server::config::{self, Of};
 use serde::Serialize;
 
+use crate::design::{Design, Measure, Quantity};
 use crate::failure::Failure;
 use crate::learner::{Asks, ask_for};
 
-use super::figures::placements;
 use super::trace::Trace;
 
 /// One figure read off a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Measure {
+pub(crate) struct Reading {
     /// What it is, for people.
     pub(crate) name: String,
     /// Its value; none where there is nothing to read it off.
@@ -40,48 +39,50 @@ pub(crate) enum Unit {
 }
 
 /// Everything that measures are read off.
-pub(crate) struct Read<'a> {
-    pub(crate) told: &'a config::Experiment,
+pub(crate) struct Reader<'a> {
+    pub(crate) design: &'a Design,
     pub(crate) report: &'a Report,
     pub(crate) trace: &'a Trace,
 }
 
-impl Read<'_> {
+impl Reader<'_> {
     /// All that the experiment asks for.
-    pub(crate) fn measures(&self, asked: &mut impl Asks) -> Result<Vec<Measure>, Failure> {
-        self.told.measures.iter().map(|measure| self.measure(measure, asked)).collect()
+    pub(crate) fn readings(&self, asked: &mut impl Asks) -> Result<Vec<Reading>, Failure> {
+        self.design.measures.iter().map(|measure| self.reading(measure, asked)).collect()
     }
 
-    fn measure(&self, wanted: &config::Measure, asked: &mut impl Asks) -> Result<Measure, Failure> {
+    fn reading(&self, wanted: &Measure, asked: &mut impl Asks) -> Result<Reading, Failure> {
         let report = self.report;
         let count = |n: u32| Some(f64::from(n));
         let (value, unit) = match wanted.of {
-            Of::SchemasTotal => (count(report.schemas_total), Unit::Count),
-            Of::SchemasGeneralised => (count(report.schemas_generalised), Unit::Count),
-            Of::CounterExamples => {
+            Quantity::SchemasTotal => (count(report.schemas_total), Unit::Count),
+            Quantity::SchemasGeneralised => (count(report.schemas_generalised), Unit::Count),
+            Quantity::CounterExamples => {
                 (self.sum(&wanted.stages, |stage| stage.counter_examples_new.into()), Unit::Count)
             }
-            Of::Placements => (count(placements(&report.stages)), Unit::Count),
-            Of::PlacementsAll => {
+            Quantity::Placements => (count(placements(&report.stages)), Unit::Count),
+            Quantity::PlacementsAll => {
                 let learning = report.stages.iter().filter(|stage| stage.learning);
                 (count(learning.map(|stage| stage.trials).sum()), Unit::Count)
             }
-            Of::Actions => (self.sum(&wanted.stages, |stage| stage.actions), Unit::Count),
-            Of::SchemasNew => (self.sum(&wanted.stages, |stage| stage.schemas_new.into()), Unit::Count),
-            Of::MetShare => (self.share(&wanted.stages, |stage| stage.trials_met), Unit::Share),
-            Of::FirstTryShare => (self.share(&wanted.stages, |stage| stage.trials_met_first), Unit::Share),
-            Of::ActionsToMet => (self.actions_to_met(&wanted.stages), Unit::Count),
-            Of::TouchingShare => (self.touching_share(&wanted.stages), Unit::Share),
-            Of::Precision => {
+            Quantity::Actions => (self.sum(&wanted.stages, |stage| stage.actions), Unit::Count),
+            Quantity::SchemasNew => (self.sum(&wanted.stages, |stage| stage.schemas_new.into()), Unit::Count),
+            Quantity::MetShare => (self.share(&wanted.stages, |stage| stage.trials_met), Unit::Share),
+            Quantity::FirstTryShare => {
+                (self.share(&wanted.stages, |stage| stage.trials_met_first), Unit::Share)
+            }
+            Quantity::ActionsToMet => (self.actions_to_met(&wanted.stages), Unit::Count),
+            Quantity::TouchingShare => (self.touching_share(&wanted.stages), Unit::Share),
+            Quantity::Precision => {
                 let met = |names: &[String]| self.total(names, |stage| stage.trials_met);
                 let (right, wrong) = (met(&wanted.stages), met(&wanted.against));
                 (ratio(right, right + wrong), Unit::Share)
             }
-            Of::Schemas => (Some(schemas(wanted, asked)?), Unit::Count),
-            Of::StepUsP99 => (Some(report.step_latency_us_p99), Unit::Microseconds),
+            Quantity::Schemas => (Some(schemas(wanted, asked)?), Unit::Count),
+            Quantity::StepUsP99 => (Some(report.step_latency_us_p99), Unit::Microseconds),
         };
         let (name, published, why) = (wanted.name.clone(), wanted.published.clone(), wanted.why.clone());
-        Ok(Measure { name, value, published, unit, why })
+        Ok(Reading { name, value, published, unit, why })
     }
 
     /// The stages of these names; those that only measure when none is named.
@@ -118,7 +119,7 @@ impl Read<'_> {
     }
 }
 
-impl Read<'_> {
+impl Reader<'_> {
     fn touching_share(&self, names: &[String]) -> Option<f64> {
         let at = |stage: usize| self.trace.stages.get(stage).is_some_and(|name| names.contains(name));
         let rows = self.trace.rows.iter().filter(|row| names.is_empty() || at(row.stage));
@@ -130,12 +131,26 @@ impl Read<'_> {
     }
 }
 
+/// Learning placements until there was a generalised schema; all of them if there never was one.
+pub(super) fn placements(stages: &[StageSummary]) -> u32 {
+    let learning = stages.iter().filter(|stage| stage.learning);
+    first_generalisation(stages).unwrap_or_else(|| learning.map(|stage| stage.trials).sum())
+}
+
+/// The number of the learning placement, from 1, at whose end there was a generalised schema.
+pub(super) fn first_generalisation(stages: &[StageSummary]) -> Option<u32> {
+    let learning = stages.iter().filter(|stage| stage.learning);
+    let after = learning.flat_map(|stage| stage.generalised_after_trial.iter());
+    let at = after.copied().position(|generalised| generalised > 0)?;
+    u32::try_from(at + 1).ok()
+}
+
 fn ratio(part: u32, whole: u32) -> Option<f64> {
     (whole > 0).then(|| f64::from(part) / f64::from(whole))
 }
 
 /// How many schemas there are with these conditions.
-fn schemas(wanted: &config::Measure, asked: &mut impl Asks) -> Result<f64, Failure> {
+fn schemas(wanted: &Measure, asked: &mut impl Asks) -> Result<f64, Failure> {
     let mut matching = |post: Option<&String>| {
         let query =
             SchemaQuery { pre: wanted.pre.clone(), post: post.cloned(), limit: 1, ..SchemaQuery::default() };

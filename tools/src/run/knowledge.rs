@@ -10,14 +10,14 @@ const SHOWN_MAX: usize = 4;
 
 /// Generalised schemas and where they do not hold.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Learnt {
+pub(crate) struct Knowledge {
     /// The most executed generalised schemas.
     pub(crate) generalised: Vec<SchemaDetail>,
     /// Counter-examples of theirs.
     pub(crate) exceptions: Vec<SchemaDetail>,
 }
 
-impl Learnt {
+impl Knowledge {
     /// Asks for them.
     pub(crate) fn ask(asked: &mut impl Asks) -> Result<Self, Failure> {
         let query = SchemaQuery {
