@@ -6,7 +6,7 @@ pub const NAME_BYTES_MAX: usize = 32;
 pub const OBSERVATION_TYPES_MAX: usize = 32;
 /// Properties of one observation type, and parameters of one action or scene command.
 pub const PROPERTIES_MAX: usize = 8;
-/// Symbols one body may declare, all its properties together.
+/// Symbols that one body may declare, in all its properties together.
 pub const SYMBOLS_MAX: usize = 512;
 /// Action types one body may declare.
 pub const ACTIONS_MAX: usize = 16;
@@ -20,7 +20,7 @@ pub const OBSERVATIONS_MAX: usize = 4096;
 pub const BODIES_MAX: usize = 8;
 /// Tools connected to one daemon at a time.
 pub const TOOLS_MAX: usize = 16;
-/// Longest reason given with a refusal, in bytes of UTF-8.
+/// Longest reason of a refusal, or of an order that was not carried out, in bytes of UTF-8.
 pub const REASON_BYTES_MAX: usize = 256;
 /// Longest name of a learner, in bytes: small letters, digits, `_` and `-`.
 pub const LEARNER_NAME_BYTES_MAX: usize = 32;
@@ -30,7 +30,7 @@ pub const WAIT_MS_MAX: u32 = 10_000;
 pub const PAGE_BYTES: usize = 32 * 1024;
 /// Longest request of a tool, in bytes: one page.
 pub const REQUEST_BYTES_MAX: usize = PAGE_BYTES;
-/// Longest answer to a tool, in bytes. Longer results are asked for piece by piece.
+/// Longest answer to a tool, in bytes. A tool asks for longer results piece by piece.
 pub const ANSWER_BYTES_MAX: usize = 16 * 1024 * 1024;
 /// Pages of the longest answer.
 pub const PAGES_MAX: usize = ANSWER_BYTES_MAX.div_ceil(PAGE_BYTES);

@@ -1,7 +1,7 @@
-//! Pictures, for people: what a body sees, with the fields it divides it into. The daemon never looks at them;
-//! a body offers them and tools watch.
+//! Pictures, for people: what a body sees, and the visual fields in it. Bodies offer them and tools watch them; the daemon never
+//! looks at them.
 
-/// What a body sees at one moment.
+/// A picture that a body sees at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Picture<'a> {
     /// Pixels in a row.
@@ -10,11 +10,11 @@ pub struct Picture<'a> {
     pub height_px: u32,
     /// Red, green and blue of each pixel, row by row from the top.
     pub rgb: &'a [u8],
-    /// The fields, numbered as observations number them, from 0. Empty where the body has none.
+    /// The visual fields, in the order in which observations number them, from 0. Empty if the body has none.
     pub fields: &'a [FieldMark],
 }
 
-/// Where a field of the camera is.
+/// Where a visual field is in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldMark {
     /// Middle, in pixels from the left.
@@ -30,7 +30,7 @@ pub struct FieldMark {
 pub struct PictureMessage {
     /// The session of the body that took it.
     pub session: u64,
-    /// How many frames the body had exchanged before it.
+    /// How many frames the body had exchanged in the session before it.
     pub frame: u64,
     /// Pixels in a row.
     pub width_px: u32,

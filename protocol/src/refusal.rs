@@ -1,8 +1,8 @@
-//! Why a message was refused: a number for programs, a sentence with figures for people.
+//! Why a message was refused: a number for programs, and a sentence with figures for people.
 
 use crate::limits::{OBSERVATIONS_MAX, PRIMITIVES_MAX, WAIT_MS_MAX};
 
-/// The reason a claimed message did not pass its checks.
+/// Why a message did not pass its checks.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
@@ -184,7 +184,7 @@ pub enum Refusal {
         /// What is wrong with it.
         problem: String,
     },
-    /// The daemon cannot take what was asked now. Its reason is its own.
+    /// The daemon does not take the message now, for a reason of its own.
     #[error("{reason}")]
     Unwilling {
         /// Why.
@@ -223,7 +223,7 @@ impl Refusal {
     }
 }
 
-/// What the refusal of number `code` is about, in a word or two: what refusals are counted by.
+/// What the refusal with the number `code` is about, in a word or two. Refusals are counted under these words.
 #[must_use]
 pub fn reason(code: u32) -> &'static str {
     match code {

@@ -42,7 +42,7 @@ fn a_change_of_what_tools_and_daemon_say_raises_its_version() {
         let line = line + 1;
         panic!(
             "what tools and daemon say has changed (protocol/{name}:{line}: {was:?} became {is:?}): raise \
-             TOOLS_VERSION in protocol/src/wire.rs, and run this once with PSCHEMA_BLESS=1"
+             TOOLS_VERSION in protocol/src/wire/layout.rs, and run this once with PSCHEMA_BLESS=1"
         );
     }
     assert_eq!(kept.len(), now.len(), "protocol/{name}: something was added at its end: raise TOOLS_VERSION");

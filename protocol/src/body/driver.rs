@@ -1,5 +1,5 @@
-//! A body's side of a session without any transport: what to send, and what to do with the reply. The
-//! same code drives a body over shared memory and inside the daemon's own process.
+//! A body's side of a session, without any transport: which frame to send, and how to obey the reply. The same code
+//! drives a body over shared memory and inside the daemon's own process.
 
 use std::time::Duration;
 
@@ -11,14 +11,14 @@ use crate::refusal::Refusal;
 use crate::wire::message::{OrderReport, RawFrame, RawHello, Reply};
 use crate::wire::{WireReply, decode, encode};
 
-/// What a body does after a reply, besides what it has already done.
+/// What remains to be done after a reply, once the body has carried out the order in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Directive {
-    /// Send the next frame. An order, if there was one, has been carried out.
+    /// Send the next frame.
     Continue,
     /// Rest, then send the next frame.
     Wait(Duration),
-    /// The frame was refused; sending another may help, or attaching again.
+    /// The frame was refused. Sending another may help, or attaching again.
     Refused {
         /// The number of the refusal.
         code: u32,
@@ -29,7 +29,7 @@ pub enum Directive {
     Detach,
 }
 
-/// A body between frames.
+/// A body, and where it is in its session.
 #[derive(Debug)]
 pub struct BodyLoop<B> {
     body: B,
@@ -65,7 +65,7 @@ impl<B: Body> BodyLoop<B> {
         &self.body
     }
 
-    /// How many orders (actions and scene commands) the body has carried out, or tried to.
+    /// How many orders (actions and scene commands) the body was given.
     pub fn orders(&self) -> u64 {
         self.orders
     }
@@ -78,7 +78,7 @@ impl<B: Body> BodyLoop<B> {
         encode::hello(&self.description, std::process::id(), 0)
     }
 
-    /// Begins a session. What was ordered in an earlier one is not reported in it.
+    /// Begins a session. An order of an earlier session is not reported in it.
     pub fn attached(&mut self, session: u64) {
         self.session = session;
         self.sequence = 0;
@@ -99,19 +99,19 @@ impl<B: Body> BodyLoop<B> {
         &self.frame
     }
 
-    /// What the body saw when it made that frame, if it has an eye.
+    /// The picture that the body saw when it made that frame; none if it has no eye.
     pub fn picture(&mut self) -> Option<Picture<'_>> {
         self.body.picture()
     }
 
-    /// Checks the reply to the last frame, and does what it orders.
+    /// Checks the reply to the last frame, and lets the body carry out the order in it.
     ///
     /// # Errors
-    /// What is wrong with the reply; nothing has been done then.
+    /// What is wrong with the reply. The body has done nothing then.
     pub fn obey(&mut self, reply: &WireReply) -> Result<Directive, Refusal> {
         let reply = decode::reply(reply, &self.description, self.session, self.sequence)?;
         let outcome = match reply {
-            // The report stays for the next frame: this one was not taken.
+            // The report stays for the next frame, because this frame was not taken.
             Reply::Refused { code, reason } => return Ok(Directive::Refused { code, reason }),
             Reply::Detach => return Ok(Directive::Detach),
             Reply::Wait { ms } => {

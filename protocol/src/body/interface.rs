@@ -1,4 +1,4 @@
-//! What the author of a body implements.
+//! The trait that the author of a body implements.
 
 use super::Senses;
 use crate::description::{Action, Description};
@@ -47,24 +47,23 @@ use crate::picture::Picture;
 /// }
 /// ```
 pub trait Body {
-    /// What this body senses and does. Asked once, before attaching.
+    /// The description of this body: what it senses, and what it can do. Asked for once, before the body attaches.
     fn describe(&self) -> Description;
 
-    /// Reports everything that holds now, into `frame`. Called once before each decision.
+    /// Reports everything that the body senses now, into `frame`. Called once before each decision.
     fn sense(&mut self, frame: &mut Senses);
 
-    /// Carries `action` out, to its end, and says how it went. `action` is within the declared limits: its
-    /// id is that of a declared action, and it has one value a parameter, each of the declared kind and range.
+    /// Carries `action` out, to its end, and says how it went. The action is one that the body declared, with one value for
+    /// each parameter, of the declared kind and in the declared range.
     fn act(&mut self, action: &Action) -> Outcome;
 
-    /// What it saw when it last sensed, for people to look at; none when it has no eye, as most bodies. Asked for only
-    /// while a tool watches, some 30 times a second at most.
+    /// The picture that the body saw when it last sensed, for people to look at; none if it has no eye, as most bodies. Asked
+    /// for only while a tool watches, some 30 times a second at most.
     fn picture(&mut self) -> Option<Picture<'_>> {
         None
     }
 
-    /// Arranges the surroundings as a curriculum asks. A body that declared no scene commands never
-    /// gets one.
+    /// Arranges the body's surroundings as a curriculum asks. A body that declared no scene commands never gets one.
     fn arrange(&mut self, command: &Action) -> Outcome {
         tracing::warn!(?command, "this body arranges nothing");
         Outcome::refused("this body arranges nothing")

@@ -1,4 +1,5 @@
-//! The whole life of a body process: attach, and again whenever the daemon comes back; send, obey; leave.
+//! The whole life of a body's process: it attaches, and again whenever the daemon comes back; it sends frames and obeys
+//! replies; it leaves.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -16,16 +17,16 @@ use crate::transport::body_link::BodyLink;
 
 use super::{Body, BodyLoop, Directive};
 
-/// First and longest pause between two tries to attach; each is twice the one before.
+/// The first and the longest pause between two tries to attach. Each pause is twice the one before.
 const BACKOFF_FIRST: Duration = Duration::from_millis(20);
 const BACKOFF_LAST: Duration = Duration::from_millis(500);
-/// How long an absent daemon may take to come back before a body that shall end with it does so.
+/// How long a daemon may be absent before a body that is to end with it does so.
 const GONE_GRACE: Duration = Duration::from_secs(3);
 /// How long a daemon may be unwilling, or full, before the body gives up.
 const UNWILLING_GRACE: Duration = Duration::from_secs(5);
-/// Frames refused one after another before the body gives up: more is a fault in the body.
+/// How many frames may be refused one after another before the body gives up: more is a fault in the body.
 const REFUSALS_MAX: u64 = 50;
-/// Pause after a refused frame.
+/// The pause after a refused frame.
 const REFUSAL_PAUSE: Duration = Duration::from_millis(20);
 
 /// How to run a body.
@@ -36,7 +37,7 @@ pub struct RunOptions {
     pub place: Place,
     /// End when the daemon has been gone for 3 s, instead of waiting for it to come back.
     pub exit_when_daemon_gone: bool,
-    /// Set it, from anywhere, to end the run.
+    /// The flag that ends the run, whichever thread sets it.
     pub stop: Arc<AtomicBool>,
 }
 
@@ -84,7 +85,7 @@ pub struct RunSummary {
     pub sessions: u64,
     /// Frames replied to.
     pub frames: u64,
-    /// Orders (actions and scene commands) carried out, or tried.
+    /// Orders (actions and scene commands) that the body was given.
     pub orders: u64,
     /// Frames refused.
     pub refused: u64,
@@ -104,7 +105,7 @@ impl fmt::Display for RunSummary {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// What the body says of itself is not allowed: a fault in the body.
+    /// The body's description is not allowed: a fault in the body.
     #[error("the body's description is not allowed: {0}")]
     Description(#[source] Refusal),
     /// The daemon does not take this body.
@@ -131,8 +132,8 @@ pub enum RunError {
     Transport(#[from] TransportError),
 }
 
-/// Runs a body until told to stop, sent away, or the daemon has gone (see [`RunOptions`]). A daemon that
-/// restarts is attached to again.
+/// Runs a body until it is told to stop, the daemon sends it away, or the daemon has gone (see [`RunOptions`]). If a daemon
+/// restarts, the body attaches to it again.
 ///
 /// # Errors
 /// When the body or the daemon breaks the protocol, or shared memory cannot be used.
@@ -168,7 +169,7 @@ impl<B: Body> Run<'_, B> {
         self.options.stop.load(Ordering::Relaxed)
     }
 
-    /// Attaches, however often it takes.
+    /// Attaches, with as many tries as it takes.
     fn attach(&mut self) -> Result<ControlFlow<RunEnding, BodyLink>, RunError> {
         let start = Instant::now();
         let mut backoff = BACKOFF_FIRST;
@@ -193,7 +194,7 @@ impl<B: Body> Run<'_, B> {
         Ok(ControlFlow::Break(RunEnding::Stopped))
     }
 
-    /// Whether a failed try to attach is worth another.
+    /// Returns if a failed try to attach is worth another, and else the error.
     fn attach_again(&self, error: TransportError, waited: Duration) -> Result<(), RunError> {
         match error {
             TransportError::Domain(DomainError::NotServed { .. } | DomainError::Starting { .. }) => {
@@ -215,7 +216,7 @@ impl<B: Body> Run<'_, B> {
         Ok(())
     }
 
-    /// One session, to its end.
+    /// One session, to its end: whether to attach again, or how the run ends.
     fn session(&mut self, mut link: BodyLink) -> Result<ControlFlow<RunEnding>, RunError> {
         let mut refused_in_a_row = 0;
         let mut frames = 0;
@@ -264,7 +265,7 @@ impl<B: Body> Run<'_, B> {
         }
     }
 
-    /// Sleeps, a little at a time, unless told to stop.
+    /// Sleeps for `time`, a little at a time so that the stop flag is seen soon.
     fn pause(&self, time: Duration) {
         let end = Instant::now() + time;
         while !self.stopped() && Instant::now() < end {

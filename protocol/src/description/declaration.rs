@@ -26,26 +26,25 @@ use crate::limits::PRIMITIVES_MAX;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Description {
-    /// Which body this is; a body that comes back under the same name continues. At most
+    /// The body's name. A body that comes back under the same name continues. A name has at most
     /// [`crate::limits::NAME_BYTES_MAX`] bytes, like every name here.
     pub name: String,
-    /// What kind of body, for people: `sim-arm`, `adept`, `grid-world`.
+    /// The kind of body, for people: `sim-arm`, `adept`, `grid-world`.
     pub kind: String,
-    /// The observation types its frames may hold, in the order of their [`SenseId`]s.
+    /// The types of the observations that its frames may hold, in the order of their [`SenseId`]s.
     pub observation_types: Vec<ObservationType>,
     /// The actions it can carry out, in the order of their [`ActionId`]s.
     pub actions: Vec<ActionType>,
-    /// The primitives that motor babbling draws from: actions with every parameter filled in, each
-    /// within the limits declared for it. An arm offers its taught postures, a grid world its moves.
+    /// The primitives: actions with every parameter filled in, each within its declared limits. Motor babbling draws from
+    /// them. An arm offers its taught postures, a grid world its moves.
     pub repertoire: Vec<Action>,
-    /// What a curriculum may ask of the body's surroundings (place a block, take it away), in the order of their
-    /// [`ActionId`]s. A body without scene control declares none.
+    /// The scene commands, by which a curriculum may change the body's surroundings (place a block, take it away), in the
+    /// order of their [`ActionId`]s. A body that has no control of the scene declares none.
     pub scene_commands: Vec<ActionType>,
 }
 
 impl Description {
-    /// A body that senses and does nothing yet. `name` says which body it is: one that comes back under its name
-    /// continues; `kind` says what kind of body, for people.
+    /// A description without senses and actions, of the body `name`, which is of this `kind`.
     #[must_use]
     pub fn new(name: impl Into<String>, kind: impl Into<String>) -> Self {
         Self {
@@ -81,7 +80,7 @@ impl Description {
             let with = |begun: &Vec<Value>, value| [begun.as_slice(), &[value]].concat();
             let longer =
                 all.iter().flat_map(|begun| parameter.kind.every().map(move |value| with(begun, value)));
-            // One too many is as wrong as all of them, which may not fit into memory.
+            // One too many is refused just as all of them would be, and all of them may not fit into memory.
             all = longer.take(PRIMITIVES_MAX + 1).collect();
         }
         let id = self.action(declared);
@@ -101,20 +100,20 @@ impl Description {
     }
 }
 
-/// A sense: one type of observation.
+/// A sense of a body: one type of observation.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 #[must_use]
 pub struct ObservationType {
     /// The type's name: `finger`, `object`, `touch`.
     pub name: String,
-    /// Caused by the body itself (where its finger is seen, its joint angles): never a pre-condition
-    /// by default.
+    /// Whether the body itself causes the observation (where its finger is seen, its joint angles). Such an observation is never
+    /// a pre-condition by default.
     pub own: bool,
-    /// An event that holds for the frame it came in (a touch, a sound), not a state: never a
-    /// pre-condition by default.
+    /// Whether the observation is an event, which holds for the one frame that reports it (a touch, a sound), and not a state.
+    /// An event is never a pre-condition by default.
     pub transient: bool,
-    /// What an observation of this type says, in the order its values are given.
+    /// The properties of an observation of this type, in the order in which its values are given.
     pub properties: Vec<Property>,
 }
 
@@ -142,14 +141,14 @@ impl ObservationType {
     }
 }
 
-/// An action the body can carry out, or a scene command it can obey.
+/// An action that a body can carry out, or a scene command that it can obey.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 #[must_use]
 pub struct ActionType {
     /// The action's name: `move`, `place`.
     pub name: String,
-    /// Its parameters, in the order values are given. Their kinds carry the limits.
+    /// Its parameters, in the order in which their values are given. Their kinds have the limits.
     pub parameters: Vec<Property>,
 }
 

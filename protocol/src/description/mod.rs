@@ -1,5 +1,5 @@
-//! What a body declares of itself when it attaches: its senses, its actions, and what can be arranged
-//! around it. Plain values, made with builders, for the author of a body.
+//! The description of a body: its senses, its actions, and what a curriculum can arrange around it. These are plain values
+//! with builders, for the author of a body.
 
 mod declaration;
 mod property;

@@ -79,7 +79,7 @@ impl Property {
         Self::new(name, ValueKind::Real { min: *range.start(), max: *range.end(), resolution })
     }
 
-    /// The same, in this unit (`rad`, `mm`).
+    /// The same property, with its values in this unit (`rad`, `mm`).
     pub fn unit(mut self, unit: impl Into<String>) -> Self {
         self.unit = unit.into();
         self
@@ -87,8 +87,8 @@ impl Property {
 }
 
 impl ValueKind {
-    /// Every value that the learner tells apart, from the smallest on; of a real the middle of each bin, or the limit that
-    /// is nearest to it.
+    /// Every value that the learner tells apart, from the smallest on. For a real this is the middle of each bin, or the limit
+    /// that is nearest to it.
     pub(super) fn every(&self) -> Box<dyn Iterator<Item = Value> + '_> {
         match *self {
             Self::Integer { min, max } => Box::new((min..=max).map(Value::Integer)),

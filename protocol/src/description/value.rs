@@ -1,11 +1,11 @@
-//! Values, and the actions that are filled in with them.
+//! Values, the ids of declarations, and actions with their parameters filled in.
 
 /// One value of a property or parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
     /// For [`ValueKind::Integer`](super::ValueKind::Integer).
     Integer(i64),
-    /// For [`ValueKind::Symbol`](super::ValueKind::Symbol): an index into the declared symbols.
+    /// For [`ValueKind::Symbol`](super::ValueKind::Symbol): the index of one of the declared symbols, from 0.
     Symbol(u32),
     /// For [`ValueKind::Boolean`](super::ValueKind::Boolean).
     Boolean(bool),
@@ -17,7 +17,7 @@ impl Value {
     /// The symbol at `index` of those declared, from 0.
     #[must_use]
     pub fn symbol(index: usize) -> Self {
-        // No property has as many symbols as do not fit: what is cut is refused, as it would be uncut.
+        // An index that does not fit is beyond the symbols of every property, and so is the largest that fits.
         Self::Symbol(u32::try_from(index).unwrap_or(u32::MAX))
     }
 }

@@ -1,4 +1,4 @@
-//! What a `doctor` wants to know of the machine and of what daemons left behind.
+//! An examination of the machine, and of the files that dead daemons left.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -9,31 +9,31 @@ use super::record::is_prefix;
 use super::shared_memory::{SHARED_MEMORY, SHARED_MEMORY_NEEDED, names, shared_memory_available};
 use super::{DomainError, DomainRecord, LearnerName, Place, RuntimeDir};
 
-/// An epoch whose daemon is dead.
+/// The files of an epoch whose daemon is dead.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StaleEpoch {
-    /// The learner, or none for files that no record names any more.
+    /// The learner; none if no record names the epoch any more.
     pub learner: Option<String>,
     /// The prefix of its files in shared memory.
     pub prefix: String,
-    /// How many files it left there.
+    /// How many files are left in shared memory.
     pub files: usize,
     /// How many bytes they take.
     pub bytes: u64,
 }
 
-/// Something that another user could use, or has put there.
+/// A file or directory that another user could use, or has made.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Exposure {
     /// The file or directory.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// What is wrong with the file.
     pub problem: String,
-    /// What to do.
+    /// What to do about it.
     pub mend: String,
 }
 
-/// The state of the machine, for a daemon.
+/// The state of the machine, as far as a daemon depends on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MachineState {
     /// Bytes of shared memory free.
@@ -42,14 +42,14 @@ pub struct MachineState {
     pub shared_memory_needed: u64,
     /// Learners that a daemon serves now.
     pub served: Vec<LearnerName>,
-    /// What dead daemons left. Starting the learner's daemon removes its own; files without a learner can
-    /// be removed by hand from `/dev/shm`.
+    /// The files that dead daemons left. A learner's next daemon removes those of that learner; files of no learner can be
+    /// removed by hand from `/dev/shm`.
     pub stale: Vec<StaleEpoch>,
-    /// What is not closed to other users as it should be.
+    /// The files that are not closed to other users as they should be.
     pub exposed: Vec<Exposure>,
 }
 
-/// Looks at `runtime` and at shared memory. Changes nothing.
+/// Looks at `runtime` and at shared memory, and changes nothing.
 ///
 /// # Errors
 /// What the operating system said when either cannot be listed.
@@ -87,7 +87,7 @@ pub fn examine(runtime: &RuntimeDir) -> Result<MachineState, DomainError> {
     })
 }
 
-/// Shared memory in which anybody may remove what is not theirs.
+/// Shared memory in which a user may remove the files of another; none if it is as it should be.
 fn open_shared_memory(directory: &Path) -> Option<Exposure> {
     let found = fs::metadata(directory).ok()?;
     let open = found.mode() & 0o022 != 0 && found.mode() & 0o1000 == 0;
@@ -98,7 +98,7 @@ fn open_shared_memory(directory: &Path) -> Option<Exposure> {
     })
 }
 
-/// A file or directory that is not this user's alone; none when it is, or is not there.
+/// A file or directory that other users can use, or that is another's; none if it is private, or is not there.
 fn not_private(path: &Path) -> Option<Exposure> {
     let found = fs::symlink_metadata(path).ok()?;
     let user = rustix::process::geteuid().as_raw();
@@ -119,7 +119,7 @@ fn not_private(path: &Path) -> Option<Exposure> {
     None
 }
 
-/// Files under an epoch's prefix that others could use, or made.
+/// The files under an epoch's prefix that other users can use, or have made.
 fn in_shared_memory(prefix: &str) -> Result<Vec<Exposure>, DomainError> {
     let directory = Path::new(SHARED_MEMORY);
     let named = names(directory)?.filter(|name| is_prefix(prefix) && name.starts_with(prefix));
@@ -142,14 +142,14 @@ fn learners(runtime: &RuntimeDir) -> Result<Vec<LearnerName>, DomainError> {
     Ok(names)
 }
 
-/// The files that an epoch left, out of all of this user's.
+/// The files that an epoch left, looked up among `all` of this user.
 fn left(learner: Option<String>, prefix: &str, all: &BTreeMap<String, (usize, u64)>) -> StaleEpoch {
     let (files, bytes) = all.get(prefix).copied().unwrap_or_default();
     StaleEpoch { learner, prefix: prefix.to_owned(), files, bytes }
 }
 
-/// How many of this user's files in shared memory there are under each prefix that looks like ours, and their bytes.
-/// Those of one that no record in this runtime directory names may be of a live daemon in another.
+/// For each prefix that looks like an epoch's: how many files of this user there are in shared memory, and their bytes. If no
+/// record in this runtime directory names a prefix, a live daemon in another may still use it.
 fn by_prefix() -> Result<BTreeMap<String, (usize, u64)>, DomainError> {
     let user = rustix::process::geteuid().as_raw();
     let directory = Path::new(SHARED_MEMORY);

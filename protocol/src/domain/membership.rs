@@ -1,12 +1,12 @@
-//! What ties a body or a tool to an epoch.
+//! The tie of a body or a tool to an epoch.
 
 use super::{DomainError, DomainRecord, Place, sweep};
 
-/// Held by a peer for as long as it has anything on an epoch, its node last. A peer that was starting while
-/// its daemon was replaced brings back a part of what the new daemon has swept; so the peer that finds
-/// its epoch ended sweeps it again. One that is killed before leaves that to the next daemon.
+/// A peer holds this as long as it has anything on an epoch, and drops it after its node. A peer that was starting while its
+/// daemon was replaced brings back a part of the files that the new daemon has swept. So a peer whose epoch has ended sweeps
+/// it again when it drops this; if the peer is killed before, the next daemon does.
 #[derive(Debug)]
-pub(crate) struct Membership {
+pub struct Membership {
     place: Place,
     record: DomainRecord,
 }

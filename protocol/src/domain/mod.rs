@@ -25,7 +25,8 @@ mod sweep;
 pub use doctor::{Exposure, MachineState, StaleEpoch, examine};
 pub use error::DomainError;
 pub(crate) use error::io;
-pub(crate) use membership::Membership;
+#[doc(hidden)]
+pub use membership::Membership;
 pub use owned::OwnedDomain;
 pub use place::Place;
 pub use record::DomainRecord;

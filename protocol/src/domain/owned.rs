@@ -8,7 +8,7 @@ use super::error::io;
 use super::shared_memory::{SHARED_MEMORY_NEEDED, require_shared_memory};
 use super::{DomainError, DomainRecord, Place, runtime, sweep};
 
-/// The daemon's hold on a learner: its lock and a fresh epoch. Dropping it removes the epoch.
+/// What a daemon holds of a learner: the lock and a fresh epoch. Dropping it removes the epoch.
 #[derive(Debug)]
 pub struct OwnedDomain {
     place: Place,
@@ -17,7 +17,7 @@ pub struct OwnedDomain {
     _lock: File,
 }
 
-/// How often, and how far apart, a daemon tries for a lock that a peer may be testing just now.
+/// How often, and how far apart, a daemon tries to take a lock that a peer may be testing just then.
 const LOCK_TRIES: u32 = 10;
 const LOCK_TRY_APART: Duration = Duration::from_millis(20);
 
@@ -37,20 +37,20 @@ impl OwnedDomain {
         sweep_before()?;
         require_shared_memory(SHARED_MEMORY_NEEDED)?;
         let record = DomainRecord::next(before.as_ref());
-        // Before anything of the epoch exists, so that whenever this process dies the next knows its prefix.
+        // The record is written before anything of the epoch exists: whenever this process dies, the next knows the prefix.
         record.write(&path)?;
-        // Again: until the new record was there, a peer that was late could bring a part of the old epoch
-        // back. One that comes later still sweeps that itself (see `Membership`).
+        // The sweep is done again: until the new record was there, a late peer could bring back a part of the old epoch. A
+        // peer that is later still sweeps that itself (see `Membership`).
         sweep_before()?;
         sweep::orphans(place.runtime().path())?;
         let root = place.epoch_root(&record);
-        // An eager peer may have been first; below the runtime directory nobody else could be.
+        // An eager peer may have made the directory already; nobody else can, below the runtime directory.
         runtime::private_directory(&root)?;
         tracing::debug!(learner = %place.learner(), epoch = record.epoch, prefix = %record.prefix, "domain created");
         Ok(Self { place, record, _lock: lock })
     }
 
-    /// Where the learner is.
+    /// The learner's place.
     #[must_use]
     pub fn place(&self) -> &Place {
         &self.place
@@ -62,7 +62,7 @@ impl OwnedDomain {
         &self.record
     }
 
-    /// Tells bodies and tools that they can connect.
+    /// Writes into the record that the epoch is ready, so that bodies and tools connect.
     ///
     /// # Errors
     /// What the operating system said when the record could not be written.
@@ -76,7 +76,7 @@ impl Drop for OwnedDomain {
     fn drop(&mut self) {
         let root = self.place.epoch_root(&self.record);
         if let Err(error) = sweep::epoch(&root, &self.record.prefix) {
-            // The next daemon of this learner sweeps it: its record stays.
+            // The record stays, so that the next daemon of this learner sweeps the rest.
             tracing::warn!(%error, "the epoch's files were not all removed");
             return;
         }

@@ -7,7 +7,15 @@ use std::path::PathBuf;
 use super::{DomainError, DomainRecord, LearnerName, RuntimeDir};
 use crate::wire::VERSION;
 
-/// A learner's place in a runtime directory: what bodies, tools and the daemon all start from.
+/// A learner's place in a runtime directory. Bodies, tools and the daemon all start from it.
+///
+/// ```no_run
+/// use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
+///
+/// let place = Place::new(RuntimeDir::from_environment()?, LearnerName::new("demo")?);
+/// println!("{}: {}", place.learner(), if place.is_served() { "served" } else { "not served" });
+/// # Ok::<_, pschema_protocol::domain::DomainError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     runtime: RuntimeDir,
@@ -49,8 +57,8 @@ impl Place {
         DomainError::NotServed { name: self.learner.to_string(), runtime: self.runtime.path().to_owned() }
     }
 
-    /// Whether a daemon holds the learner's lock. The kernel drops the lock with the process, so this is
-    /// exact even for one that was killed or is not yet reaped.
+    /// Whether a daemon holds the learner's lock. The kernel drops the lock with the process, so this is exact also for a
+    /// daemon that was killed and is not yet reaped.
     #[must_use]
     pub fn is_served(&self) -> bool {
         let Ok(lock) = File::open(self.lock_path()) else { return false };
@@ -71,7 +79,7 @@ impl Place {
             }
             record => record?,
         };
-        // A daemon that has its lock and not yet its record is only starting: the record is the dead one's.
+        // A daemon that holds the lock and has not yet written its record is starting: the record is that of a dead daemon.
         if !self.is_served() || self.lock_holder() != record.pid.to_string() {
             return Err(self.not_served());
         }
@@ -82,8 +90,8 @@ impl Place {
                 ours: VERSION,
             });
         }
-        // Its services come one by one, and each before the daemon's port on it: a request sent in between
-        // reaches nobody, which looks just like a daemon that has gone.
+        // The daemon makes its services one by one, and each before its own port on it. A request that is sent in between
+        // reaches nobody, which looks just as if the daemon had gone.
         if !record.ready {
             return Err(DomainError::Starting { name: self.learner.to_string(), pid: record.pid });
         }

@@ -24,16 +24,16 @@ pub struct DomainRecord {
     pub ready: bool,
 }
 
-/// More than any record has.
+/// The longest that a record may be, in bytes: more than any has.
 const RECORD_BYTES_MAX: u64 = 1024;
-/// What a record's state can be.
+/// The words for a record's state.
 const STARTING: &str = "starting";
 const READY: &str = "ready";
 
 impl DomainRecord {
-    /// The epoch of this process after `before`, not ready yet.
+    /// The record of a new epoch of this process, which follows `before` and is not ready yet.
     pub(super) fn next(before: Option<&Self>) -> Self {
-        // The standard library seeds each of these from the operating system.
+        // The standard library seeds each `RandomState` from the operating system.
         let random = RandomState::new().hash_one(std::process::id());
         Self {
             protocol: crate::wire::VERSION,
@@ -91,7 +91,7 @@ fn parse(text: &str) -> Result<DomainRecord, String> {
     })
 }
 
-/// Whether `text` can be an epoch's prefix: files are removed by it.
+/// Whether `text` can be an epoch's prefix. This must be exact, because files are removed by their prefix.
 pub(super) fn is_prefix(text: &str) -> bool {
     let digits = text.strip_prefix("ps").and_then(|rest| rest.strip_suffix('-'));
     digits.is_some_and(|digits| digits.len() == 10 && digits.bytes().all(|byte| byte.is_ascii_hexdigit()))

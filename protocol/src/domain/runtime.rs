@@ -1,4 +1,4 @@
-//! The runtime directory: private to one user, for whoever writes there can impersonate a daemon.
+//! The runtime directory. It is private to one user, because whoever can write there can pretend to be a daemon.
 
 use std::fmt;
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};

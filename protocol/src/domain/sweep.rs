@@ -1,4 +1,4 @@
-//! Removing an epoch's files, and what is left of shared memory.
+//! Removing the files of epochs.
 
 use std::fs;
 use std::path::Path;
@@ -7,8 +7,8 @@ use super::error::io;
 use super::shared_memory::{names, shared_memory_files};
 use super::{DomainError, DomainRecord, record};
 
-/// Removes all of an epoch: its directory and everything in shared memory under its prefix. Processes
-/// that still map the latter keep their mappings.
+/// Removes all of an epoch: its directory, and every file in shared memory under its prefix. A process that still maps such a
+/// file keeps its mapping.
 pub(super) fn epoch(root: &Path, prefix: &str) -> Result<(), DomainError> {
     for path in shared_memory_files(prefix)? {
         match fs::remove_file(&path) {
@@ -21,10 +21,10 @@ pub(super) fn epoch(root: &Path, prefix: &str) -> Result<(), DomainError> {
     remove_directory(root)
 }
 
-/// Removes epochs that no record in `runtime` names: a peer that was starting while its daemon was
-/// replaced can bring back a part of one that was swept.
+/// Removes the epochs that no record in `runtime` names: a peer that was starting while its daemon was replaced can bring
+/// back a part of an epoch that was swept.
 pub(super) fn orphans(runtime: &Path) -> Result<(), DomainError> {
-    // Roots before records: the record of a root that is there now was written before it.
+    // Roots are listed before records are read: whoever makes a root has written its record before.
     let roots: Vec<_> =
         names(runtime)?.filter_map(|name| name.strip_prefix('.').map(str::to_owned)).collect();
     let records = names(runtime)?.map(|name| DomainRecord::read(&runtime.join(name).join("domain")));
@@ -36,8 +36,8 @@ pub(super) fn orphans(runtime: &Path) -> Result<(), DomainError> {
     Ok(())
 }
 
-/// A peer that is just leaving removes files of its own, or adds one, while the directory is removed; so
-/// more than one try.
+/// Removes the root directory of an epoch, with several tries: a peer that is just leaving may remove a file of its own, or add
+/// one, in between.
 fn remove_directory(root: &Path) -> Result<(), DomainError> {
     let mut result = Ok(());
     for _ in 0..5 {

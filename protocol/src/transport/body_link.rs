@@ -1,4 +1,4 @@
-//! A body's end: it introduces itself once, then exchanges frames for replies.
+//! The end of a body. It introduces the body once, then exchanges frames for replies.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -19,11 +19,11 @@ use crate::picture::Picture;
 use crate::wire::message::{Admission, RawFrame, RawHello};
 use crate::wire::{FrameHeader, Welcome, WireFrame, WireReply, decode, encode, purpose};
 
-/// How often a waiting body looks whether the daemon lives and whether it shall stop.
+/// How often a waiting body looks whether the daemon lives, and whether the body is told to stop.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 /// How long a body waits for its welcome. The daemon may be recovering a large memory.
 const WELCOME_PATIENCE: Duration = Duration::from_secs(30);
-/// How long a body that was told to stop still waits for the reply under way.
+/// How long a body that is told to stop still waits for a reply.
 const STOP_PATIENCE: Duration = Duration::from_millis(500);
 
 type PendingReply = PendingResponse<Ipc, WireFrame, FrameHeader, WireReply, ()>;
@@ -61,7 +61,7 @@ impl BodyLink {
         let hello = encode::hello(description, std::process::id(), base.wake).map_err(|refusal| {
             TransportError::Refused { code: refusal.code(), reason: refusal.to_string() }
         })?;
-        // Before the hello: the daemon knows that the body lives by this port.
+        // Made before the hello is sent: by this port the daemon knows that the body lives.
         let client = client!(services::frames(&base.node, Role::Peer)?, base.epoch, BODIES_MAX, "bodies");
         tracing::trace!("frame port open");
         let pictures = PictureOffer::open(&base)?;
@@ -98,12 +98,12 @@ impl BodyLink {
             {
                 return Err(TransportError::DaemonGone);
             }
-            // An error is a signal, and the loop looks again.
+            // An error means that a signal came, and the loop looks again.
             self.base.listener.timed_wait(|_| {}, LOOK_EVERY).ok();
         }
     }
 
-    /// Polls for as long as `spin` says, instead of as usual.
+    /// Makes the body poll as long as `spin` says, instead of the usual time.
     pub fn set_spin(&mut self, spin: Spin) {
         self.spin = spin;
     }
@@ -114,24 +114,24 @@ impl BodyLink {
         self.session
     }
 
-    /// Whether a tool watches what the body sees, and could do with another picture by now.
+    /// Whether a tool watches the body's pictures, and the last one is old enough for another.
     #[must_use]
     pub fn is_watched(&self) -> bool {
         self.pictures.is_wanted()
     }
 
-    /// Sends a picture to the tools that watch, as that of the body after so many frames. What goes wrong is logged,
-    /// and no more pictures are sent in this session.
+    /// Sends a picture to the tools that watch; `frame` is how many frames the body has exchanged in the session. An error is
+    /// logged, and no more pictures are sent in this session.
     pub fn show(&mut self, picture: &Picture<'_>, frame: u64) {
         self.pictures.send(picture, self.session, frame);
     }
 
-    /// Sends a frame and waits for the reply, as long as the daemon lives: it may hold a reply until the
-    /// step is durable, or be stopped for a while.
+    /// Sends a frame and waits for the reply as long as the daemon lives. The daemon may keep a reply until the step is durable,
+    /// or be stopped for a while.
     ///
     /// # Errors
-    /// [`TransportError::DaemonGone`] when it does not, [`TransportError::Stopped`] when `stop` was set and no
-    /// reply came soon, else what the transport said.
+    /// [`TransportError::DaemonGone`] when the daemon has gone, [`TransportError::Stopped`] when `stop` was set and no reply came
+    /// soon, or an error of the transport.
     pub fn exchange(&mut self, frame: &RawFrame, stop: &AtomicBool) -> Result<WireReply, TransportError> {
         let header = FrameHeader { wake: self.base.wake, ..frame.header };
         let loan = self.client.loan_uninit().map_err(setup("send a frame"))?;
@@ -185,29 +185,29 @@ impl BodyLink {
             if left.is_zero() {
                 return;
             }
-            // That the last reply was sent may be heard only now, and is no reason to get up. An error is a
-            // signal, and the loop looks at the flag.
+            // The event of the last reply may be heard only now, and is no reason to get up. An error means that a signal
+            // came, and the loop looks at the flag.
             self.base.listener.timed_wait(|heard| roused |= heard.id == ROUSED, left.min(LOOK_EVERY)).ok();
         }
     }
 
-    /// Says farewell. The daemon closes the session at once instead of finding the body gone.
+    /// Says farewell, so that the daemon closes the session at once, and does not have to find the body gone.
     pub fn detach(mut self) {
         let header =
             FrameHeader { session: self.session, purpose: purpose::DETACH, ..FrameHeader::default() };
         let frame = RawFrame { header, ..RawFrame::default() };
-        // Already told to stop: waits only as long as for any last reply.
+        // With the stop flag set, the wait for the reply is short.
         if let Err(error) = self.exchange(&frame, &AtomicBool::new(true)) {
             tracing::debug!(%error, "left without a farewell");
         }
     }
 }
 
-/// Says when a daemon that is there does not reply: it is stopped or very busy, and nothing else tells. The body holds
-/// meanwhile: an action was carried out to its end before the frame, and no other begins before a reply.
+/// Logs that a daemon which lives does not reply. It is stopped or very busy, and nothing else says so. The body holds still
+/// meanwhile: its last action ended before the frame, and no other begins before a reply.
 struct SilenceLog {
     pid: u32,
-    /// When to say so next: after a second, and then each time after twice as long.
+    /// After which time of silence it logs next: after a second, then each time after twice as long.
     next: Duration,
 }
 

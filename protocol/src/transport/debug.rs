@@ -1,4 +1,4 @@
-//! How ports and what holds them print.
+//! How types that hold ports print.
 
 /// Gives types that hold ports, which do not print, a `Debug` that prints their name.
 macro_rules! opaque_debug {

@@ -12,7 +12,7 @@ pub enum TransportError {
     /// The learner's domain cannot be made or found.
     #[error(transparent)]
     Domain(#[from] DomainError),
-    /// Part of the shared memory transport cannot be set up.
+    /// A part of the transport could not be made or used.
     #[error("cannot {doing}: {problem}")]
     Setup {
         /// What was being done.
@@ -30,7 +30,7 @@ pub enum TransportError {
         /// What the operating system said.
         error: std::io::Error,
     },
-    /// All places for peers of this sort are taken.
+    /// The daemon has as many peers of this sort as it takes.
     #[error("the daemon already has {limit} {sort}, which is all it takes: stop one first")]
     Full {
         /// `bodies` or `tools`.
@@ -41,7 +41,7 @@ pub enum TransportError {
     /// The daemon has gone, or another has taken its place.
     #[error("the daemon has gone")]
     DaemonGone,
-    /// Nothing came in time.
+    /// The daemon did not answer in time.
     #[error("the daemon did not answer within {waited:?}: it may be stopped or very busy")]
     TimedOut {
         /// How long was waited.
@@ -50,10 +50,10 @@ pub enum TransportError {
     /// The caller's stop flag was set.
     #[error("stopped while waiting")]
     Stopped,
-    /// What the daemon sent is not of the protocol.
+    /// The daemon sent a message that is not of the protocol.
     #[error("the daemon sent something wrong: {0}")]
     Wrong(#[source] Refusal),
-    /// The daemon refused.
+    /// The daemon refused the hello, or a tool's request.
     #[error("refused ({code}): {reason}")]
     Refused {
         /// The number of the refusal.
@@ -61,7 +61,7 @@ pub enum TransportError {
         /// Why.
         reason: String,
     },
-    /// What was to be sent is longer than the protocol allows.
+    /// The message to be sent is longer than the protocol allows.
     #[error("{length} bytes are more than the {limit} of one message")]
     TooLong {
         /// Bytes to be sent.

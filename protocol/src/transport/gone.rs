@@ -1,7 +1,7 @@
 //! Whether a daemon has gone.
 
-/// Whether the daemon has gone without a reply. Whether there is a reply is asked last: a daemon lets go of a request
-/// the moment it has replied, and may itself end then, so before that neither says that no reply will come.
+/// Whether the daemon has gone without a reply. A daemon lets go of a request the moment it has replied, and may itself end
+/// then; so neither of the first two says that no reply will come, and `has_reply` must be asked after them.
 pub(super) fn has_gone(
     is_connected: impl FnOnce() -> bool,
     is_current: impl FnOnce() -> bool,

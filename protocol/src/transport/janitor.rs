@@ -1,14 +1,14 @@
-//! Cleaning up after processes that died, on threads of their own: it costs up to milliseconds, which no
-//! frame shall wait for.
+//! Cleaning up after processes that died. It takes up to milliseconds, so it has threads of its own and no frame waits for
+//! it.
 //!
-//! Two threads, for iceoryx2 0.10 cannot clean up after a process killed while it made a file:
-//! - files of a node (`nodes/<node>/*`) are made with mode 0600, filled, and made read-only. It overlooks one
-//!   that is not finished, fails to remove the directory, and never comes to the nodes listed after it;
-//! - it waits without end for a segment in shared memory that was made and not yet given a size.
+//! There are two threads, because iceoryx2 0.10 cannot clean up after a process that was killed while it made a file:
+//! - The files of a node (`nodes/<node>/*`) are made with mode 0600, filled, and made read-only. iceoryx2 overlooks a file
+//!   that is not finished, fails to remove the directory, and never comes to the nodes that are listed after it.
+//! - iceoryx2 waits without end for a segment in shared memory that was made and not yet given a size.
 //!
-//! So the *sweeper* removes unfinished files that stay: a process that lives finishes them within
-//! microseconds. The *cleaner* lets iceoryx2 clean up while there are none; should one come in between and it
-//! wait without end, the sweeper's removal of that file ends the wait.
+//! So the *sweeper* removes files that stay unfinished: a living process finishes a file within microseconds. The *cleaner*
+//! lets iceoryx2 clean up while there are no unfinished files. If a file comes up in between and iceoryx2 waits for it, the wait
+//! ends when the sweeper removes that file.
 
 use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
@@ -23,15 +23,15 @@ use super::error::setup;
 use super::{TransportError, services};
 use crate::domain::{DomainRecord, Place, shared_memory_files};
 
-/// How often the dead are looked for.
+/// How often both threads look for what dead processes left.
 const TICK: Duration = Duration::from_millis(100);
-/// How old an unfinished file is when its maker is taken for dead.
+/// How long a file may stay unfinished until its maker is taken for dead.
 const UNFINISHED_PATIENCE: Duration = Duration::from_secs(1);
 
-/// Both threads; they end when this is dropped.
+/// The two threads. They end when this is dropped.
 #[derive(Debug)]
 pub(super) struct Janitor {
-    // In this order: the cleaner may need the sweeper to come to its end.
+    // Dropped in this order: the cleaner may need the sweeper to come to its end.
     _cleaner: Worker,
     _sweeper: Worker,
 }
@@ -54,7 +54,7 @@ impl Janitor {
     }
 }
 
-/// A thread that is told to stop, and waited for, when this is dropped.
+/// A thread. When this is dropped, the thread is told to stop and waited for.
 #[derive(Debug)]
 struct Worker {
     stop: Arc<AtomicBool>,
@@ -102,14 +102,14 @@ fn clean(place: &Place, record: &DomainRecord, unfinished: &AtomicBool, stop: &A
     }
 }
 
-/// Unfinished files, and when each was first seen: how old a file says it is depends on a clock that jumps.
+/// Unfinished files, and when each was first seen. The time that a file itself has is of a clock that jumps.
 #[derive(Default)]
 struct UnfinishedFiles {
     files: BTreeMap<PathBuf, (u64, Instant)>,
 }
 
 impl UnfinishedFiles {
-    /// Removes unfinished files of dead processes. Returns whether there is, or was, any unfinished file.
+    /// Removes the unfinished files of dead processes. Returns whether there was any unfinished file, removed or not.
     fn sweep(&mut self, nodes: &Path, prefix: &str, now: Instant) -> bool {
         let mut there = BTreeMap::new();
         for (path, inode) in unfinished(nodes, prefix) {
@@ -127,7 +127,7 @@ impl UnfinishedFiles {
     }
 }
 
-/// Files that are made and not finished, with their inodes.
+/// Files that were made and are not finished, with their inodes.
 fn unfinished(nodes: &Path, prefix: &str) -> Vec<(PathBuf, u64)> {
     let in_nodes = entries(nodes);
     let is_context = |path: &&PathBuf| path.extension().is_some_and(|end| end == "node_monitor_context");
@@ -136,7 +136,7 @@ fn unfinished(nodes: &Path, prefix: &str) -> Vec<(PathBuf, u64)> {
     of_nodes.extend(in_nodes.iter().filter(is_context).cloned());
     let segments = shared_memory_files(prefix).unwrap_or_default();
     let inode = |path: PathBuf, is_unfinished: fn(&Metadata) -> bool| {
-        // One that is gone needs no sweeping.
+        // A file that is gone by now needs no sweeping.
         let found = fs::symlink_metadata(&path).ok()?;
         (found.is_file() && is_unfinished(&found)).then(|| (path, found.ino()))
     };
@@ -148,7 +148,7 @@ fn unfinished(nodes: &Path, prefix: &str) -> Vec<(PathBuf, u64)> {
 }
 
 fn entries(directory: &Path) -> Vec<PathBuf> {
-    // Not there, or no longer: nothing in it.
+    // A directory that is not there, or no longer, has no files.
     fs::read_dir(directory).map(|all| all.flatten().map(|entry| entry.path()).collect()).unwrap_or_default()
 }
 

@@ -1,7 +1,6 @@
-//! How messages travel: iceoryx2, named nowhere else. Request-response services for what is asked and
-//! answered, one event service a direction to wake who waits. Ports are single-threaded.
+//! How messages travel: over iceoryx2, which is named nowhere else. Frames, hellos and questions are requests on
+//! request-response services; one event service for each direction wakes a process that waits. Ports are single-threaded.
 
-pub mod bare;
 pub mod body_link;
 mod debug;
 mod error;
@@ -18,6 +17,6 @@ pub mod tool_link;
 mod waker;
 
 pub use error::TransportError;
-pub use services::VERSION;
+pub use services::{VERSION, bare_node};
 pub use spin::{SPIN_US_MAX, SPIN_VARIABLE, Spin};
 pub use waker::DaemonWaker;

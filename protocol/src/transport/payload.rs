@@ -1,5 +1,5 @@
-//! The promises iceoryx2 asks for about what is shared, and writing part of a large message in place.
-//! The one module of the crate with `unsafe` code.
+//! The promises about shared types that iceoryx2 asks for, and the writing of a part of a large message in place.
+//! This is the only module of the crate with `unsafe` code.
 #![allow(unsafe_code)]
 
 use std::mem::MaybeUninit;
@@ -15,7 +15,7 @@ use crate::wire::{
     FrameHeader, HelloHead, Page, PictureHeader, Record, Welcome, WireFrame, WireHello, WireReply,
 };
 
-/// Names a wire type for iceoryx2, which compares name, size and alignment when a service is opened.
+/// Gives wire types the names by which iceoryx2 knows them. It compares name, size and alignment when a service is opened.
 macro_rules! shared {
     ($($type:ty => $name:literal),+ $(,)?) => {$(
         // SAFETY: the type is repr(C), made of integers and arrays of them only (see `wire`, which asserts
@@ -42,15 +42,15 @@ shared! {
 type LoanedHello = RequestMutUninit<Ipc, MaybeUninit<WireHello>, (), Welcome, ()>;
 type LoanedFrame = RequestMutUninit<Ipc, MaybeUninit<WireFrame>, FrameHeader, WireReply, ()>;
 
-/// Writes a hello into what was loaned for it: its head, and as many primitives as it has.
+/// Writes a hello into the memory that was loaned for it: its head, and as many primitives as it has.
 pub(super) fn write_hello(
     mut loan: LoanedHello,
     from: &RawHello,
 ) -> RequestMut<Ipc, WireHello, (), Welcome, ()> {
     let to = loan.payload_mut().as_mut_ptr();
-    // SAFETY: `to` is valid for writes of a whole `WireHello`, exclusively borrowed; its fields are reached
-    // without a reference to any of it. Of the rest nothing is read by a receiver that counts, and all of it
-    // is initialised: the operating system zeroed the segment, and only integers were written to it since.
+    // SAFETY: `to` is valid for writes of a whole `WireHello` and exclusively borrowed; its fields are reached
+    // without a reference to any of it. A receiver reads no more primitives than the head counts. The others are
+    // initialised all the same: the operating system zeroed the segment, and only integers were written to it since.
     unsafe {
         let head: *mut HelloHead = &raw mut (*to).head;
         head.write(*from.head);
@@ -59,7 +59,8 @@ pub(super) fn write_hello(
     }
 }
 
-/// Writes a frame into what was loaned for it: `header`, as many records as the frame has, and its reason if it has one.
+/// Writes a frame into the memory that was loaned for it: `header`, as many records as the frame has, and its reason if there is
+/// one.
 pub(super) fn write_frame(
     mut loan: LoanedFrame,
     header: &FrameHeader,

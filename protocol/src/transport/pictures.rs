@@ -1,5 +1,5 @@
-//! Pictures on their way from bodies to tools: the newest only, sent only while somebody watches, and never
-//! waited for by anyone.
+//! Pictures on their way from bodies to tools. A body sends them only while a tool watches, a tool gets only the newest, and
+//! no process ever waits for one.
 
 use std::time::{Duration, Instant};
 
@@ -17,17 +17,19 @@ use crate::picture::{Picture, PictureMessage};
 use crate::wire::PictureHeader;
 use crate::wire::picture::read;
 
-/// No body sends pictures faster than this.
+/// The shortest time between two pictures of a body.
 const EVERY_MIN: Duration = Duration::from_millis(30);
-/// Pictures in shared memory at a time: one waits for each watcher, one is looked at by each, one is being written.
+/// How many pictures are in shared memory at most: for each watcher one that waits and one that it looks at, and one that is
+/// being written.
 const PICTURES_KEPT: u64 = 2 * WATCHERS_MAX as u64 + 1;
 
-/// A body's side. Whatever goes wrong costs pictures, and nothing else.
+/// The side of a body. An error here costs pictures, and nothing else.
 pub(super) struct PictureOffer {
     service: PictureService,
     /// What every name of the epoch in shared memory begins with.
     prefix: String,
-    /// Made when somebody first watches; pictures of other sizes need another.
+    /// The port and the bytes that a picture on it may have. It is made when the first tool watches, and made anew for
+    /// larger pictures.
     publisher: Option<(PicturePublisher, usize)>,
     sent: Option<Instant>,
     broken: bool,
@@ -40,14 +42,14 @@ impl PictureOffer {
         Ok(Self { service, prefix, publisher: None, sent: None, broken: false })
     }
 
-    /// Whether somebody watches, and the last picture is old enough for another.
+    /// Whether a tool watches, and the last picture is old enough for another.
     pub(super) fn is_wanted(&self) -> bool {
         !self.broken
             && self.service.dynamic_config().number_of_subscribers() > 0
             && self.sent.is_none_or(|sent| sent.elapsed() >= EVERY_MIN)
     }
 
-    /// Sends a picture to all who watch.
+    /// Sends a picture to all tools that watch.
     pub(super) fn send(&mut self, picture: &Picture<'_>, session: u64, frame: u64) {
         self.sent = Some(Instant::now());
         let Some(bytes) = picture.bytes() else {
@@ -73,7 +75,7 @@ impl PictureOffer {
         header: &PictureHeader,
     ) -> Result<(), TransportError> {
         if self.publisher.as_ref().is_none_or(|(_, room)| *room < bytes) {
-            // The old one first: a body has one.
+            // The old port goes first: a body has one place on the service.
             self.publisher = None;
             self.publisher = Some((self.publisher(bytes)?, bytes));
         }
@@ -95,7 +97,7 @@ impl PictureOffer {
     }
 }
 
-/// A tool's side: the pictures of every body of a learner.
+/// The side of a tool: the pictures of every body of a learner.
 pub struct PictureWatch {
     subscriber: PictureSubscriber,
     _node: Node<Ipc>,
@@ -110,8 +112,8 @@ impl std::fmt::Debug for PictureWatch {
 }
 
 impl PictureWatch {
-    /// Watches the bodies of the daemon that serves `place` now. From here on they send pictures, if they have any,
-    /// some 30 a second at most.
+    /// Watches the bodies of the daemon that serves `place` now. From then on those that have an eye send pictures, some 30 a
+    /// second at most.
     ///
     /// # Errors
     /// [`TransportError::Domain`] when no daemon serves the place, [`TransportError::Full`] when [`WATCHERS_MAX`] watch
@@ -131,15 +133,14 @@ impl PictureWatch {
         Ok(Self { subscriber, _node: node, epoch })
     }
 
-    /// The newest picture that came since the last call, if any did; with several bodies, of any of them. Never waits.
-    ///
-    /// What is no picture is passed over.
+    /// The newest picture that came since the last call, of whichever body, or none. This never waits. A message that is no
+    /// picture is passed over.
     ///
     /// # Errors
     /// What the transport said.
     pub fn newest(&self) -> Result<Option<PictureMessage>, TransportError> {
         let mut newest = None;
-        // There is one for each body at most, and bodies may send on meanwhile.
+        // One waits for each body at most; more may come meanwhile, and are left for the next call.
         for _ in 0..crate::limits::BODIES_MAX {
             let Some(sample) = self.subscriber.receive().map_err(setup("receive a picture"))? else { break };
             match read(sample.user_header(), sample.payload()) {
@@ -150,7 +151,7 @@ impl PictureWatch {
         Ok(newest)
     }
 
-    /// Whether the daemon still serves the learner; if not, nothing comes any more.
+    /// Whether the daemon still serves the learner. If not, no more pictures come.
     #[must_use]
     pub fn is_current(&self) -> bool {
         self.epoch.is_current()

@@ -1,4 +1,4 @@
-//! Handles to reply by, whenever the daemon is ready to, and answers on their way to tools.
+//! The handles by which the daemon replies when it is ready to, and the answers that are on their way to tools.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -22,10 +22,10 @@ pub(super) type ActiveHello = ActiveRequest<Ipc, WireHello, (), Welcome, ()>;
 pub(super) type ActiveFrame = ActiveRequest<Ipc, WireFrame, FrameHeader, WireReply, ()>;
 pub(super) type ActiveTool = ActiveRequest<Ipc, Page, (), Page, ()>;
 
-/// How long a tool may leave an answer unread before it is dropped.
+/// How long a tool may leave an answer unread before the answer is dropped.
 const ANSWER_PATIENCE: Duration = Duration::from_secs(5);
 
-/// A body that was welcomed.
+/// A body that is attached: its session, its process's node, and its wake number.
 #[derive(Debug)]
 pub(super) struct Attachment {
     pub(super) session: u64,
@@ -42,7 +42,7 @@ pub(super) fn log_undelivered(result: Result<(), DeliveryError>) {
     }
 }
 
-/// A reply did not reach its peer, which has mostly gone.
+/// A reply did not reach its peer. Mostly the peer has gone.
 #[derive(Debug, thiserror::Error)]
 #[error("the peer could not be reached: {0}")]
 pub struct DeliveryError(String);
@@ -51,7 +51,7 @@ fn delivery_error(error: SendError) -> DeliveryError {
     DeliveryError(format!("{error:?}"))
 }
 
-/// To answer a hello. May be kept and used later; dropped unused, the body tries again.
+/// The handle to welcome or refuse a body. It may be kept and used later. If it is dropped unused, the body tries again.
 pub struct AttachReply {
     pub(super) active: ActiveHello,
     pub(super) node: UniqueNodeId,
@@ -86,7 +86,7 @@ impl AttachReply {
     }
 }
 
-/// To reply to a frame. May be kept until the step is durable; dropped unused, the body attaches again.
+/// The handle to reply to a frame. It may be kept until the step is durable. If it is dropped unused, the body attaches again.
 pub struct FrameReply {
     pub(super) active: ActiveFrame,
     pub(super) session: u64,
@@ -121,7 +121,8 @@ impl FrameReply {
     }
 }
 
-/// To answer a tool. May be kept and used later; dropped unused, the tool learns that there is no answer.
+/// The handle to answer a tool. It may be kept and used later. If it is dropped unused, the tool learns that there is no
+/// answer.
 pub struct RequestReply {
     pub(super) active: ActiveTool,
     pub(super) request: u64,
@@ -131,8 +132,8 @@ pub struct RequestReply {
 }
 
 impl RequestReply {
-    /// Answers. What the tool does not read at once is sent as it reads on; an answer left unread for
-    /// 5 s is dropped. An answer longer than [`ANSWER_BYTES_MAX`] becomes a refusal.
+    /// Answers. Pages for which there is no room are sent as the tool reads on; an answer that is left unread for 5 s is
+    /// dropped. An answer longer than [`ANSWER_BYTES_MAX`] becomes a refusal.
     pub fn answer(self, bytes: Vec<u8>) {
         if bytes.len() > ANSWER_BYTES_MAX {
             let reason =
@@ -171,7 +172,7 @@ pub(super) struct Outgoing {
 }
 
 impl Outgoing {
-    /// Sends what finds room. Returns whether there is more to send, and someone to send it to.
+    /// Sends as many pages as find room. Returns whether more are left and the tool is still there.
     pub(super) fn push(&mut self, waker: &PeerWaker) -> bool {
         let pages = self.bytes.len().div_ceil(PAGE_BYTES).max(1);
         debug_assert!(pages <= PAGES_MAX, "{pages} pages");

@@ -1,5 +1,5 @@
-//! Making sure of shared memory. A segment is a sparse file: when /dev/shm fills up later, writing to a
-//! page of it kills the process. Reserving every page at the start turns that into an error with figures.
+//! Reserving shared memory. A segment is a sparse file: if /dev/shm fills up later, writing to a page of it kills the
+//! process. When every page is reserved at the start, too little memory is an error with figures instead.
 
 use std::fs::{OpenOptions, Permissions, symlink_metadata};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
@@ -9,8 +9,7 @@ use rustix::fs::{FallocateFlags, fallocate};
 use super::TransportError;
 use crate::domain::{io, shared_memory_files};
 
-/// Reserves the pages of every file of an epoch that belongs to the port numbered `port`, or of all its
-/// files.
+/// Reserves the pages of the files of an epoch: those of the port numbered `port`, or all of them.
 ///
 /// # Errors
 /// [`TransportError::SharedMemory`] when there are not enough pages.
@@ -21,7 +20,7 @@ pub(super) fn reserve(prefix: &str, port: Option<u128>) -> Result<(), TransportE
         if port.as_ref().is_some_and(|port| !name.contains(port.as_str())) {
             continue;
         }
-        // One that a leaving peer has just removed needs nothing.
+        // A leaving peer has just removed the file: nothing is to be reserved.
         let Ok(file) = OpenOptions::new().read(true).write(true).open(&path) else { continue };
         let Ok(bytes) = file.metadata().map(|found| found.size()) else { continue };
         if bytes == 0 {
@@ -33,14 +32,14 @@ pub(super) fn reserve(prefix: &str, port: Option<u128>) -> Result<(), TransportE
     Ok(())
 }
 
-/// Closes to others every file of an epoch that iceoryx2 made open to them: the one in which it counts nodes, which a
-/// stranger could otherwise set back.
+/// Closes to other users every file of an epoch that iceoryx2 left open to them. In one of these it counts nodes, and a
+/// stranger could set the count back.
 ///
 /// # Errors
 /// What the operating system said.
 pub(super) fn close_to_others(prefix: &str) -> Result<(), TransportError> {
     for path in shared_memory_files(prefix)? {
-        // One that a leaving peer has just removed is open to nobody.
+        // A leaving peer has just removed the file: it is open to nobody.
         let Ok(found) = symlink_metadata(&path) else { continue };
         if found.is_file() && found.mode() & 0o077 != 0 {
             let mode = found.mode() & 0o700;

@@ -1,4 +1,4 @@
-//! The daemon's end: what came in is handed out with a handle to reply by, whenever the daemon is ready to.
+//! The daemon's end. It hands each message out with a handle, by which the daemon replies when it is ready to.
 
 use std::ops::Range;
 use std::rc::Rc;
@@ -25,53 +25,53 @@ use crate::refusal::Refusal;
 use crate::wire::message::{RawFrame, RawHello, Reply};
 use crate::wire::{FrameHeader, Page, Reason, decode, purpose};
 
-/// How often the transport looks whether attached bodies still live.
+/// How often the transport looks whether the attached bodies still live.
 const CHECK_EVERY: Duration = Duration::from_millis(50);
-/// How soon pages that found no room are tried again, should the tool not ask for it.
+/// How soon pages that found no room are sent again, should the tool not ask for them before.
 const RETRY_EVERY: Duration = Duration::from_millis(5);
 
-/// Something that came in.
+/// A message that came in, or the end of a body.
 #[derive(Debug)]
 pub enum Incoming<'a> {
     /// A body introduces itself. Check it with [`decode::hello`].
     Hello {
-        /// What it claims to be.
+        /// The description that the body claims.
         hello: RawHello,
-        /// To welcome it by.
+        /// The handle to welcome or refuse it.
         reply: AttachReply,
     },
     /// A frame of an attached body, in its own session. Check it with [`decode::SessionChecks`].
     Frame {
-        /// What it claims.
+        /// The frame as the body claims it.
         frame: &'a RawFrame,
-        /// To reply by.
+        /// The handle to reply.
         reply: FrameReply,
     },
-    /// A tool asks something.
+    /// A tool asks a question or gives an order.
     Request {
-        /// What it asks.
+        /// The question or order, encoded.
         bytes: Vec<u8>,
-        /// To answer by.
+        /// The handle to answer.
         reply: RequestReply,
     },
-    /// A message was refused here, and its sender told why; for the daemon to count.
+    /// The transport refused a message, and told its sender why. The daemon counts it.
     Refused {
         /// The session of the process that sent it, whatever session the message claims; none for a tool, and
-        /// for a process without one.
+        /// for a process that has no session.
         session: Option<u64>,
         /// Why.
         refusal: Refusal,
     },
-    /// A body has gone: it said so, or its process ended. Its session is closed.
+    /// A body has gone: it said farewell, or its process has ended. Its session is closed.
     BodyGone {
-        /// The session that was.
+        /// The session that is closed.
         session: u64,
-        /// It said so.
+        /// Whether the body said farewell.
         farewell: bool,
     },
 }
 
-/// The daemon's end of a domain. Dropping it ends the epoch and removes every trace of it.
+/// The daemon's end of a domain. Dropping it ends the epoch and removes every file of it.
 pub struct ServerTransport {
     // Dropped in this order: ports, then their node, then the domain they were in.
     attach: AttachServer,
@@ -82,12 +82,12 @@ pub struct ServerTransport {
     outbox: Outbox,
     bodies: Bodies,
     frame_service: FrameService,
-    /// Only kept: bodies and tools meet on it.
+    /// Kept open and not used: bodies and tools meet on this service.
     _pictures: PictureService,
     frame: RawFrame,
     next_check: Instant,
     spin: Spin,
-    /// Whether something came since it last slept.
+    /// Whether a message came since the transport last slept.
     happened: bool,
     woken: Arc<AtomicBool>,
     _janitor: Janitor,
@@ -102,7 +102,7 @@ impl std::fmt::Debug for ServerTransport {
 }
 
 impl ServerTransport {
-    /// Opens the services of a domain. From here on bodies and tools can connect.
+    /// Opens the services of a domain. From then on bodies and tools can connect.
     ///
     /// # Errors
     /// [`TransportError::SharedMemory`] when there is not enough of it, [`TransportError::Setup`] when
@@ -129,7 +129,7 @@ impl ServerTransport {
         let pictures = services::pictures(&node, Role::Daemon)?;
         let janitor = Janitor::start(place, record)?;
         reserve(&record.prefix, None)?;
-        // Last: whoever connects now finds every port.
+        // Announced last: a peer that connects now finds every port.
         domain.announce()?;
         Ok(Self {
             attach,
@@ -158,7 +158,7 @@ impl ServerTransport {
         &self.domain
     }
 
-    /// Something that wakes this end from another thread.
+    /// A waker, by which another thread ends a wait of this transport.
     ///
     /// # Errors
     /// [`TransportError::Setup`] when iceoryx2 refuses.
@@ -166,17 +166,17 @@ impl ServerTransport {
         DaemonWaker::create(self.domain.place(), self.domain.record(), self.woken.clone())
     }
 
-    /// Polls for as long as `spin` says, instead of as usual.
+    /// Makes the transport poll as long as `spin` says, instead of the usual time.
     pub fn set_spin(&mut self, spin: Spin) {
         self.spin = spin;
     }
 
-    /// Waits until something came in, someone woke this end, or `timeout` passed: polling first if something came
-    /// lately, then asleep. Returns whether [`ServerTransport::poll`] has anything to do.
+    /// Waits until a message comes in, a waker is used, or `timeout` has passed. It polls first if a message came lately, then
+    /// sleeps. Returns whether [`ServerTransport::poll`] has anything to do.
     pub fn wait(&mut self, timeout: Duration) -> bool {
         let start = Instant::now();
         let mut now = start;
-        // From now on, for what came last may have been worked on for long.
+        // Counted from now: the daemon may have worked on the last message for long.
         if std::mem::take(&mut self.happened) {
             self.spin.happened(now);
         }
@@ -185,7 +185,7 @@ impl ServerTransport {
                 self.happened = true;
                 return true;
             }
-            // Before what is to be seen is looked at: whoever wakes this end from here on wakes it again.
+            // The flag is taken before the state that it announces is looked at: a waker used from here on sets it again.
             if self.woken.swap(false, Ordering::AcqRel) {
                 self.happened = true;
                 return self.has_more(now);
@@ -204,7 +204,7 @@ impl ServerTransport {
         if !timeout.is_zero()
             && let Err(error) = self.listener.timed_wait(|_| {}, timeout)
         {
-            // A signal; the caller looks at its flags.
+            // A signal came; the caller looks at its flags.
             tracing::trace!(?error, "woken");
         }
         let pending = self.is_pending();
@@ -217,13 +217,13 @@ impl ServerTransport {
     }
 
     fn is_pending(&self) -> bool {
-        // A client that cannot be connected to concerns itself only: the others are served.
+        // An error concerns one client that cannot be connected to: the others are served.
         self.frames.has_requests().unwrap_or(true)
             || self.attach.has_requests().unwrap_or(true)
             || self.tools.has_requests().unwrap_or(true)
     }
 
-    /// Hands out everything that came in and moves unread answers on. Never blocks.
+    /// Hands every message that came in to `on`, and sends more pages of answers that wait for room. This never blocks.
     pub fn poll(&mut self, on: &mut dyn FnMut(Incoming<'_>)) {
         self.poll_frames(on);
         self.poll_hellos(on);
@@ -236,10 +236,10 @@ impl ServerTransport {
     }
 
     fn poll_frames(&mut self, on: &mut dyn FnMut(Incoming<'_>)) {
-        // As many as all bodies can have sent, so that none keeps the others from being served.
+        // No more than all bodies together can have sent, so that none keeps the daemon from other work.
         let mut rest = 0..BODIES_MAX;
         while let Some(active) = next(&mut rest, || self.frames.receive()) {
-            // The one copy: what the body writes from here on changes nothing that was checked.
+            // This is the one copy: whatever the body writes from here on, it changes nothing that is checked.
             let header = *active.user_header();
             let claimed = usize::try_from(header.observation_count).unwrap_or(usize::MAX);
             self.frame.header = header;
@@ -265,13 +265,13 @@ impl ServerTransport {
         }
     }
 
-    /// The session that was opened for the process of `node`.
+    /// The session of the process that has this node; none if it has no session.
     fn session_of(&self, node: &UniqueNodeId) -> Option<u64> {
         self.bodies.borrow().iter().find(|body| body.node == *node).map(|body| body.session)
     }
 
-    /// Rouses a body that a `wait` reply laid to rest, so that it sends a fresh frame now. Of one that is not
-    /// resting, the next rest is cut short.
+    /// Rouses a body that rests after a `wait` reply, so that it sends a fresh frame now. If it does not rest just then, its next
+    /// rest is cut short.
     pub fn rouse(&self, session: u64) {
         let wake = self.bodies.borrow().iter().find(|body| body.session == session).map(|body| body.wake);
         if let Some(wake) = wake {
@@ -279,8 +279,8 @@ impl ServerTransport {
         }
     }
 
-    /// Hands out introductions. A process has one session: introducing itself again ends the one it had, which
-    /// it could not use beside the new one, but which would take a body's place.
+    /// Hands out introductions. A process has one session. If it introduces itself again, its session before ends: the process
+    /// could not use it beside the new one, and it would take a body's place.
     fn poll_hellos(&self, on: &mut dyn FnMut(Incoming<'_>)) {
         let mut rest = 0..BODIES_MAX;
         while let Some(active) = next(&mut rest, || self.attach.receive()) {
@@ -324,7 +324,7 @@ impl ServerTransport {
         }
     }
 
-    /// Finds bodies whose process is gone: the janitor has taken their ports away, or they dropped them.
+    /// Closes the sessions of bodies that have gone: the janitor has removed their ports, or they dropped them.
     fn check_bodies(&self, on: &mut dyn FnMut(Incoming<'_>)) {
         if self.bodies.borrow().is_empty() {
             return;
@@ -348,14 +348,14 @@ impl ServerTransport {
     }
 }
 
-/// The next message on a port, of as many as `rest` still allows.
+/// The next message on a port; none if there is no more, or `rest` allows no more.
 fn next<T, E: std::fmt::Debug>(
     rest: &mut Range<usize>,
     mut receive: impl FnMut() -> Result<Option<T>, E>,
 ) -> Option<T> {
     rest.find_map(|_| match receive() {
         Ok(message) => Some(message),
-        // Of one peer that cannot be connected to; the others' still come.
+        // The error concerns one peer that cannot be connected to; messages of others still come.
         Err(error) => {
             tracing::debug!(?error, "a message could not be received");
             None
@@ -363,7 +363,7 @@ fn next<T, E: std::fmt::Debug>(
     })?
 }
 
-/// Whether a frame is of this protocol, and of `own`, the session of the process that sent it.
+/// Checks that a frame is of this protocol, and of `own`, the session of the process that sent it.
 fn admit(own: Option<u64>, header: &FrameHeader) -> Result<(), Refusal> {
     decode::preamble(header.magic, header.version)?;
     if own != Some(header.session) {
@@ -372,7 +372,7 @@ fn admit(own: Option<u64>, header: &FrameHeader) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// The bytes of a request, which is one page.
+/// The bytes of a request, which must be one page.
 fn single_page(page: &Page) -> Result<&[u8], Refusal> {
     decode::tool_preamble(page.magic, page.version)?;
     let wrong = |problem: String| Refusal::Page { page: page.page, pages: page.pages, problem };

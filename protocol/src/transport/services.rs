@@ -1,5 +1,4 @@
-//! The services of a domain, each with every setting given: all processes build them here, so that they
-//! agree.
+//! The services of a domain. Every process makes or opens them here, with every setting given, so that all agree.
 
 use std::fs;
 use std::io::Write;
@@ -19,11 +18,11 @@ use iceoryx2::service::port_factory::{event, publish_subscribe, request_response
 
 use super::TransportError;
 use super::error::setup;
-use crate::domain::{DomainRecord, Place, private_file};
+use crate::domain::{DomainRecord, Membership, Place, private_file};
 use crate::limits::{BODIES_MAX, TOOLS_MAX, WATCHERS_MAX};
 use crate::wire::{FrameHeader, Page, PictureHeader, Welcome, WireFrame, WireHello, WireReply};
 
-/// Version of iceoryx2: every process on a domain must have the very same.
+/// Version of iceoryx2. Every process on a domain must use exactly this one.
 pub const VERSION: &str = "0.10.0";
 
 pub(super) type Ipc = ipc::Service;
@@ -42,15 +41,15 @@ pub(super) type ToolClient = Client<Ipc, Page, (), Page, ()>;
 pub(super) type WakeListener = Listener<Ipc>;
 pub(super) type WakeNotifier = Notifier<Ipc>;
 
-/// Pages of an answer on their way to one tool.
+/// How many pages of an answer may be under way to one tool.
 pub(super) const PAGES_IN_FLIGHT: usize = 4;
-/// Bodies that may be introducing themselves at once; they leave the service when they are welcomed.
+/// How many bodies may introduce themselves at once. A body leaves the service when it is welcomed.
 const ATTACHING_MAX: usize = BODIES_MAX + 2;
-/// Processes on a service at once: all peers, the daemon, its janitor and wakers, and room for the dead
+/// How many processes may be on a service at once: all peers, the daemon, its janitor and wakers, and as many dead processes
 /// that are not cleaned up yet.
-pub(super) const NODES_MAX: usize = 2 * (BODIES_MAX + TOOLS_MAX + WATCHERS_MAX) + 8;
+const NODES_MAX: usize = 2 * (BODIES_MAX + TOOLS_MAX + WATCHERS_MAX) + 8;
 
-/// Whether a service is made or must be there.
+/// Which side of a service a process is on: the daemon makes the service, a peer opens it.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
     /// The daemon makes the services of its epoch.
@@ -59,7 +58,7 @@ pub(super) enum Role {
     Peer,
 }
 
-/// A process's node on the domain of an epoch.
+/// Makes a process's node on the domain of an epoch. `name` is for people.
 pub(super) fn node<S: AnyService>(
     place: &Place,
     record: &DomainRecord,
@@ -75,25 +74,35 @@ pub(super) fn node<S: AnyService>(
         .map_err(setup("create the node"))
 }
 
+/// A node on the epoch that is served at `place`, for measuring iceoryx2 by itself. The membership is to be dropped after it.
+///
+/// # Errors
+/// [`TransportError::Domain`] when no daemon serves the place, [`TransportError::Setup`] when iceoryx2 refuses.
+pub fn bare_node(place: &Place) -> Result<(Node<Ipc>, Membership), TransportError> {
+    let record = place.served()?;
+    let epoch = Membership::new(place, &record);
+    Ok((node(place, &record, "bare")?, epoch))
+}
+
 fn config(root: &std::path::Path, prefix: &str) -> Result<Config, TransportError> {
     let root = Path::new(root.as_os_str().as_encoded_bytes());
     let mut config = Config::default();
     config.global.set_root_path(&root.map_err(setup("use the epoch's directory"))?);
     config.global.prefix = FileName::new(prefix.as_bytes()).map_err(setup("use the epoch's prefix"))?;
-    // Only the daemon's janitor cleans up after the dead: one cleaner, and never on the way of a frame.
+    // Only the daemon's janitor cleans up after dead processes, so that a frame never waits for that.
     config.global.node.cleanup_dead_nodes_on_creation = false;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     config.global.service.cleanup_dead_nodes_on_open = false;
     Ok(config)
 }
 
-/// Once a process: iceoryx2 reads no settings but ours and says little.
+/// Makes iceoryx2 read our settings and no others, and log errors only. This happens once in each process.
 fn own_settings(place: &Place) {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         set_log_level(LogLevel::Error);
-        // Left alone it would read ./config/iceoryx2.toml of the working directory, and use it when it
-        // cleans up after a process whose own settings are lost. Ours name a place where nothing is.
+        // Without this, iceoryx2 would read ./config/iceoryx2.toml of the working directory, and use it when it
+        // cleans up after a process whose own settings are lost. Our settings name a place where there is nothing.
         let path = place.runtime().path().join(".settings.toml");
         let nowhere = place.runtime().path().join(".nowhere");
         let text = format!("[global]\nroot-path = \"{}\"\nprefix = \"psnone-\"\n", nowhere.display());
@@ -119,7 +128,7 @@ macro_rules! one_request_at_a_time {
         $builder
             .max_servers(1)
             .max_clients($clients)
-            .max_nodes($crate::transport::services::NODES_MAX)
+            .max_nodes(NODES_MAX)
             .max_active_requests_per_client(1)
             .max_loaned_requests(1)
             .max_response_buffer_size($responses)
@@ -129,7 +138,6 @@ macro_rules! one_request_at_a_time {
             .enable_safe_overflow_for_responses(false)
     };
 }
-pub(super) use one_request_at_a_time;
 
 /// Makes the service that `$builder` describes, or opens it, whichever is `$role`'s part; `$name` says which it is in errors.
 macro_rules! by_role {
@@ -140,7 +148,6 @@ macro_rules! by_role {
         }
     };
 }
-pub(super) use by_role;
 
 /// The service on which bodies introduce themselves.
 pub(super) fn attach(node: &Node<Ipc>, role: Role) -> Result<AttachService, TransportError> {
@@ -159,7 +166,7 @@ pub(super) fn frames(node: &Node<Ipc>, role: Role) -> Result<FrameService, Trans
     by_role!(builder, role, "frame service")
 }
 
-/// The service on which tools ask.
+/// The service on which tools ask questions and give orders.
 pub(super) fn tools(node: &Node<Ipc>, role: Role) -> Result<ToolService, TransportError> {
     let name = service_name("pschema/tools")?;
     let builder = node.service_builder(&name).request_response::<Page, Page>();
@@ -167,7 +174,7 @@ pub(super) fn tools(node: &Node<Ipc>, role: Role) -> Result<ToolService, Transpo
     by_role!(builder, role, "tool service")
 }
 
-/// The service on which bodies send pictures to tools that watch. The daemon only makes it.
+/// The service on which bodies send pictures to tools that watch. The daemon makes it and does not use it.
 pub(super) fn pictures(node: &Node<Ipc>, role: Role) -> Result<PictureService, TransportError> {
     let builder = node
         .service_builder(&service_name("pschema/pictures")?)
@@ -179,7 +186,7 @@ pub(super) fn pictures(node: &Node<Ipc>, role: Role) -> Result<PictureService, T
         .subscriber_max_buffer_size(1)
         .subscriber_max_borrowed_samples(1)
         .history_size(0)
-        // A watcher that is slow or stopped misses pictures, and holds up nobody.
+        // A watcher that is slow or stopped misses pictures, and no body waits for it.
         .enable_safe_overflow(true);
     by_role!(builder, role, "picture service")
 }
@@ -201,25 +208,25 @@ pub(super) fn wake_peers(node: &Node<Ipc>, role: Role) -> Result<EventService, T
     by_role!(builder, role, "peers' wake service")
 }
 
-/// An event service on which nothing happens by itself.
-pub(super) fn events<S: AnyService>(node: &Node<S>, name: &str) -> Result<EventBuilder<S>, TransportError> {
+/// The builder of an event service on which iceoryx2 raises no events of its own.
+fn events<S: AnyService>(node: &Node<S>, name: &str) -> Result<EventBuilder<S>, TransportError> {
     let builder = node.service_builder(&service_name(name)?).event().max_nodes(NODES_MAX).disable_deadline();
     let builder = builder.disable_notifier_created_event().disable_notifier_dropped_event();
     Ok(builder.disable_notifier_dead_event())
 }
 
-/// A full buffer fails the message instead of blocking or dropping silently: a stopped peer never blocks
-/// the daemon.
+/// What happens to a message for which there is no room: sending it fails. It neither blocks, so that a stopped peer never
+/// stops the daemon, nor is it dropped in silence.
 pub(super) fn fail_when_full(_: &iceoryx2::port::BackpressureInfo) -> BackpressureAction {
     BackpressureAction::DiscardDataAndFail
 }
 
-/// The port name of the listener that `wake` wakes.
+/// The port name of the listener of the peer with the wake number `wake`.
 pub(super) fn wake_name(wake: u64) -> Result<PortName, TransportError> {
     PortName::new(&format!("{wake:016x}")).map_err(setup("name the wake listener"))
 }
 
-pub(super) fn service_name(name: &str) -> Result<ServiceName, TransportError> {
+fn service_name(name: &str) -> Result<ServiceName, TransportError> {
     ServiceName::new(name).map_err(setup("name a service"))
 }
 
@@ -235,7 +242,7 @@ macro_rules! client {
 }
 pub(super) use client;
 
-/// For `map_err` when a client cannot be created: all places taken, or anything else.
+/// For `map_err`: why a client could not be made, where a full service is an error of its own.
 pub(super) fn client_error(
     sort: &'static str,
     limit: usize,

@@ -1,19 +1,19 @@
-//! How long to poll before sleeping. A message mostly follows another within microseconds, and waking from sleep
-//! costs some 20 µs and more; but who polls keeps a core from others. So: only right after something happened, and not for
-//! long.
+//! How long to poll before sleeping. A message mostly follows another within microseconds, and to wake from sleep
+//! takes 20 µs and more; but a process that polls keeps a core from others. So a process polls only right after a message,
+//! and not for long.
 
 use std::thread::available_parallelism;
 use std::time::{Duration, Instant};
 
-/// Environment variable that says how many microseconds to poll, 0 to [`SPIN_US_MAX`]; read by daemons and bodies.
+/// The environment variable that says how many microseconds daemons and bodies poll: 0 to [`SPIN_US_MAX`].
 pub const SPIN_VARIABLE: &str = "PSCHEMA_SPIN_US";
-/// The longest anyone may ask for, in microseconds: an idle process must not keep a core busy.
+/// The longest time to poll that may be asked for, in microseconds: an idle process must not keep a core busy.
 pub const SPIN_US_MAX: u64 = 10_000;
-/// How long unless asked: longer than a round trip with the learner's step in it, and too short to be seen in what a
-/// process uses.
+/// How long to poll unless the variable says otherwise, in microseconds. This is longer than a round trip with a step of the
+/// learner, and too short to show in the processor time of a process.
 const SPIN_US: u64 = 50;
 
-/// When to poll and when to sleep. Holds no clock: whoever waits says what time it is.
+/// When to poll and when to sleep. It reads no clock: its methods are told the time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Spin {
     most: Duration,
@@ -21,15 +21,14 @@ pub struct Spin {
 }
 
 impl Spin {
-    /// Polls for at most so many microseconds after each sign of life; for none at all, 0. More than [`SPIN_US_MAX`]
-    /// is as much.
+    /// Polling for `us` microseconds after each message, or not at all for 0. More than [`SPIN_US_MAX`] counts as that.
     #[must_use]
     pub fn new(us: u64) -> Self {
         Self { most: Duration::from_micros(us.min(SPIN_US_MAX)), until: None }
     }
 
-    /// As [`SPIN_VARIABLE`] says; else 50 µs, and not at all on a machine with a single core, where nothing can come
-    /// while one polls.
+    /// Polling as [`SPIN_VARIABLE`] says. Without it a process polls for 50 µs, and on a machine with a single core not at
+    /// all, because no message can come there while it polls.
     #[must_use]
     pub fn usual() -> Self {
         let asked = std::env::var(SPIN_VARIABLE).ok();
@@ -44,7 +43,7 @@ impl Spin {
         })
     }
 
-    /// What is usual when `asked` is what the variable says; none when that is no such number.
+    /// The usual polling if the variable says `asked`; none if that is no number in the range.
     fn of(asked: Option<&str>, cores: usize) -> Option<Self> {
         match asked {
             Some(text) => text.trim().parse().ok().filter(|us| *us <= SPIN_US_MAX).map(Self::new),
@@ -52,19 +51,20 @@ impl Spin {
         }
     }
 
-    /// For how many microseconds it polls.
+    /// How many microseconds it polls.
     #[must_use]
     pub fn us(&self) -> u64 {
         u64::try_from(self.most.as_micros()).unwrap_or(SPIN_US_MAX)
     }
 
-    /// Something came, or was asked for: more may follow soon.
-    pub(super) fn happened(&mut self, now: Instant) {
+    /// Notes that a message came or was sent: more may follow soon.
+    pub fn happened(&mut self, now: Instant) {
         self.until = now.checked_add(self.most);
     }
 
-    /// Whether to go on polling. Once it says no, it does so until something happens again.
-    pub(super) fn goes_on(&mut self, now: Instant) -> bool {
+    /// Whether to go on polling. Once the answer is no, it stays no until the next message.
+    #[must_use]
+    pub fn goes_on(&mut self, now: Instant) -> bool {
         if self.until.is_some_and(|until| now >= until) {
             self.until = None;
         }

@@ -1,4 +1,4 @@
-//! A tool's end: one request at a time, and its answer page by page.
+//! The end of a tool: it sends one request at a time, and receives the answer page by page.
 
 use std::time::{Duration, Instant};
 
@@ -67,7 +67,7 @@ impl ToolLink {
                 }
             }
             if received {
-                // There is room again.
+                // There is room for more pages.
                 self.base.notify();
                 progress = Instant::now();
                 spin.happened(progress);
@@ -83,7 +83,7 @@ impl ToolLink {
                 return Err(TransportError::TimedOut { waited: timeout });
             }
             let rest = timeout.saturating_sub(progress.elapsed()).min(LOOK_EVERY);
-            // An error is a signal, and the loop looks again.
+            // An error means that a signal came, and the loop looks again.
             self.base.listener.timed_wait(|_| {}, rest).ok();
         }
     }
@@ -113,7 +113,7 @@ fn request_page(request: u64, wake: u64, from: &[u8]) -> Result<Page, TransportE
     })
 }
 
-/// The pages of an answer put together.
+/// An answer that is put together from its pages.
 struct Assembly {
     request: u64,
     pages: Option<u32>,

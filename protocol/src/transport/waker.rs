@@ -1,4 +1,4 @@
-//! Waking who waits: the daemon by anyone, a peer by the daemon.
+//! Waking a process that waits: any thread or peer wakes the daemon, and the daemon wakes a peer.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -15,17 +15,17 @@ use super::error::setup;
 use super::services::{self, Role, WakeListener, WakeNotifier};
 use crate::domain::{DomainRecord, Membership, PEER_SHARED_MEMORY_NEEDED, Place, require_shared_memory};
 
-/// What a peer is woken for: something was sent to it.
+/// The event that says to a peer: a message was sent to you.
 pub(super) const REPLIED: EventId = EventId::new(0);
-/// What a body is woken for: it shall rest no longer.
+/// The event that says to a body: do not rest any longer.
 pub(super) const ROUSED: EventId = EventId::new(1);
 
 /// Wakes the daemon out of [`super::server::ServerTransport::wait`], from any thread of the daemon.
 pub struct DaemonWaker {
-    /// Looked at by an end that polls.
+    /// Set when the daemon is woken; the daemon looks at it while it polls.
     woken: Arc<AtomicBool>,
     notifier: Notifier<ipc_threadsafe::Service>,
-    /// The notifier lives on it.
+    /// The node of the notifier, which ends with it.
     _node: Node<ipc_threadsafe::Service>,
 }
 
@@ -43,7 +43,7 @@ impl DaemonWaker {
         Ok(Self { woken, notifier, _node: node })
     }
 
-    /// Wakes the daemon, or keeps it from sleeping the next time.
+    /// Wakes the daemon. If it is awake, it does not sleep the next time.
     pub fn wake(&self) {
         self.woken.store(true, Ordering::Release);
         if let Err(error) = self.notifier.notify() {
@@ -52,7 +52,7 @@ impl DaemonWaker {
     }
 }
 
-/// The daemon's way to wake each peer by the number it gave.
+/// What the daemon wakes each peer with, by the wake number that the peer chose.
 pub(super) struct PeerWaker {
     notifier: WakeNotifier,
     keys: RefCell<BTreeMap<u64, ListenerKey>>,
@@ -63,7 +63,7 @@ impl PeerWaker {
         Self { notifier, keys: RefCell::new(BTreeMap::new()) }
     }
 
-    /// Wakes the peer that gave `wake`, if it listens. One that does not is found out when its process is.
+    /// Wakes the peer whose wake number is `wake`, if it listens. That a peer has died is found out elsewhere.
     pub(super) fn wake(&self, wake: u64, why: EventId) {
         let key = self.keys.borrow().get(&wake).copied();
         if key.is_some_and(|key| self.notifier.notify_single_listener_with_custom_event_id(&key, why).is_ok())
@@ -71,7 +71,7 @@ impl PeerWaker {
             return;
         }
         let Ok(name) = services::wake_name(wake) else { return };
-        // Peers come and go: the keys of all who listen now replace those known.
+        // The peer is new. Peers come and go, so the keys of all that listen now replace the known ones.
         let mut keys = self.keys.borrow_mut();
         keys.clear();
         self.notifier.for_each_listener(|peer, details| {
@@ -86,13 +86,14 @@ impl PeerWaker {
     }
 }
 
-/// What every body and tool has: its node, a listener the daemon wakes it by, and a way to wake the daemon.
+/// What every body and tool has on an epoch: a node, a listener by which the daemon wakes it, and a notifier that wakes the
+/// daemon.
 pub(super) struct PeerBase {
     pub(super) wake: u64,
     pub(super) listener: WakeListener,
     daemon: WakeNotifier,
     pub(super) node: Node<services::Ipc>,
-    /// Last, so that it is dropped last.
+    /// Dropped last, because it sweeps the epoch's files if the epoch has ended.
     pub(super) epoch: Membership,
 }
 

@@ -1,16 +1,16 @@
-//! What a body's observations may be, laid out so that a record is checked against it in a few nanoseconds. It only says
-//! yes or no: why not is for [`super::decode`] to say, which reads declarations as they were given.
+//! The declared limits of observations, laid out so that a record is checked against them in a few nanoseconds. This says only
+//! yes or no; [`super::decode`], which reads the declarations as they were given, says why not.
 
 use super::layout::{Record, kind};
 use crate::description::{ObservationType, ValueKind};
 use crate::limits::PROPERTIES_MAX;
 
-/// What values of one property may be.
+/// The values that one property may take.
 #[derive(Clone, Copy, Debug)]
 enum Bound {
-    /// So far above `base`, counted as the bits are: integers from their least, symbols and booleans from 0.
+    /// Whole numbers of which the bits are at most `span` above `base`: integers from their least, symbols and booleans from 0.
     Whole { base: u64, span: u64 },
-    /// Between these.
+    /// Reals in `min..=max`.
     Real { min: f64, max: f64 },
 }
 
@@ -20,7 +20,7 @@ impl Bound {
             ValueKind::Integer { min, max } => {
                 Self::Whole { base: min.cast_unsigned(), span: max.wrapping_sub(*min).cast_unsigned() }
             }
-            // What is declared has at least one symbol.
+            // A declaration that was checked has at least one symbol.
             ValueKind::Symbol { symbols } => {
                 Self::Whole { base: 0, span: symbols.len().saturating_sub(1) as u64 }
             }
@@ -38,11 +38,11 @@ impl Bound {
     }
 }
 
-/// What records of one observation type may be.
+/// The records that one observation type may have.
 #[derive(Clone, Debug)]
 struct TypeBounds {
     count: u16,
-    /// The kinds of its values, where `mask` is set: as in a record.
+    /// The kinds of its values, written as in a record, as far as the bits of `mask` are set.
     kinds: u32,
     mask: u32,
     values: Vec<Bound>,
@@ -61,19 +61,19 @@ impl TypeBounds {
             kinds |= tag << shift;
             mask |= 0xf << shift;
         }
-        // More properties than fit are not allowed, and then nothing is.
+        // More properties than fit were refused before; should they come here, no record is allowed.
         let count = u16::try_from(declared.properties.len()).unwrap_or(u16::MAX);
         let values = declared.properties.iter().take(PROPERTIES_MAX).map(|one| Bound::of(&one.kind));
         Self { count, kinds, mask, values: values.collect() }
     }
 }
 
-/// What a body's observations may be.
+/// The records that the observations of one body may be.
 #[derive(Clone, Debug)]
 pub(crate) struct Bounds(Vec<TypeBounds>);
 
 impl Bounds {
-    /// Of types that [`crate::description::Description::check`] allows.
+    /// The bounds of observation types that [`crate::description::Description::check`] allows.
     pub(crate) fn of(types: &[ObservationType]) -> Self {
         Self(types.iter().map(TypeBounds::of).collect())
     }
@@ -100,7 +100,7 @@ mod tests {
         ObservationType { properties: properties.collect(), ..ObservationType::state("type") }
     }
 
-    /// What is let through in haste must be what is let through on a close look, at every end of every range.
+    /// The fast check must allow exactly the records that the careful check allows, at every end of every range.
     #[test]
     fn a_record_holds_exactly_when_no_refusal_can_be_named() {
         let symbols = vec!["red".to_owned(), "green".to_owned()];

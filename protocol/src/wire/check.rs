@@ -1,5 +1,5 @@
-//! What makes a declaration sound and a value allowed. Both ends use it: a body before it attaches, the
-//! daemon on everything it receives.
+//! The checks of declarations and of values. Both ends use them: a body before it attaches, the daemon on everything that it
+//! receives.
 
 use std::collections::BTreeSet;
 
@@ -53,7 +53,7 @@ fn at_most(what: &str, found: usize, limit: usize) -> Result<(), Refusal> {
     if found > limit { Err(Refusal::TooMany { what: what.to_owned(), found, limit }) } else { Ok(()) }
 }
 
-/// A name that must be there: not empty, not too long, no control characters, no space at its ends.
+/// Checks a name that must be given: it is not empty, not too long, and has no control characters, and no space at its ends.
 fn name(place: &str, text: &str) -> Result<(), Refusal> {
     if text.is_empty() {
         return Err(Refusal::Name { place: place.to_owned(), problem: "it is empty".to_owned() });
@@ -61,7 +61,7 @@ fn name(place: &str, text: &str) -> Result<(), Refusal> {
     unit(place, text)
 }
 
-/// As [`name`], and may be empty.
+/// Checks a unit: as [`name`], but it may be empty.
 fn unit(place: &str, text: &str) -> Result<(), Refusal> {
     let problem = if text.len() > NAME_BYTES_MAX {
         format!("{text:?} has {} bytes, at most {NAME_BYTES_MAX} are allowed", text.len())
@@ -126,8 +126,7 @@ fn value_kind(place: &str, kind: &ValueKind) -> Result<(), Refusal> {
     Err(Refusal::Declaration { place: place.to_owned(), problem })
 }
 
-/// Largest bin number of a real: every whole number up to here is exact in a double, so neighbouring
-/// bins never merge.
+/// The largest number of a bin. Every whole number up to here is exact in a double, so that neighbouring bins never merge.
 const BIN_MAX: f64 = (1_u64 << 53) as f64;
 
 /// Checks an action against `declared` actions, or a scene command against scene commands. `place` names
@@ -152,7 +151,7 @@ pub fn order(place: &str, action: &Action, declared: &[ActionType]) -> Result<()
         .try_for_each(|(property, given)| value(&|| format!("{}: parameter", place()), property, given))
 }
 
-/// Checks one value against its property. `place` is called only to refuse.
+/// Checks one value against its property. `place` is called only for a refusal.
 pub(crate) fn value(place: &dyn Fn() -> String, property: &Property, given: &Value) -> Result<(), Refusal> {
     let outside = |value: String, allowed: String| {
         Err(Refusal::ValueRange { place: format!("{} {}", place(), property.name), value, allowed })
@@ -186,7 +185,7 @@ pub(crate) fn value(place: &dyn Fn() -> String, property: &Property, given: &Val
     }
 }
 
-/// What people call the kind of `value`.
+/// The kind of `value`, for people.
 fn kind_of(value: Value) -> &'static str {
     match value {
         Value::Integer(_) => "an integer",
@@ -196,7 +195,7 @@ fn kind_of(value: Value) -> &'static str {
     }
 }
 
-/// What people call a declared kind.
+/// A declared kind, for people.
 pub(crate) fn kind_name(kind: &ValueKind) -> &'static str {
     match kind {
         ValueKind::Integer { .. } => "an integer",

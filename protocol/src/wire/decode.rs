@@ -1,5 +1,5 @@
-//! Claimed to checked. What came over shared memory is an allegation: it was copied once, and the copy
-//! is checked here. Pure functions: no input makes them panic, and nothing invalid passes.
+//! Structures to checked values. A message that came over shared memory is an allegation: it was copied once, and the copy
+//! is checked here. No input makes these functions panic, and nothing invalid passes them.
 
 use super::bounds::Bounds;
 use super::check;
@@ -21,7 +21,7 @@ pub(crate) fn preamble(magic: u32, version: u32) -> Result<(), Refusal> {
     of_version(magic, version, VERSION)
 }
 
-/// Checks that a page is of this protocol and this version of what tools say.
+/// Checks that a page is of this protocol and of this version of the tools' messages.
 pub(crate) fn tool_preamble(magic: u32, version: u32) -> Result<(), Refusal> {
     of_version(magic, version, TOOLS_VERSION)
 }
@@ -44,7 +44,7 @@ fn text<const N: usize>(place: &str, from: &Text<N>) -> Result<String, Refusal> 
     Ok(text.to_owned())
 }
 
-/// The first `count` of `from`, or why there are not as many.
+/// The first `count` of `from`, or a refusal if there are not as many.
 fn counted<'a, T>(what: &str, count: u32, from: &'a [T]) -> Result<&'a [T], Refusal> {
     let found = usize::try_from(count).unwrap_or(usize::MAX);
     from.get(..found).ok_or_else(|| Refusal::TooMany { what: what.to_owned(), found, limit: from.len() })
@@ -76,7 +76,7 @@ pub fn hello(from: &RawHello) -> Result<Introduction, Refusal> {
         scene_commands: action_types(commands)?,
         ..Description::new(name, kind)
     };
-    // The declarations first: primitives are read by them.
+    // The declarations are checked first, because primitives are read by them.
     description.check()?;
     description.repertoire = primitives
         .iter()
@@ -192,7 +192,7 @@ fn action(place: &dyn Fn() -> String, from: &Record, declared: &[ActionType]) ->
     Ok(Action { id: ActionId::from_index(from.index), parameters })
 }
 
-/// Why a record is no observation of those declared.
+/// Checks carefully that a record is an observation of a declared type, and says why not.
 pub(crate) fn observation(number: usize, from: &Record, declared: &[ObservationType]) -> Result<(), Refusal> {
     let Some(kind) = declared.get(usize::from(from.index)) else {
         let place = format!("observation {number}");
@@ -202,7 +202,8 @@ pub(crate) fn observation(number: usize, from: &Record, declared: &[ObservationT
     values(&place, "property", from, &kind.properties).map(drop)
 }
 
-/// The daemon's side of one session: checks each frame against what came before it.
+/// The daemon's checks in one session: each frame is checked against the description, and against the frames and replies before
+/// it.
 #[derive(Clone, Debug)]
 pub struct SessionChecks {
     number: u64,
@@ -240,9 +241,9 @@ impl SessionChecks {
         }
     }
 
-    /// Checks a frame. One that is out of order, or of another session or version, changes nothing. One in
-    /// order uses its sequence number up, even when its content is refused: the body goes on with the
-    /// next. An outcome in a refused frame counts as not reported; the body reports it again.
+    /// Checks a frame. A frame that is out of order, or of another session or version, changes nothing. A frame in order uses
+    /// its sequence number up, even if its content is refused, and the body goes on with the next number. An outcome in a refused
+    /// frame counts as not reported; the body reports it again.
     ///
     /// # Errors
     /// The first thing wrong with it.

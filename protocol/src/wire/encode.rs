@@ -1,5 +1,5 @@
-//! Plain values to wire values. A [`Description`] is checked first; observations are not, for the
-//! receiver checks them and says what is wrong.
+//! Plain values to structures. A [`Description`] is checked first; observations are not, because the receiver checks them and
+//! says what is wrong.
 
 use super::layout::{
     FrameHeader, HelloHead, MAGIC, Name, Reason, Record, Text, VERSION, Welcome, WireActionType,
@@ -11,7 +11,7 @@ use crate::limits::{PROPERTIES_MAX, SYMBOLS_MAX};
 use crate::outcome::Outcome;
 use crate::refusal::Refusal;
 
-/// `text` as far as it fits, cut at a character.
+/// `text` as far as it fits. It is cut between two characters.
 #[must_use]
 pub fn text<const N: usize>(text: &str) -> Text<N> {
     let mut end = text.len().min(N);
@@ -25,7 +25,7 @@ pub fn text<const N: usize>(text: &str) -> Text<N> {
     Text { length: saturating_u32(end), bytes }
 }
 
-/// An index and its values as a record. Values beyond the eighth are cut, and counted, so that the
+/// The record of the declaration `index` with these values. Values beyond the eighth are cut off but counted, so that the
 /// receiver refuses the record.
 #[must_use]
 pub fn record(index: u16, values: &[Value]) -> Record {
@@ -178,13 +178,13 @@ pub fn welcome(session: u64, learner: &str) -> Welcome {
     }
 }
 
-/// The welcome that says why there is none.
+/// The answer to a hello that is refused, which says why.
 #[must_use]
 pub fn unwelcome(refusal: &Refusal, learner: &str) -> Welcome {
     Welcome { code: refusal.code(), reason: text(&refusal.to_string()), ..welcome(0, learner) }
 }
 
-/// A frame whose session, sequence and count of observations are in `header`, with these records and, if there was an order,
+/// The frame whose session, sequence and count of observations are in `header`, with these records and, if there was an order,
 /// the report on it.
 #[must_use]
 pub fn frame(header: FrameHeader, report: Option<&OrderReport>, records: Vec<Record>) -> RawFrame {

@@ -1,6 +1,6 @@
-//! What crosses shared memory, byte for byte: integers and fixed arrays only, no padding, a version in
-//! every message. Reals travel as their IEEE 754 bit pattern in a `u64`, so nothing here has an invalid
-//! bit pattern and everything received is only an allegation until [`super::decode`] has checked it.
+//! The structures that cross shared memory, byte for byte: integers and fixed arrays only, no padding, a version in every
+//! message. Reals travel as their IEEE 754 bit pattern in a `u64`, so that no bit pattern is invalid. A structure that was
+//! received is only an allegation until [`super::decode`] has checked it.
 //!
 //! A change of any layout here is a new [`VERSION`] and a new `vN` in the payload's type name.
 
@@ -18,7 +18,7 @@ pub const VERSION: u32 = 2;
 /// `protocol/tests/tools_version.rs` sees to that.
 pub const TOOLS_VERSION: u32 = 2;
 
-/// Version of what a body sends with its pictures.
+/// Version of the messages that carry pictures.
 pub const PICTURES_VERSION: u32 = 1;
 
 /// Bits of [`WireObservationType::flags`].
@@ -98,7 +98,7 @@ pub type Name = Text<NAME_BYTES_MAX>;
 /// A reason: see [`REASON_BYTES_MAX`].
 pub type Reason = Text<REASON_BYTES_MAX>;
 
-/// An index with up to eight values: an observation, a primitive, an action or a scene command.
+/// The index of a declaration, with up to eight values: an observation, a primitive, an action or a scene command.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Record {
@@ -166,8 +166,7 @@ pub struct WireActionType {
     pub parameters: [WireProperty; PROPERTIES_MAX],
 }
 
-/// A body's introduction, all but its repertoire. The `primitive_count` records of the repertoire follow
-/// it in the same message.
+/// A body's introduction without its repertoire, which follows in the same message: `primitive_count` records.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HelloHead {
@@ -233,7 +232,7 @@ pub struct Welcome {
     pub reason: Reason,
 }
 
-/// What a frame says of itself; its `observation_count` records follow in the same message.
+/// The header of a frame. Its `observation_count` records follow in the same message.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameHeader {
@@ -285,8 +284,8 @@ impl Default for FrameHeader {
     }
 }
 
-/// The observations of a frame, of which only `observation_count` of the header are written and read; and why an order was
-/// not carried out, which is written and read only with an outcome of [`outcome::REFUSED`] or [`outcome::FAILED`].
+/// The observations of a frame, of which only the `observation_count` of the header are written and read, and the reason why an
+/// order was not carried out, which is written and read only with [`outcome::REFUSED`] and [`outcome::FAILED`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WireFrame {
@@ -350,7 +349,7 @@ pub struct Page {
     pub bytes: [u8; PAGE_BYTES],
 }
 
-/// What is sent with each picture; the picture's bytes are first its fields, then its pixels.
+/// The header of a picture. The bytes of the picture are first its fields, then its pixels.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PictureHeader {
@@ -378,7 +377,7 @@ pub const PICTURE_FIELD_BYTES: usize = 12;
 /// Bytes of a page before what it carries.
 pub const PAGE_HEAD_BYTES: usize = 40;
 
-/// The layout is the contract with bodies in other languages: no field moved, no padding crept in.
+/// The layout is the contract with bodies in other languages. These sizes show that no padding has crept in.
 const _: () = {
     assert!(size_of::<Name>() == 36 && size_of::<Reason>() == 260);
     assert!(size_of::<Record>() == 72);

@@ -8,7 +8,7 @@ use crate::outcome::Outcome;
 /// A body's introduction as it travels: the head and the repertoire's records.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RawHello {
-    /// Everything but the repertoire.
+    /// The hello without the repertoire.
     pub head: Box<HelloHead>,
     /// The repertoire.
     pub primitives: Vec<Record>,
@@ -17,7 +17,7 @@ pub struct RawHello {
 /// A frame as it travels: the header, as many records as it claims, and the reason.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RawFrame {
-    /// What the frame says of itself.
+    /// The header.
     pub header: FrameHeader,
     /// Its observations.
     pub records: Vec<Record>,
@@ -34,7 +34,7 @@ pub struct Introduction {
     pub description: Description,
 }
 
-/// A frame that passed every check. Its observations stay where they were copied to.
+/// A frame that passed every check. Its observations stay in the copy that was checked.
 #[derive(Clone, Debug)]
 pub struct SensorFrame<'a> {
     /// The session it belongs to.
@@ -50,7 +50,7 @@ pub struct SensorFrame<'a> {
 /// How an order (action or scene command) went.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OrderReport {
-    /// How it went.
+    /// How the order went.
     pub outcome: Outcome,
     /// Sequence of the frame whose reply gave the order.
     pub answers: u64,

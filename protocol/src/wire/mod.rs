@@ -1,7 +1,8 @@
-//! What crosses shared memory: its bytes ([`layout`](self)), the messages that they make ([`message`]), how values become
-//! bytes ([`encode`]), and how bytes that a peer sent become values that passed every check ([`decode`], [`check`]).
+//! The messages that cross shared memory: the structures that they are made of, the same messages as plain values
+//! ([`message`]), how values become structures ([`encode`]), and how structures that a peer sent become values that have
+//! passed every check ([`decode`], [`check`]).
 //!
-//! The author of a body in Rust needs none of it. It is for the daemon, for tests of bodies, and for measuring.
+//! The author of a body in Rust needs none of this. It is for the daemon, for tests of bodies, and for measuring.
 
 mod bounds;
 pub mod check;

@@ -6,8 +6,8 @@ use crate::picture::{FieldMark, Picture, PictureMessage};
 use crate::refusal::Refusal;
 
 impl Picture<'_> {
-    /// Bytes it takes on the wire; none when it is no picture that may be sent: empty, too large, with another number
-    /// of bytes than its size says, or with a field that is nowhere.
+    /// How many bytes it takes on the wire; none if it may not be sent because it is empty, too large, has another number of
+    /// bytes than its size says, or a field that is nowhere.
     #[must_use]
     pub fn bytes(&self) -> Option<usize> {
         let finite =
@@ -17,7 +17,7 @@ impl Picture<'_> {
             .filter(|_| self.fields.iter().all(finite))
     }
 
-    /// Its header.
+    /// Its header, as of a picture of `session` after so many frames.
     pub(crate) fn header(&self, session: u64, frame: u64) -> PictureHeader {
         PictureHeader {
             magic: MAGIC,
@@ -31,7 +31,7 @@ impl Picture<'_> {
         }
     }
 
-    /// Writes it to a place of [`Picture::bytes`].
+    /// Writes it into `to`, which has room for [`Picture::bytes`].
     pub(crate) fn write(&self, to: &mut [u8]) {
         let (fields, pixels) = to.split_at_mut(to.len().min(self.fields.len() * PICTURE_FIELD_BYTES));
         for (to, field) in fields.chunks_exact_mut(PICTURE_FIELD_BYTES).zip(self.fields) {
@@ -44,7 +44,7 @@ impl Picture<'_> {
     }
 }
 
-/// Reads a picture that somebody sent.
+/// Reads a picture that a body sent.
 ///
 /// # Errors
 /// What is wrong with it.

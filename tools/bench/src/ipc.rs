@@ -4,6 +4,7 @@
 //! a Unix socket with bincode; and the least that is possible: two threads and a number that both see.
 
 mod atomic;
+mod bare;
 mod crowd;
 mod peer;
 mod socket;
@@ -17,7 +18,6 @@ use clap::{Args, ValueEnum};
 use pschema_process::Stop;
 use pschema_protocol::body::BodyLoop;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_protocol::transport::bare::{BareClient, BareWake, RECORD_WORDS};
 use pschema_protocol::transport::body_link::BodyLink;
 use pschema_protocol::transport::{SPIN_US_MAX, Spin};
 use pschema_tools::kit::{Bar, Child, Columns, Failure, ParentArgs, runtime_directory, show, wrapped};
@@ -25,6 +25,7 @@ use serde::Serialize;
 
 use crate::times::Times;
 use atomic::Atomic;
+use bare::{BareClient, BareWake, RECORD_WORDS};
 use crowd::CrowdBody;
 pub(crate) use peer::serve;
 use socket::Socket;

@@ -9,12 +9,12 @@ use std::time::Duration;
 use pschema_process::Stop;
 use pschema_protocol::description::{Action, ActionId};
 use pschema_protocol::domain::{LearnerName, OwnedDomain, Place, RuntimeDir};
-use pschema_protocol::transport::bare::BareServer;
 use pschema_protocol::transport::server::{Incoming, ServerTransport};
 use pschema_protocol::wire::decode::{self, SessionChecks};
 use pschema_protocol::wire::message::Reply;
 use pschema_tools::kit::{Failure, follow_parent};
 
+use super::bare::BareServer;
 use super::{Mode, NAME, PeerArgs, socket};
 
 /// How long the loop sleeps when nothing comes in.
@@ -50,7 +50,7 @@ pub(crate) fn serve(args: &PeerArgs) -> Result<(), Failure> {
 }
 
 fn bare(place: &Place, mode: Mode, stop: &AtomicBool) -> Result<(), Failure> {
-    BareServer::create(place, mode.bare()).and_then(|mut server| server.serve(stop)).map_err(Failure::of)
+    BareServer::create(place, mode.bare())?.serve(stop)
 }
 
 /// A daemon whose learner always has the same to say: all of the protocol, and nothing else.

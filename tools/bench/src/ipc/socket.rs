@@ -9,9 +9,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use pschema_protocol::codec;
-use pschema_protocol::transport::bare::RECORD_WORDS;
 use pschema_tools::kit::Failure;
 use serde::{Deserialize, Serialize};
+
+use super::bare::RECORD_WORDS;
 
 /// Its name in the runtime directory.
 pub(super) const FILE: &str = "bench.socket";
