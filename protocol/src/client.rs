@@ -34,6 +34,21 @@ impl ClientError {
 }
 
 /// A connection to a daemon.
+///
+/// ```no_run
+/// use std::time::Duration;
+///
+/// use pschema_protocol::client::Client;
+/// use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
+///
+/// let place = Place::new(RuntimeDir::from_environment()?, LearnerName::new("demo")?);
+/// match Client::connect(&place, Duration::from_secs(5)) {
+///     Ok(client) => assert!(client.is_current()),
+///     Err(error) if error.is_no_daemon() => println!("start a daemon first"),
+///     Err(error) => return Err(error.into()),
+/// }
+/// # Ok::<_, Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Client {
     link: ToolLink,

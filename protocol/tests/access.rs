@@ -141,7 +141,7 @@ fn a_learners_files_that_others_prepared_are_refused() {
     // A record that was forged can't have files of others removed.
     fs::write(
         directory.join("domain"),
-        "protocol = 1\nepoch = 1\npid = 1\nprefix = ../../victim\nstate = ready\n",
+        "protocol = 2\nepoch = 1\npid = 1\nprefix = ../../victim\nstate = ready\n",
     )
     .unwrap();
     let daemon = Daemon::start(place.clone(), 10, echo);

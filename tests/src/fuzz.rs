@@ -13,7 +13,7 @@ use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_protocol::wire::decode;
 use pschema_protocol::wire::encode;
 use pschema_protocol::wire::message::{Admission, RawFrame, RawHello};
-use pschema_protocol::wire::{Record, Text, Welcome, WireProperty, WireReply};
+use pschema_protocol::wire::{Record, Text, VERSION, Welcome, WireProperty, WireReply};
 use pschema_server::in_process::InProcess;
 use pschema_server::{Setup, config};
 use pschema_sim::config::WorldFile;
@@ -199,7 +199,7 @@ impl Draw<'_> {
 
     fn frame(&mut self, to: &mut RawFrame) {
         let header = &mut to.header;
-        match self.byte() % 12 {
+        match self.byte() % 13 {
             0 => header.magic = self.u32(),
             1 => header.version = self.u32(),
             2 => header.session = self.u64(),
@@ -215,6 +215,11 @@ impl Draw<'_> {
                     to.records.extend(std::iter::repeat_n(first, many));
                     header.observation_count = u32::try_from(to.records.len()).unwrap_or(u32::MAX);
                 }
+            }
+            10 => {
+                // The reason is read with the outcomes 2 and 3 only.
+                header.outcome = 2 + u32::from(self.byte() & 1);
+                self.text(&mut to.reason);
             }
             _ => {
                 if let Some(record) = self.one_of(&mut to.records) {
@@ -595,8 +600,8 @@ fn answers() -> Vec<Vec<u8>> {
 }
 
 fn domains() -> Vec<Vec<u8>> {
-    let sound = "protocol = 1\nepoch = 3\npid = 4711\nprefix = ps0123456789-\nstate = ready\n";
-    vec![sound.as_bytes().to_vec()]
+    let rest = "epoch = 3\npid = 4711\nprefix = ps0123456789-\nstate = ready\n";
+    vec![format!("protocol = {VERSION}\n{rest}").into_bytes()]
 }
 
 /// Files of the project, for those who build it; the tests have its folder beside them.

@@ -137,6 +137,18 @@ pub enum RunError {
 ///
 /// # Errors
 /// When the body or the daemon breaks the protocol, or shared memory cannot be used.
+///
+/// ```no_run
+/// use pschema_protocol::body::{Body, RunOptions, run};
+/// use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
+///
+/// # fn example(body: impl Body) -> Result<(), Box<dyn std::error::Error>> {
+/// let place = Place::new(RuntimeDir::from_environment()?, LearnerName::new("demo")?);
+/// let summary = run(body, &RunOptions::new(place).exit_when_daemon_gone(true))?;
+/// println!("{} orders in {} sessions", summary.orders, summary.sessions);
+/// # Ok(())
+/// # }
+/// ```
 pub fn run<B: Body>(body: B, options: &RunOptions) -> Result<RunSummary, RunError> {
     let mut run = Run {
         driver: BodyLoop::new(body),
@@ -276,6 +288,20 @@ impl<B: Body> Run<'_, B> {
 
 /// Runs a body as a program: reads `--name <learner>` from the command line, ends on SIGINT and SIGTERM
 /// with a farewell, and says on standard error what went wrong.
+///
+/// ```no_run
+/// use pschema_protocol::prelude::*;
+///
+/// # struct Lamp;
+/// # impl Body for Lamp {
+/// #     fn describe(&self) -> Description { Description::new("lamp", "lamp") }
+/// #     fn sense(&mut self, _frame: &mut Senses) {}
+/// #     fn act(&mut self, _action: &Action) -> Outcome { Outcome::Done }
+/// # }
+/// fn main() -> std::process::ExitCode {
+///     run_from_args(Lamp)
+/// }
+/// ```
 pub fn run_from_args<B: Body>(body: B) -> ExitCode {
     Log::new(LevelFilter::WARN).begin();
     match run_as_program(body) {
