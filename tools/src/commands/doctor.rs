@@ -61,11 +61,7 @@ fn wrong(name: &'static str, found: impl Into<String>, mend: impl Into<String>) 
 
 pub(crate) fn run(args: DoctorArgs) -> Result<(), Failure> {
     let findings = examine(args.clean)?;
-    if args.json {
-        output::print_json(&findings)?;
-    } else {
-        output::print(&text(&findings, Style::of_stdout()))?;
-    }
+    output::show(args.json, &findings, |findings| text(findings, Style::of_stdout()))?;
     let wrong = findings.checks.iter().filter(|check| !check.ok).count();
     match wrong {
         0 => Ok(()),

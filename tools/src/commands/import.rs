@@ -34,7 +34,7 @@ const TELL_EVERY: u64 = 1_024;
 
 /// What `--json` prints.
 #[derive(Serialize)]
-struct Figures {
+struct ImportReport {
     lines: u64,
     learner: String,
     seed: u64,
@@ -55,7 +55,7 @@ pub(crate) fn run(args: ImportArgs, general: &General) -> Result<(), Failure> {
     let imported = imported.map_err(|error| Failure::Failed(format!("{shown}: {error}")))?;
     let made = past::import(&imported, &args.data)?;
     drop(bar);
-    let figures = Figures {
+    let figures = ImportReport {
         lines: imported.lines.lines,
         learner: imported.learner,
         seed: imported.seed,

@@ -34,15 +34,15 @@ pub(crate) struct JournalArgs {
     json: bool,
 }
 
-/// The last line of the JSON.
+/// The last line of the JSON: the directory.
 #[derive(Serialize)]
-struct Directory<'a> {
+struct DirectoryLine<'a> {
     directory: &'a journal::Listed,
 }
 
-/// The others.
+/// Every other line of the JSON: a batch.
 #[derive(Serialize)]
-struct Line<'a> {
+struct BatchLine<'a> {
     batch: &'a pschema_store::past::Batch,
 }
 
@@ -61,7 +61,7 @@ pub(crate) fn run(args: JournalArgs) -> Result<(), Failure> {
         return output::print(&journal::listing(&Listing { batches: &batches, listed: &listed }));
     }
     for batch in &batches {
-        output::print_json_line(&Line { batch })?;
+        output::print_json_line(&BatchLine { batch })?;
     }
-    output::print_json_line(&Directory { directory: &listed })
+    output::print_json_line(&DirectoryLine { directory: &listed })
 }

@@ -32,7 +32,7 @@ pub(crate) struct RepairArgs {
 
 /// What `--json` prints.
 #[derive(Serialize)]
-struct Figures<'a> {
+struct RepairReport<'a> {
     #[serde(flatten)]
     plan: &'a Repair,
     /// What was done; `null` when nothing was to be done or only asked for.
@@ -52,7 +52,7 @@ pub(crate) fn run(args: RepairArgs) -> Result<(), Failure> {
         None => Some(past.repair(&plan)?),
     };
     if args.json {
-        return output::print_json(&Figures { plan: &plan, done: done.as_ref() });
+        return output::print_json(&RepairReport { plan: &plan, done: done.as_ref() });
     }
     match &done {
         Some(done) => output::print(&said(done)),

@@ -35,7 +35,7 @@ pub(crate) struct ReplayArgs {
 
 /// What `--json` prints.
 #[derive(Serialize)]
-struct Figures {
+struct ReplayReport {
     step: u64,
     frame: u64,
     curriculum: String,
@@ -67,7 +67,7 @@ pub(crate) fn run(args: ReplayArgs) -> Result<(), Failure> {
         Some(out) => Some(remembered.past().branch(args.until, out)?),
         None => None,
     };
-    let figures = Figures {
+    let figures = ReplayReport {
         step: status.step,
         frame,
         curriculum: status.curriculum,
@@ -82,10 +82,10 @@ pub(crate) fn run(args: ReplayArgs) -> Result<(), Failure> {
         replay_s,
         made,
     };
-    if args.json { output::print_json(&figures) } else { output::print(&text(&figures)) }
+    output::show(args.json, &figures, text)
 }
 
-fn text(f: &Figures) -> String {
+fn text(f: &ReplayReport) -> String {
     let mut facts = Columns::new(&[]);
     let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
     fact("step", f.step.to_string());

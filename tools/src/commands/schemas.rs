@@ -78,5 +78,5 @@ pub(crate) fn run(args: SchemasArgs, general: &General) -> Result<(), Failure> {
         offset: args.offset,
     };
     let answer = ask_for!(memory, &Request::Schemas(query), Answer::Schemas)?;
-    if args.json { output::print_json(&answer) } else { output::print(&schema::list(&answer, args.offset)) }
+    output::show(args.json, &answer, |answer| schema::list(answer, args.offset))
 }

@@ -72,5 +72,5 @@ pub(crate) fn run(args: StageArgs, general: &General) -> Result<(), Failure> {
     let data = DataArgs { data: args.data, until: args.until };
     let mut memory = asked(&MemoryArgs { name: args.name, data }, general)?;
     let report = ask_for!(memory, &Request::Stage(order), Answer::Report)?;
-    if args.json { output::print_json(&report) } else { output::print(&status::report(&report)) }
+    output::show(args.json, &report, |report| status::report(report))
 }

@@ -55,5 +55,5 @@ fn past(remembered: &Remembered, json: bool) -> Result<(), Failure> {
     let past = remembered.past();
     let directory = past.directory().display().to_string();
     let told = PastStatus::new(&status, directory, past.seed(), frame, at_unix_ms, past.files()?);
-    if json { output::print_json(&told) } else { output::print(&past_status::past_status(&told, &status)) }
+    output::show(json, &told, |told| past_status::past_status(told, &status))
 }

@@ -34,11 +34,7 @@ pub(crate) fn run(args: VerifyArgs, general: &General) -> Result<(), Failure> {
     let mut told = |Progress { bytes, of, step }| bar.show(bytes, of, format!("step {step}"));
     let checked = past.verify(args.relearn, &mut told)?;
     drop(bar);
-    if args.json {
-        output::print_json(&checked)?;
-    } else {
-        output::print(&journal::checked(&checked, args.relearn))?;
-    }
+    output::show(args.json, &checked, |checked| journal::checked(checked, args.relearn))?;
     if checked.sound {
         return Ok(());
     }
