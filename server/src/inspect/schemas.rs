@@ -200,7 +200,7 @@ pub(super) fn line(content: &Content, id: u32) -> Option<SchemaSummary> {
 }
 
 pub(super) fn summary(content: &Content, id: u32, schema: &Schema) -> SchemaSummary {
-    let (pre, action, post) = notation::parts(content, schema);
+    let notation::SchemaText { pre, action, post } = notation::schema_text(content, schema);
     let (low, high) = schema.executions.interval();
     SchemaSummary {
         id,
@@ -222,7 +222,7 @@ pub(super) fn detail(view: &View, id: u32) -> Option<SchemaDetail> {
     let vocabulary = &content.vocabulary;
     let schema = content.schema(SchemaId(id))?;
     let (low, high) = schema.executions.interval();
-    let (_, action, _) = notation::parts(content, schema);
+    let action = notation::schema_text(content, schema).action;
     let seen = |id| text::observation(vocabulary, content.observation(id));
     let pattern = |pattern: &Pattern| text::pattern(vocabulary, pattern);
     let (target, pre, post) = match &schema.form {

@@ -1,10 +1,72 @@
 //! Observations, patterns and schemas as people read and write them: `object{colour=blue, field=4}`.
 
+use std::fmt::{self, Display, Formatter};
+
 use crate::memory::content::Content;
 use crate::nouns::observation::{Observation, Pattern, PropertyId, Term, TypeId, Value, Variable};
 use crate::nouns::pursuit::Goal;
 use crate::nouns::schema::{Form, Schema};
 use crate::nouns::vocabulary::{Parameter, PrimitiveId, ValueKind, Vocabulary, bin, bin_middle};
+
+/// What `object{colour=blue, field=$x}` says, word by word: nothing is known yet of what the words mean.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NotationWords<'a> {
+    /// The word before the braces.
+    pub kind: &'a str,
+    /// The words on both sides of each `=`, in the order written.
+    pub properties: Vec<(&'a str, &'a str)>,
+}
+
+/// Why a text is not of the form `type{property=value, …}`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotationError<'a> {
+    /// There is no type with braces after it.
+    Braces,
+    /// This part between commas has no `=` in it.
+    Pair(&'a str),
+}
+
+/// Reads `type{property=value, …}` word by word, spaces around each word left out. Words may be empty: who knows what may stand
+/// there checks them.
+///
+/// ```
+/// use pschema_learner::notation::{NotationError, words};
+///
+/// let object = words("object{colour=blue, field=$x}").unwrap();
+/// assert_eq!((object.kind, object.properties), ("object", vec![("colour", "blue"), ("field", "$x")]));
+/// assert_eq!(words("object{blue}"), Err(NotationError::Pair("blue")));
+/// ```
+///
+/// # Errors
+/// The first thing that is not of that form.
+pub fn words(text: &str) -> Result<NotationWords<'_>, NotationError<'_>> {
+    let (kind, rest) = text.trim().split_once('{').ok_or(NotationError::Braces)?;
+    let inside = rest.strip_suffix('}').ok_or(NotationError::Braces)?.trim();
+    let parts = inside.split(',').filter(|_| !inside.is_empty());
+    let pair = |part| match str::split_once(part, '=') {
+        Some((property, value)) => Ok((property.trim(), value.trim())),
+        None => Err(NotationError::Pair(part.trim())),
+    };
+    let properties = parts.map(pair).collect::<Result<_, _>>()?;
+    Ok(NotationWords { kind: kind.trim(), properties })
+}
+
+/// Writes an observation of which just the names are known: the opposite of [`words`].
+///
+/// ```
+/// assert_eq!(pschema_learner::notation::by_names("object", [("colour", "blue"), ("field", "4")]), "object{colour=blue, field=4}");
+/// ```
+#[must_use]
+pub fn by_names<N: Display, V: Display>(kind: &str, properties: impl IntoIterator<Item = (N, V)>) -> String {
+    let pairs: Vec<_> = properties.into_iter().map(|(name, value)| format!("{name}={value}")).collect();
+    format!("{kind}{{{}}}", pairs.join(", "))
+}
+
+/// An outcome: an observation as it is, or as it is no longer there.
+#[must_use]
+pub fn outcome(observation: String, absent: bool) -> String {
+    if absent { format!("no longer {observation}") } else { observation }
+}
 
 /// The name of a variable, without its `$`: `a` to `z`, then `a1`, `b1`, …
 #[must_use]
@@ -56,18 +118,14 @@ pub fn observation(vocabulary: &Vocabulary, observation: &Observation) -> String
 /// A pattern: `object{colour=$a, field=4}`.
 #[must_use]
 pub fn pattern(vocabulary: &Vocabulary, pattern: &Pattern) -> String {
-    let terms: Vec<_> = pattern
-        .terms()
-        .iter()
-        .map(|(property, term)| {
-            let shown = match term {
-                Term::Constant(constant) => value(vocabulary, *property, *constant),
-                Term::Variable(v) => format!("${}", variable(*v)),
-            };
-            format!("{}={shown}", property_name(vocabulary, *property))
-        })
-        .collect();
-    format!("{}{{{}}}", type_name(vocabulary, pattern.kind()), terms.join(", "))
+    let terms = pattern.terms().iter().map(|(property, term)| {
+        let value = match term {
+            Term::Constant(constant) => value(vocabulary, *property, *constant),
+            Term::Variable(v) => format!("${}", variable(*v)),
+        };
+        (property_name(vocabulary, *property), value)
+    });
+    by_names(&type_name(vocabulary, pattern.kind()), terms)
 }
 
 /// The patterns of a goal: `object{colour=blue} & touch{}`.
@@ -104,40 +162,56 @@ pub fn primitive(vocabulary: &Vocabulary, id: PrimitiveId) -> String {
     format!("{}({})", action.name, parameters.join(", "))
 }
 
-/// Pre-conditions, action and post-conditions of a schema, each as it prints.
-#[must_use]
-pub fn parts(content: &Content, schema: &Schema) -> (Vec<String>, String, Vec<String>) {
-    let vocabulary = &content.vocabulary;
-    let outcome = |text: String, absent: bool| if absent { format!("no longer {text}") } else { text };
-    match &schema.form {
-        Form::Concrete(concrete) => {
-            let show = |id| observation(vocabulary, content.observation(id));
-            (
-                concrete.pre.iter().map(|o| show(*o)).collect(),
-                primitive(vocabulary, concrete.action),
-                concrete.post.iter().map(|p| outcome(show(p.what), p.absent)).collect(),
-            )
-        }
-        Form::Generalised(generalised) => {
-            let target: Vec<_> = generalised.target.iter().map(|p| pattern(vocabulary, p)).collect();
-            (
-                generalised.pre.iter().map(|p| pattern(vocabulary, p)).collect(),
-                format!("achieve {}", target.join(" & ")),
-                generalised.post.iter().map(|p| outcome(pattern(vocabulary, &p.what), p.absent)).collect(),
-            )
-        }
+/// A schema as text, in its three parts. It prints as they are written on one line:
+/// `object{field=4} / move(j1=0.43, j2=0.84) / finger{field=4} & touch{}`; nothing is `∅`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SchemaText {
+    /// Its pre-conditions.
+    pub pre: Vec<String>,
+    /// Its action; of a generalised schema `achieve`, and its target.
+    pub action: String,
+    /// Its post-conditions.
+    pub post: Vec<String>,
+}
+
+impl Display for SchemaText {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let side = |conditions: &[String]| match conditions.len() {
+            0 => "∅".to_owned(),
+            _ => conditions.join(" & "),
+        };
+        write!(f, "{} / {} / {}", side(&self.pre), self.action, side(&self.post))
     }
 }
 
-/// A schema: `object{field=4} / move(j1=0.43, j2=0.84) / finger{field=4} & touch{}`; nothing is `∅`.
+/// A schema on one line.
 #[must_use]
 pub fn schema(content: &Content, schema: &Schema) -> String {
-    let (pre, action, post) = parts(content, schema);
-    let side = |conditions: Vec<String>| match conditions.len() {
-        0 => "∅".to_owned(),
-        _ => conditions.join(" & "),
-    };
-    format!("{} / {action} / {}", side(pre), side(post))
+    schema_text(content, schema).to_string()
+}
+
+/// A schema in its parts.
+#[must_use]
+pub fn schema_text(content: &Content, schema: &Schema) -> SchemaText {
+    let vocabulary = &content.vocabulary;
+    match &schema.form {
+        Form::Concrete(concrete) => {
+            let show = |id| observation(vocabulary, content.observation(id));
+            SchemaText {
+                pre: concrete.pre.iter().map(|o| show(*o)).collect(),
+                action: primitive(vocabulary, concrete.action),
+                post: concrete.post.iter().map(|p| outcome(show(p.what), p.absent)).collect(),
+            }
+        }
+        Form::Generalised(generalised) => {
+            let show = |what: &Pattern| pattern(vocabulary, what);
+            SchemaText {
+                pre: generalised.pre.iter().map(show).collect(),
+                action: format!("achieve {}", goal(vocabulary, &generalised.target)),
+                post: generalised.post.iter().map(|p| outcome(show(&p.what), p.absent)).collect(),
+            }
+        }
+    }
 }
 
 /// Why a text is not a pattern.
@@ -202,9 +276,7 @@ fn parse_with(
     variables: &mut Vec<String>,
 ) -> Result<Pattern, PatternError> {
     let form = || PatternError::Form(text.to_owned());
-    let (name, rest) = text.trim().split_once('{').ok_or_else(form)?;
-    let inner = rest.trim_end().strip_suffix('}').ok_or_else(form)?;
-    let name = name.trim();
+    let NotationWords { kind: name, properties } = words(text).map_err(|_| form())?;
     let list = |names: Vec<&str>| names.join(", ");
     let kind = vocabulary.type_named(name).ok_or_else(|| PatternError::Type {
         name: name.to_owned(),
@@ -212,9 +284,7 @@ fn parse_with(
     })?;
     let declared = &vocabulary.types()[usize::from(kind.0)];
     let mut terms = Vec::new();
-    for part in inner.split(',').map(str::trim).filter(|part| !part.is_empty()) {
-        let (property, given) = part.split_once('=').ok_or_else(form)?;
-        let (property, given) = (property.trim(), given.trim());
+    for (property, given) in properties {
         let at = declared.declared.properties.iter().position(|p| p.name == property);
         let at = at.ok_or_else(|| PatternError::Property {
             kind: name.to_owned(),
