@@ -4,10 +4,14 @@
 // A test may stop at what cannot be; every number here is small.
 #![allow(clippy::unwrap_used)]
 
+use std::collections::BTreeMap;
+
 #[path = "reference/checks.rs"]
 mod checks;
 #[path = "reference/curricula.rs"]
 mod curricula;
+#[path = "reference/effects.rs"]
+mod effects;
 #[path = "reference/plans.rs"]
 mod plans;
 #[path = "reference/worlds.rs"]
@@ -17,7 +21,8 @@ use checks::{counted, explained, only_what_was_attended};
 use plans::{GoalOrder, Setup, setup};
 use proptest::collection::vec;
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::{RngSeed, TestRunner};
 use pschema_learner::curriculum::{Afterwards, Curriculum};
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
@@ -257,4 +262,61 @@ proptest! {
         replayed(&mut memory, &effects)?;
         prop_assert_eq!(digest(memory.content()), digest(learner.memory().content()));
     }
+}
+
+/// The number of the variant, for counting.
+fn variant(effect: &Effect) -> String {
+    let text = format!("{effect:?}");
+    text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default().to_owned()
+}
+
+proptest! {
+    #![proptest_config(config(200))]
+
+    #[test]
+    fn whatever_an_effect_says_it_is_applied_or_changes_nothing(
+        setup in setup(80),
+        effects in vec(effects::effect(), 1..60)
+    ) {
+        let (mut learner, _) = born(&setup);
+        live(&mut learner, &setup, |_, _, _, _| Ok(()))?;
+        let mut memory = learner.into_memory();
+        for (effect, mend) in effects {
+            let effect = if mend { effects::mended(&effect, memory.content()) } else { effect };
+            let before = digest(memory.content());
+            if memory.apply(&effect).is_err() {
+                prop_assert_eq!(digest(memory.content()), before, "{:?}", effect);
+            }
+        }
+        // What it has become can be lived with, and its indexes are those that it would be given anew.
+        let restored = Memory::restore(memory.content().clone(), setup.parameters.clone());
+        let mut learner = Learner::resume(memory, setup.curriculum.clone()).unwrap();
+        let mut again = Learner::resume(restored, setup.curriculum.clone()).unwrap();
+        live(&mut learner, &setup, |input, _, step, _| {
+            prop_assert_eq!(&give(&mut again, input), step);
+            Ok(())
+        })?;
+    }
+}
+
+/// The property above would hold of a memory that refuses everything.
+#[test]
+fn of_every_kind_of_effect_some_are_applied_and_some_refused() {
+    let mut runner = TestRunner::new(config(1));
+    let mut applied = BTreeMap::<String, [usize; 2]>::new();
+    for _ in 0..20 {
+        let setup = setup(80).new_tree(&mut runner).unwrap().current();
+        let (mut learner, _) = born(&setup);
+        live(&mut learner, &setup, |_, _, _, _| Ok(())).unwrap();
+        let mut memory = learner.into_memory();
+        for _ in 0..200 {
+            let (effect, mend) = effects::effect().new_tree(&mut runner).unwrap().current();
+            let effect = if mend { effects::mended(&effect, memory.content()) } else { effect };
+            applied.entry(variant(&effect)).or_default()[usize::from(memory.apply(&effect).is_ok())] += 1;
+        }
+    }
+    assert_eq!(applied.len(), 15, "{applied:?}");
+    // Symbols are refused only when there are a million.
+    applied.remove("SymbolsMet");
+    assert!(applied.values().all(|[refused, applied]| *refused > 0 && *applied > 0), "{applied:?}");
 }

@@ -6,7 +6,7 @@ use crate::memory::instance::Instance;
 use crate::nouns::effect::{Effect, Score};
 use crate::nouns::execution::Execution;
 use crate::nouns::observation::{Observation, Substitution, TypeId};
-use crate::nouns::schema::{Form, POST_CONDITIONS_MAX, SCHEMAS_MAX, SchemaId};
+use crate::nouns::schema::{Form, POST_CONDITIONS_MAX, SchemaId};
 use crate::nouns::world_state::WorldState;
 
 /// What happened that the executed schema does not know.
@@ -94,11 +94,11 @@ pub(crate) fn create(
         update(draft, existing, execution, after, lifted);
         return Creation { updated: Some(existing), ..Creation::default() };
     }
-    if is_full(memory) {
+    if memory.is_full() {
         return Creation::default();
     }
     let post = outcome(memory, &context, after, after.observations().iter());
-    let created = next_id(draft);
+    let created = memory.next_id();
     draft.emit(Effect::Created {
         pre: context.observations().to_vec(),
         action: execution.action,
@@ -124,13 +124,13 @@ fn create_first(
         update(draft, existing, execution, after, lifted);
         return Creation { updated: Some(existing), ..Creation::default() };
     }
-    if is_full(memory) {
+    if memory.is_full() {
         return Creation::default();
     }
     let lasting = execution.before.lasting(memory.rules());
     let new = after.observations().iter().filter(|o| !lasting.contains(o) || context.contains(o));
     let post = outcome(memory, context, after, new);
-    let created = next_id(draft);
+    let created = memory.next_id();
     draft.emit(Effect::Created {
         pre: context.observations().to_vec(),
         action: execution.action,
@@ -139,14 +139,6 @@ fn create_first(
         contradicts: None,
     });
     Creation { created: Some(created), ..Creation::default() }
-}
-
-fn is_full(memory: &Memory) -> bool {
-    memory.content().schemas.len() >= SCHEMAS_MAX
-}
-
-fn next_id(draft: &Draft<'_>) -> SchemaId {
-    SchemaId(u32::try_from(draft.memory().content().schemas.len()).unwrap_or(u32::MAX))
 }
 
 /// `seen` as post-conditions, and what is gone from the context as absences, in canonical order.

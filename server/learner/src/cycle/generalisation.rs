@@ -31,7 +31,7 @@ pub(crate) fn generalise(memory: &Memory, seed: SchemaId) -> Vec<Effect> {
     let Some(class) = memory.index().outline(seed).map(|outline| outline.class) else {
         return effects;
     };
-    if !is_shared(memory, concrete, class) {
+    if memory.is_full() || !is_shared(memory, concrete, class) {
         return effects;
     }
     let target = target_action::target(memory, concrete).filter(|_| !is_exception(memory, concrete));

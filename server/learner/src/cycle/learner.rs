@@ -107,12 +107,11 @@ impl Learner {
         Ok((body.unwrap_or(BodyId(u16::MAX)), effects))
     }
 
-    /// The number of a symbol, a word for instance; new symbols are taken in.
+    /// The number of a symbol, a word for instance; a new symbol is taken in. When memory can hold no more symbols the number is
+    /// one that no symbol has, and an observation of it is not perceived.
     pub fn symbol(&mut self, name: &str) -> (SymbolId, Vec<Effect>) {
         let mut draft = Draft::new(&mut self.memory);
-        if draft.memory().content().vocabulary.symbol_named(name).is_none() {
-            draft.emit(Effect::SymbolsMet(vec![name.to_owned()]));
-        }
+        draft.meet_symbol(name);
         let id = draft.memory().content().vocabulary.symbol_named(name);
         (id.unwrap_or(SymbolId(u32::MAX)), draft.effects())
     }

@@ -76,7 +76,9 @@ mod tests {
     use crate::nouns::observation::{Pattern, PropertyId, Term, Value, Variable};
     use crate::nouns::parameters::Parameters;
     use crate::nouns::random::Random;
-    use crate::nouns::vocabulary::{Declaration, DeclaredAction, Parameter, PrimitiveId};
+    use crate::nouns::vocabulary::{
+        Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, PrimitiveId, ValueKind,
+    };
 
     fn seen(kind: u16, values: [i64; 2]) -> Observation {
         let properties = [PropertyId(0), PropertyId(1)].into_iter().zip(values.map(Value::Integer));
@@ -86,9 +88,21 @@ mod tests {
     /// Two laws: of two things of type 1 in one place, and of any two of type 2.
     fn memory() -> Memory {
         let repertoire = vec![(0, Vec::<Parameter>::new())];
+        let property = |name: &str| DeclaredProperty {
+            name: name.into(),
+            unit: String::new(),
+            kind: ValueKind::Integer,
+        };
+        let kind = |number: u16| DeclaredType {
+            name: format!("type {number}"),
+            own: false,
+            transient: false,
+            heard: false,
+            properties: vec![property("place"), property("size")],
+        };
         let declaration = Declaration {
             body: "table".into(),
-            observation_types: Vec::new(),
+            observation_types: (0..4).map(kind).collect(),
             actions: vec![DeclaredAction { name: "push".into(), parameters: Vec::new() }],
             repertoire,
         };

@@ -75,7 +75,7 @@ fn enter(draft: &mut Draft<'_>, curriculum: &Curriculum, stage: usize) {
 
 fn leave(draft: &mut Draft<'_>, curriculum: &Curriculum) {
     draft.emit(Effect::Stage(StageEffect::Ended));
-    let next = draft.memory().content().progress.stage + 1;
+    let next = draft.memory().content().progress.stage.saturating_add(1);
     if next < curriculum.stages.len() {
         enter(draft, curriculum, next);
     } else {
@@ -111,11 +111,7 @@ pub(crate) fn spoken(
         Argument::Symbol(symbol) => Some(symbol),
         _ => None,
     });
-    for symbol in unknown {
-        if draft.memory().content().vocabulary.symbol_named(symbol).is_none() {
-            draft.emit(Effect::SymbolsMet(vec![symbol.clone()]));
-        }
-    }
+    unknown.for_each(|symbol| draft.meet_symbol(symbol));
     draft.emit(Effect::Stage(StageEffect::Spoken { utterances, random: random.state() }));
     let vocabulary = &draft.memory().content().vocabulary;
     said.into_iter().filter_map(|heard| as_observation(vocabulary, heard)).collect()
@@ -308,7 +304,7 @@ pub(crate) fn command(
         StageCommand::Resume => draft.emit(Effect::Stage(StageEffect::Held(false))),
         StageCommand::Next => {
             let progress = &draft.memory().content().progress;
-            if progress.finished || progress.stage + 1 >= curriculum.stages.len() {
+            if progress.finished || progress.stage.saturating_add(1) >= curriculum.stages.len() {
                 return Err(StageCommandError::Last {
                     name: present(draft.memory(), curriculum).name.clone(),
                 });

@@ -133,8 +133,10 @@ fn end(
 
 /// The world state under the constraints of the present stage, and which types it lifts.
 fn lift(memory: &Memory, curriculum: &Curriculum, frame: &Frame) -> (WorldState, Vec<bool>) {
-    let lifted = stages::lifted(&memory.content().vocabulary, stages::present(memory, curriculum));
-    let seen = frame.observations.iter().filter(|observation| is_lifted(&lifted, observation.kind()));
+    let vocabulary = &memory.content().vocabulary;
+    let lifted = stages::lifted(vocabulary, stages::present(memory, curriculum));
+    // What was never declared can't be referred to, and is not perceived.
+    let seen = frame.observations.iter().filter(|o| is_lifted(&lifted, o.kind()) && vocabulary.knows(o));
     (WorldState::new(seen.cloned()), lifted)
 }
 

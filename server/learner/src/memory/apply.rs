@@ -2,23 +2,24 @@
 
 use std::sync::Arc;
 
+use crate::memory::check::Check;
 use crate::memory::chunks::Chunks;
 use crate::memory::content::Content;
 use crate::memory::index::Index;
 use crate::memory::outline::Basis;
 use crate::nouns::effect::{Effect, Score};
 use crate::nouns::effect_error::EffectError;
-use crate::nouns::observation::Observation;
+use crate::nouns::observation::{Observation, Pattern};
 use crate::nouns::parameters::{Parameters, TypeRules};
 use crate::nouns::probability::Count;
 use crate::nouns::progress::{Progress, StageEffect};
 use crate::nouns::pursuit::{PLANS_KEPT_MAX, Pursuit, PursuitEffect};
 use crate::nouns::random::Random;
 use crate::nouns::schema::{
-    ASSOCIATIONS_MAX, Association, Concrete, EXAMPLES_MAX, Form, Generalised, ObservationId, PostCondition,
+    Association, Concrete, EXAMPLES_MAX, Form, Generalised, ObservationId, PostCondition, SCHEMAS_MAX,
     Schema, SchemaId,
 };
-use crate::nouns::vocabulary::{BodyId, PrimitiveId};
+use crate::nouns::vocabulary::{Declaration, PrimitiveId};
 
 /// Everything the learner knows.
 #[derive(Clone, Debug)]
@@ -89,96 +90,97 @@ impl Memory {
         self.index.id(observation).and_then(|id| self.content.attention.get(id.index())).copied().unwrap_or(0)
     }
 
-    /// Changes memory by `effect`.
+    /// Changes memory by `effect`, or refuses it. It is refused if it refers to anything that is not there, if it is longer or
+    /// more than memory holds, or if it would break what memory relies on; it never panics. What is refused changes nothing.
     ///
     /// # Errors
-    /// When the effect speaks of something that is not there; memory is then as it was.
+    /// The first thing in it for which it is refused.
     pub fn apply(&mut self, effect: &Effect) -> Result<(), EffectError> {
+        Check { content: &self.content, index: &self.index }.effect(effect)?;
         match effect {
-            Effect::Declared(declaration) => {
-                self.content.vocabulary.check(declaration)?;
-                Arc::make_mut(&mut self.content.vocabulary).merge(declaration);
-                self.rules = TypeRules::new(&self.content.vocabulary, &self.parameters);
-                while self.content.attempts.len() < self.content.vocabulary.primitives().len() {
-                    self.content.attempts.push(Count::default());
-                }
-                self.content.pending.resize(self.content.vocabulary.bodies().len(), None);
-                self.index.edges_changed();
-                Ok(())
-            }
+            Effect::Declared(declaration) => self.declare(declaration),
             Effect::SymbolsMet(symbols) => {
                 let vocabulary = Arc::make_mut(&mut self.content.vocabulary);
                 for symbol in symbols {
                     vocabulary.intern_symbol(symbol);
                 }
-                Ok(())
             }
-            Effect::Attempted { primitive, carried_out } => {
-                let before = self.content.reliability(*primitive);
-                let count = self.content.attempts.get_mut(primitive.0 as usize);
-                count.ok_or(EffectError::Primitive(primitive.0))?.observe(*carried_out);
-                if self.content.reliability(*primitive) != before {
-                    self.index.edges_changed();
-                }
-                Ok(())
-            }
+            Effect::Attempted { primitive, carried_out } => self.attempt(*primitive, *carried_out),
             Effect::Executed { schema, success, post, associations } => {
-                self.score(*schema, *success, post, associations)
+                self.score(*schema, *success, post, associations);
             }
             Effect::OutcomeAdded { schema, observation, absent } => {
-                self.add_outcome(*schema, observation, *absent)
+                self.add_outcome(*schema, observation, *absent);
             }
             Effect::Created { pre, action, post, parent, contradicts } => {
-                self.create(pre, *action, post, *parent, *contradicts)
+                self.create(pre, *action, post, *parent, *contradicts);
             }
-            Effect::Generalised { .. } => self.generalise(effect),
+            Effect::Generalised { pre, target, post, parent, examples } => {
+                self.generalise(pre, target, post, *parent, examples);
+            }
             Effect::Supported { generalised, example } => {
-                self.expect_schema(*example)?;
-                let general = self.generalised_mut(*generalised)?;
-                if general.examples.len() < EXAMPLES_MAX {
-                    general.examples.push(*example);
-                }
-                Ok(())
+                self.change_law(*generalised, |law| push_example(&mut law.examples, *example));
             }
             Effect::Retired { generalised } => {
-                self.generalised_mut(*generalised)?.retired = true;
+                self.change_law(*generalised, |law| law.retired = true);
                 self.index.retire(*generalised);
-                Ok(())
             }
             Effect::Associated { schema, observation, replaces } => {
-                self.associate(*schema, observation, *replaces)
+                self.associate(*schema, observation, *replaces);
             }
             Effect::Happened(events) => {
                 for event in events {
                     let id = self.intern(event);
                     rise(self.content.happened.get_mut(id.index()));
                 }
-                Ok(())
             }
             Effect::Attended(observations) => {
                 for observation in observations {
                     let id = self.intern(observation);
                     rise(self.content.attention.get_mut(id.index()));
                 }
-                Ok(())
             }
             Effect::Stage(effect) => self.progress(effect),
-            Effect::Pursuit(effect) => pursue(&mut self.content, effect),
+            Effect::Pursuit(effect) => self.pursue(effect),
             Effect::StepEnded { body, random, pending } => {
-                let slot = self.content.pending.get_mut(usize::from(body.0));
-                slot.ok_or(EffectError::Body(body.0))?.clone_from(pending);
+                if let Some(slot) = self.content.pending.get_mut(usize::from(body.0)) {
+                    slot.clone_from(pending);
+                }
                 self.content.random = Random::from_seed(*random);
                 self.content.step += 1;
-                Ok(())
             }
+        }
+        Ok(())
+    }
+
+    // What follows is asked only for what was checked: a number without a thing changes nothing.
+
+    fn declare(&mut self, declaration: &Declaration) {
+        let Self { content, index, rules, parameters } = self;
+        Arc::make_mut(&mut content.vocabulary).merge(declaration);
+        *rules = TypeRules::new(&content.vocabulary, parameters);
+        while content.attempts.len() < content.vocabulary.primitives().len() {
+            content.attempts.push(Count::default());
+        }
+        content.pending.resize(content.vocabulary.bodies().len(), None);
+        index.edges_changed();
+    }
+
+    fn attempt(&mut self, primitive: PrimitiveId, carried_out: bool) {
+        let before = self.content.reliability(primitive);
+        if let Some(count) = self.content.attempts.get_mut(primitive.0 as usize) {
+            count.observe(carried_out);
+        }
+        if self.content.reliability(primitive) != before {
+            self.index.edges_changed();
         }
     }
 
-    fn progress(&mut self, effect: &StageEffect) -> Result<(), EffectError> {
-        self.content.progress.apply(effect, self.content.step)?;
+    fn progress(&mut self, effect: &StageEffect) {
+        self.content.progress.apply(effect, self.content.step);
         match effect {
             StageEffect::Begun { random, .. } | StageEffect::Spoken { random, .. } => {
-                self.content.random = Random::from_seed(*random)
+                self.content.random = Random::from_seed(*random);
             }
             // What is under way was decided under other constraints: what is sensed for the first time
             // when a constraint is lifted must not be put down to it.
@@ -187,7 +189,6 @@ impl Memory {
             }
             _ => (),
         }
-        Ok(())
     }
 
     fn intern(&mut self, observation: &Observation) -> ObservationId {
@@ -208,73 +209,36 @@ impl Memory {
         (index, Basis { content, rules, parameters })
     }
 
-    fn expect_schema(&self, id: SchemaId) -> Result<&Schema, EffectError> {
-        self.content.schema(id).ok_or(EffectError::Schema(id.0))
-    }
-
-    fn schema_mut(&mut self, id: SchemaId) -> Result<&mut Schema, EffectError> {
-        self.content.schemas.get_mut(id.index()).ok_or(EffectError::Schema(id.0))
-    }
-
-    fn generalised_mut(&mut self, id: SchemaId) -> Result<&mut Generalised, EffectError> {
-        match &mut self.schema_mut(id)?.form {
-            Form::Generalised(generalised) => Ok(generalised),
-            Form::Concrete(_) => Err(EffectError::Schema(id.0)),
+    fn change_law(&mut self, id: SchemaId, change: impl FnOnce(&mut Generalised)) {
+        if let Some(Form::Generalised(law)) = self.content.schemas.get_mut(id.index()).map(|s| &mut s.form) {
+            change(law);
         }
     }
 
-    fn concrete_mut(&mut self, id: SchemaId) -> Result<&mut Concrete, EffectError> {
-        match &mut self.schema_mut(id)?.form {
-            Form::Concrete(concrete) => Ok(concrete),
-            Form::Generalised(_) => Err(EffectError::Schema(id.0)),
-        }
-    }
-
-    fn score(
-        &mut self,
-        id: SchemaId,
-        success: bool,
-        post: &[Score],
-        associations: &[Score],
-    ) -> Result<(), EffectError> {
-        let schema = self.schema_mut(id)?;
-        let known = match &schema.form {
-            Form::Concrete(concrete) => concrete.post.len(),
-            Form::Generalised(generalised) => generalised.post.len(),
-        };
-        for (given, known) in [(post.len(), known), (associations.len(), schema.associations.len())] {
-            if given != known {
-                return Err(EffectError::Length { schema: id.0, given, known });
-            }
-        }
+    fn score(&mut self, id: SchemaId, success: bool, post: &[Score], associations: &[Score]) {
+        let Some(schema) = self.content.schemas.get_mut(id.index()) else { return };
         schema.executions.observe(success);
-        let before: Vec<f64>;
-        match &mut schema.form {
-            Form::Concrete(concrete) => {
-                before = concrete.post.iter().map(|p| p.count.ratio()).collect();
-                concrete.post.iter_mut().zip(post).for_each(|(p, seen)| observe(&mut p.count, *seen));
-            }
-            Form::Generalised(generalised) => {
-                before = generalised.post.iter().map(|p| p.count.ratio()).collect();
-                generalised.post.iter_mut().zip(post).for_each(|(p, seen)| observe(&mut p.count, *seen));
-            }
-        }
+        let counts: Vec<&mut Count> = match &mut schema.form {
+            Form::Concrete(concrete) => concrete.post.iter_mut().map(|p| &mut p.count).collect(),
+            Form::Generalised(generalised) => generalised.post.iter_mut().map(|p| &mut p.count).collect(),
+        };
+        let before: Vec<f64> = counts.iter().map(|count| count.ratio()).collect();
+        counts.into_iter().zip(post).for_each(|(count, score)| observe(count, *score));
         if !schema.associations.is_empty() {
             self.score_associations(id, associations);
         }
         let (index, basis) = self.indexed();
         index.scored(id, &before, basis);
-        Ok(())
     }
 
-    fn score_associations(&mut self, id: SchemaId, seen: &[Score]) {
+    fn score_associations(&mut self, id: SchemaId, scores: &[Score]) {
         let Self { content, index, rules, .. } = self;
         let Some(before) = content.schema(id) else { return };
-        let held = |at: usize| seen.get(at) == Some(&Score::Held);
+        let held = |at: usize| scores.get(at) == Some(&Score::Held);
         let held_at: Vec<usize> = (0..before.associations.len()).filter(|at| held(*at)).collect();
         held_at.iter().for_each(|at| index.unrank(id, before, &before.associations[*at]));
         if let Some(schema) = content.schemas.get_mut(id.index()) {
-            schema.associations.iter_mut().zip(seen).for_each(|(a, seen)| observe(&mut a.count, *seen));
+            schema.associations.iter_mut().zip(scores).for_each(|(a, score)| observe(&mut a.count, *score));
         }
         let Some(after) = content.schema(id) else { return };
         held_at.iter().for_each(|at| index.rank(id, after, &after.associations[*at], content, rules));
@@ -282,22 +246,16 @@ impl Memory {
         index.associations_scored(id, basis);
     }
 
-    fn add_outcome(
-        &mut self,
-        id: SchemaId,
-        observation: &Observation,
-        absent: bool,
-    ) -> Result<(), EffectError> {
-        // An outcome met for the first time could have happened in every execution so far.
-        let trials = self.expect_schema(id)?.executions.trials.max(1);
-        self.concrete_mut(id)?;
+    fn add_outcome(&mut self, id: SchemaId, observation: &Observation, absent: bool) {
         let what = self.intern(observation);
-        let count = Count { occurrences: 1, trials };
-        let concrete = self.concrete_mut(id)?;
-        concrete.post.push(PostCondition { what, absent, count });
+        let Some(schema) = self.content.schemas.get_mut(id.index()) else { return };
+        // An outcome met for the first time could have happened in every execution so far.
+        let count = Count { occurrences: 1, trials: schema.executions.trials.max(1) };
+        if let Form::Concrete(concrete) = &mut schema.form {
+            concrete.post.push(PostCondition { what, absent, count });
+        }
         let (index, basis) = self.indexed();
         index.outcome_added(id, basis);
-        Ok(())
     }
 
     fn create(
@@ -307,156 +265,129 @@ impl Memory {
         post: &[(Observation, bool)],
         parent: Option<SchemaId>,
         contradicts: Option<SchemaId>,
-    ) -> Result<(), EffectError> {
-        if self.content.vocabulary.primitives().get(action.0 as usize).is_none() {
-            return Err(EffectError::Primitive(action.0));
-        }
-        let id = SchemaId(u32::try_from(self.content.schemas.len()).unwrap_or(u32::MAX));
-        if let Some(generalised) = contradicts {
-            let general = self.generalised_mut(generalised)?;
-            if general.counter_examples.len() < EXAMPLES_MAX {
-                general.counter_examples.push(id);
-            }
+    ) {
+        let id = self.next_id();
+        if let Some(law) = contradicts {
+            self.change_law(law, |law| push_example(&mut law.counter_examples, id));
         }
         let pre: Arc<[_]> = pre.iter().map(|observation| self.intern(observation)).collect();
         let groups = self.index.groups();
         let pre = groups.with_pre(&pre).map_or(pre, |group| groups.get(group).pre.clone());
-        let post = post
-            .iter()
-            .map(|(observation, absent)| PostCondition {
-                what: self.intern(observation),
-                absent: *absent,
-                count: Count::ONCE,
-            })
-            .collect();
-        self.content.schemas.push(Schema {
+        let post = post.iter().map(|(observation, absent)| PostCondition {
+            what: self.intern(observation),
+            absent: *absent,
+            count: Count::ONCE,
+        });
+        let post = post.collect();
+        self.add_schema(Schema {
             form: Form::Concrete(Concrete { pre, action, post, contradicts }),
             executions: Count::ONCE,
             associations: Vec::new(),
             parent,
             created_step: self.content.step,
         });
-        let (index, basis) = self.indexed();
-        index.add_schema(id, basis);
-        Ok(())
     }
 
-    fn generalise(&mut self, effect: &Effect) -> Result<(), EffectError> {
-        let Effect::Generalised { pre, target, post, parent, examples } = effect else { return Ok(()) };
-        for schema in examples.iter().chain([parent]) {
-            self.expect_schema(*schema)?;
-        }
-        let id = SchemaId(u32::try_from(self.content.schemas.len()).unwrap_or(u32::MAX));
+    fn generalise(
+        &mut self,
+        pre: &[Pattern],
+        target: &[Pattern],
+        post: &[(Pattern, bool)],
+        parent: SchemaId,
+        examples: &[SchemaId],
+    ) {
         // Its examples are its evidence so far: each is an execution in which all of it happened.
         let evidence = u32::try_from(examples.len()).unwrap_or(u32::MAX);
         let count = Count { occurrences: evidence, trials: evidence };
-        let post = post
-            .iter()
-            .map(|(what, absent)| PostCondition { what: what.clone(), absent: *absent, count })
-            .collect();
-        self.content.schemas.push(Schema {
+        let post =
+            post.iter().map(|(what, absent)| PostCondition { what: what.clone(), absent: *absent, count });
+        self.content.generalised_count += 1;
+        self.add_schema(Schema {
             form: Form::Generalised(Box::new(Generalised {
-                pre: pre.clone().into(),
-                target: target.clone().into(),
-                post,
+                pre: pre.into(),
+                target: target.into(),
+                post: post.collect(),
                 examples: examples.iter().copied().take(EXAMPLES_MAX).collect(),
                 counter_examples: Vec::new(),
                 retired: false,
             })),
             executions: Count::default(),
             associations: Vec::new(),
-            parent: Some(*parent),
+            parent: Some(parent),
             created_step: self.content.step,
         });
-        self.content.generalised_count += 1;
+    }
+
+    /// Whether no more schemas can be made.
+    pub(crate) fn is_full(&self) -> bool {
+        self.content.schemas.len() >= SCHEMAS_MAX
+    }
+
+    /// The number that the next schema will have.
+    pub(crate) fn next_id(&self) -> SchemaId {
+        SchemaId(u32::try_from(self.content.schemas.len()).unwrap_or(u32::MAX))
+    }
+
+    fn add_schema(&mut self, schema: Schema) {
+        let id = self.next_id();
+        self.content.schemas.push(schema);
         let (index, basis) = self.indexed();
         index.add_schema(id, basis);
-        Ok(())
     }
 
-    fn associate(
-        &mut self,
-        id: SchemaId,
-        observation: &Observation,
-        replaces: Option<usize>,
-    ) -> Result<(), EffectError> {
-        let known = self.expect_schema(id)?.associations.len();
-        if replaces.is_some_and(|at| at >= known) || (replaces.is_none() && known >= ASSOCIATIONS_MAX) {
-            return Err(EffectError::Length { schema: id.0, given: replaces.unwrap_or(known), known });
-        }
+    fn associate(&mut self, id: SchemaId, observation: &Observation, replaces: Option<usize>) {
         let observation = self.intern(observation);
-        if let Some(at) = replaces {
-            let schema = self.schema_mut(id)?;
-            let gone = schema.associations.remove(at);
-            if let Some(schema) = self.content.schema(id) {
-                self.index.unrank(id, schema, &gone);
-            }
-        }
         let association = Association { observation, count: Count::ONCE, since_step: self.content.step };
-        self.schema_mut(id)?.associations.push(association.clone());
-        let (index, basis) = self.indexed();
-        index.refresh(id, basis);
-        if let Some(schema) = self.content.schema(id) {
-            self.index.rank(id, schema, &association, &self.content, &self.rules);
-        }
-        Ok(())
+        let Some(schema) = self.content.schemas.get_mut(id.index()) else { return };
+        let gone = replaces.map(|at| schema.associations.remove(at));
+        schema.associations.push(association.clone());
+        let Self { content, index, rules, parameters } = self;
+        let Some(schema) = content.schema(id) else { return };
+        gone.iter().for_each(|gone| index.unrank(id, schema, gone));
+        index.rank(id, schema, &association, content, rules);
+        index.refresh(id, Basis { content, rules, parameters });
     }
-}
 
-/// Applies an effect to the content of memory.
-fn pursue(content: &mut Content, effect: &PursuitEffect) -> Result<(), EffectError> {
-    if let PursuitEffect::Begun { body, goal, actions_max } = effect {
-        let before = content.pursuit.as_ref();
-        if before.is_some_and(Pursuit::under_way) {
-            return Err(EffectError::Goal);
+    fn pursue(&mut self, effect: &PursuitEffect) {
+        let content = &mut self.content;
+        if let PursuitEffect::Begun { body, goal, actions_max } = effect {
+            content.forget_chain(*body);
+            content.pursuit = Some(Pursuit {
+                number: content.pursuit.as_ref().map_or(0, |before| before.number).saturating_add(1),
+                body: *body,
+                goal: goal.clone(),
+                actions_max: *actions_max,
+                actions: 0,
+                plans_made: 0,
+                plans: Vec::new(),
+                ended: None,
+            });
         }
-        let number = before.map_or(0, |pursuit| pursuit.number) + 1;
-        forget_chain(content, *body)?;
-        content.pursuit = Some(Pursuit {
-            number,
-            body: *body,
-            goal: goal.clone(),
-            actions_max: *actions_max,
-            actions: 0,
-            plans_made: 0,
-            plans: Vec::new(),
-            ended: None,
-        });
-        return Ok(());
-    }
-    if let PursuitEffect::Planned(plan) = effect {
-        let mut schemas = plan.chain.iter().flat_map(|link| [Some(link.schema), link.carrier]).flatten();
-        if let Some(unknown) = schemas.find(|schema| content.schema(*schema).is_none()) {
-            return Err(EffectError::Schema(unknown.0));
-        }
-    }
-    let pursuit = content.pursuit.as_mut().filter(|pursuit| pursuit.under_way()).ok_or(EffectError::Goal)?;
-    match effect {
-        PursuitEffect::Begun { .. } => (),
-        PursuitEffect::Planned(plan) => {
-            if pursuit.plans.len() >= PLANS_KEPT_MAX {
-                pursuit.plans.remove(0);
+        let Some(pursuit) = &mut content.pursuit else { return };
+        match effect {
+            PursuitEffect::Begun { .. } => (),
+            PursuitEffect::Planned(plan) => {
+                if pursuit.plans.len() >= PLANS_KEPT_MAX {
+                    pursuit.plans.remove(0);
+                }
+                pursuit.plans.push(plan.clone());
+                pursuit.plans_made = pursuit.plans_made.saturating_add(1);
             }
-            pursuit.plans.push(plan.clone());
-            pursuit.plans_made = pursuit.plans_made.saturating_add(1);
-        }
-        PursuitEffect::Acted => pursuit.actions = pursuit.actions.saturating_add(1),
-        PursuitEffect::Ended(ending) => {
-            pursuit.ended = Some(*ending);
-            let body = pursuit.body;
-            forget_chain(content, body)?;
+            PursuitEffect::Acted => pursuit.actions = pursuit.actions.saturating_add(1),
+            PursuitEffect::Ended(ending) => {
+                pursuit.ended = Some(*ending);
+                let body = pursuit.body;
+                content.forget_chain(body);
+            }
         }
     }
-    Ok(())
 }
 
-/// The chain under way was for something else, or is for nothing any more; its present schema is still learnt from.
-fn forget_chain(content: &mut Content, body: BodyId) -> Result<(), EffectError> {
-    let slot = content.pending.get_mut(usize::from(body.0)).ok_or(EffectError::Body(body.0))?;
-    if let Some(execution) = slot {
-        execution.chain.clear();
+/// Adds to the examples or counter-examples of a law, of which so many are listed.
+fn push_example(list: &mut Vec<SchemaId>, id: SchemaId) {
+    if list.len() < EXAMPLES_MAX {
+        list.push(id);
     }
-    Ok(())
 }
 
 fn rise(count: Option<&mut u32>) {
@@ -465,8 +396,8 @@ fn rise(count: Option<&mut u32>) {
     }
 }
 
-fn observe(count: &mut Count, seen: Score) {
-    match seen {
+fn observe(count: &mut Count, score: Score) {
+    match score {
         Score::Held => count.observe(true),
         Score::Missed => count.observe(false),
         Score::Constrained => (),

@@ -65,6 +65,14 @@ impl Content {
         (1.0 + f64::from(attempts.occurrences)) / (1.0 + f64::from(attempts.trials))
     }
 
+    /// Drops what is left of the chain under way: it was for something else, or is for nothing any more. Its present schema is
+    /// still learnt from.
+    pub(super) fn forget_chain(&mut self, body: BodyId) {
+        if let Some(Some(execution)) = self.pending.get_mut(usize::from(body.0)) {
+            execution.chain.clear();
+        }
+    }
+
     /// The goal that `body` pursues.
     pub(crate) fn pursuit_of(&self, body: BodyId) -> Option<&Pursuit> {
         self.pursuit.as_ref().filter(|pursuit| pursuit.under_way() && pursuit.body == body)

@@ -2,6 +2,7 @@
 
 use crate::memory::apply::Memory;
 use crate::nouns::effect::Effect;
+use crate::nouns::vocabulary::limits::SYMBOLS_MAX;
 
 /// Memory, and the effects that changed it in this step.
 pub(crate) struct Draft<'a> {
@@ -24,6 +25,14 @@ impl<'a> Draft<'a> {
             unreachable!("a step returned an effect that does not apply: {error}: {effect:?}");
         }
         self.effects.push(effect);
+    }
+
+    /// Takes in a symbol that may be new. When memory is full of symbols it stays unknown.
+    pub(crate) fn meet_symbol(&mut self, symbol: &str) {
+        let vocabulary = &self.memory.content().vocabulary;
+        if vocabulary.symbol_named(symbol).is_none() && vocabulary.symbols().len() < SYMBOLS_MAX {
+            self.emit(Effect::SymbolsMet(vec![symbol.to_owned()]));
+        }
     }
 
     pub(crate) fn emit_all(&mut self, effects: impl IntoIterator<Item = Effect>) {

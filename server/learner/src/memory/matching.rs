@@ -13,7 +13,7 @@ use crate::nouns::observation::{
 pub(crate) struct Symmetry {
     /// For each pre-condition the last one before it that is alike, if any. Alike are those that differ only in variables that
     /// occur nowhere else, but in the same condition as post-condition or as target.
-    before: Box<[Option<u16>]>,
+    before: Box<[Option<u32>]>,
     /// For each pre-condition as what else it occurs.
     parts: Box<[ConditionRoles]>,
     /// Places of those of the target, and of the post-conditions, that are no pre-conditions.
@@ -87,8 +87,8 @@ impl Symmetry {
             let terms = pattern.terms().iter().map(|(property, said)| (*property, term(said))).collect();
             (pattern.kind(), terms, *parts)
         };
-        let mut last: BTreeMap<ConditionForm, u16> = BTreeMap::new();
-        let likenesses = pre.iter().zip(&parts).map(likeness).zip(0_u16..);
+        let mut last: BTreeMap<ConditionForm, u32> = BTreeMap::new();
+        let likenesses = pre.iter().zip(&parts).map(likeness).zip(0_u32..);
         let before = likenesses.map(|(likeness, at)| last.insert(likeness, at)).collect();
         Self { before, parts: parts.into(), target, post }
     }
@@ -438,7 +438,7 @@ impl<'a> Search<'a> {
         let mut following = vec![0; patterns.len()];
         for (at, before) in alike.before.iter().enumerate().rev() {
             if let Some(before) = before {
-                following[usize::from(*before)] = following[at] + 1;
+                following[*before as usize] = following[at] + 1;
             }
         }
         let (used, matched) = (vec![false; observations.len()], vec![0; patterns.len()]);
@@ -450,8 +450,7 @@ impl<'a> Search<'a> {
     fn extend(&mut self, place: usize, values: &mut Assignment, found: &mut Visitor<'_>) -> bool {
         let Some(at) = self.order.get(place).copied() else { return found(values, &self.used) };
         let Self { patterns, observations, places, .. } = *self;
-        let after =
-            self.alike.before.get(at).copied().flatten().map(|before| self.matched[usize::from(before)]);
+        let after = self.alike.before.get(at).copied().flatten().map(|before| self.matched[before as usize]);
         let all = places.of(at);
         let later = &all[after.map_or(0, |after| all.partition_point(|one| *one <= after))..];
         let free =

@@ -2,6 +2,7 @@
 //! changes it.
 
 pub(crate) mod apply;
+mod check;
 pub mod chunks;
 pub(crate) mod content;
 pub mod digest;

@@ -25,9 +25,33 @@ pub enum EffectError {
     /// No such body.
     #[error("effect refers to body {0}, which never attached")]
     Body(u16),
-    /// No goal is pursued, or one is already.
-    #[error("effect speaks of a goal that is not pursued, or begins one while another is")]
+    /// An observation, a pattern or a binding with a type, property or symbol that was never declared.
+    #[error("effect speaks of an observation type, a property or a symbol that was never declared")]
+    Undeclared,
+    /// Conditions that are not in canonical order, or one of them twice.
+    #[error("effect makes a schema whose conditions are not in canonical order, each once")]
+    Order,
+    /// A schema, or a part of one, that is there already.
+    #[error("effect adds to memory what schema {0} has or is already")]
+    Twice(u32),
+    /// More than memory holds.
+    #[error("{what}: {count} are more than the limit of {limit}")]
+    TooMany {
+        /// What there are too many of.
+        what: &'static str,
+        /// How many there would be.
+        count: usize,
+        /// The limit.
+        limit: usize,
+    },
+    /// No goal is pursued, or one is already, or what it asks for is out of range.
+    #[error(
+        "effect speaks of a goal that is not pursued, begins one while another is, or one without a sound measure"
+    )]
     Goal,
+    /// A probability outside 0..=1.
+    #[error("effect gives a plan a probability of {0}, which is outside 0..=1")]
+    Probability(f64),
     /// An utterance that no stage can have.
     #[error("effect says utterance {0}, which no stage can have")]
     Utterance(usize),

@@ -4,6 +4,9 @@ use crate::nouns::observation::TypeId;
 use crate::nouns::probability::Count;
 use crate::nouns::vocabulary::Vocabulary;
 
+/// Schemas in one chain, whatever [`Parameters::chain_length_max`] says.
+pub const CHAIN_LENGTH_MAX: u32 = 64;
+
 /// The learner's parameters. The defaults are the paper's where it gives one; the same values serve every
 /// experiment.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,7 +115,7 @@ impl Parameters {
             let value = self.generalisation_support_min as f64;
             return Err(ParameterError { name: "generalisation_support_min", value, range: "2.." });
         }
-        if !(1..=64).contains(&self.chain_length_max) {
+        if !(1..=CHAIN_LENGTH_MAX).contains(&self.chain_length_max) {
             let value = f64::from(self.chain_length_max);
             return Err(ParameterError { name: "chain_length_max", value, range: "1..=64" });
         }

@@ -1,7 +1,5 @@
 //! Where a curriculum stands, as part of memory, and the effects that move it.
 
-use crate::nouns::curriculum::UTTERANCES_MAX;
-use crate::nouns::effect_error::EffectError;
 use crate::nouns::vocabulary::BodyId;
 
 /// Stage reports kept; older ones are dropped.
@@ -147,7 +145,8 @@ impl Progress {
         self.reports.last()
     }
 
-    pub(crate) fn apply(&mut self, effect: &StageEffect, step: u64) -> Result<(), EffectError> {
+    /// Moves by an effect that was checked, in the step of this number.
+    pub(crate) fn apply(&mut self, effect: &StageEffect, step: u64) {
         match effect {
             StageEffect::Begun { student, pools, random: _ } => {
                 self.student = Some(*student);
@@ -169,21 +168,15 @@ impl Progress {
                 }
             }
             StageEffect::TrialBegun { drawn } => {
-                // All of it or nothing: an effect that can't be applied leaves memory as it was.
-                let mut pools = self.pools.clone();
-                for (pool, number) in drawn {
-                    let next = pools.get_mut(*pool).and_then(Vec::pop);
-                    if next != Some(*number) {
-                        return Err(EffectError::Draw(*number));
-                    }
+                for (pool, _) in drawn {
+                    self.pools.get_mut(*pool).and_then(Vec::pop);
                 }
-                self.pools = pools;
                 self.close_trial();
                 self.trial_open = true;
                 self.trial_fresh = true;
                 self.trial_actions = 0;
                 self.in_report(|report| {
-                    report.trials += 1;
+                    report.trials = report.trials.saturating_add(1);
                     report.drawn.extend(drawn.iter().map(|(_, number)| *number));
                 });
             }
@@ -191,16 +184,17 @@ impl Progress {
                 self.trial_actions = self.trial_actions.saturating_add(1);
                 self.absent_actions = if *absent { self.absent_actions.saturating_add(1) } else { 0 };
                 self.in_report(|report| {
-                    report.actions += 1;
-                    report.concrete_new += concrete_new;
-                    report.generalised_new += generalised_new;
-                    report.counter_examples_new += counter_examples_new;
+                    report.actions = report.actions.saturating_add(1);
+                    for (total, new) in [
+                        (&mut report.concrete_new, concrete_new),
+                        (&mut report.generalised_new, generalised_new),
+                        (&mut report.counter_examples_new, counter_examples_new),
+                    ] {
+                        *total = total.saturating_add(*new);
+                    }
                 });
             }
             StageEffect::Spoken { utterances, random: _ } => {
-                if let Some(beyond) = utterances.iter().find(|at| **at >= UTTERANCES_MAX) {
-                    return Err(EffectError::Utterance(*beyond));
-                }
                 self.trial_fresh = false;
                 for at in utterances {
                     if self.said.len() <= *at {
@@ -218,8 +212,9 @@ impl Progress {
                 self.close_trial();
                 self.in_report(|report| {
                     report.actions_of_trial.push(actions);
-                    report.trials_met += u32::from(*met);
-                    report.trials_met_first += u32::from(*met && first);
+                    report.trials_met = report.trials_met.saturating_add(u32::from(*met));
+                    report.trials_met_first =
+                        report.trials_met_first.saturating_add(u32::from(*met && first));
                     report.generalised_after_trial.push(*generalised);
                 });
             }
@@ -237,7 +232,6 @@ impl Progress {
             // An operator who holds the learner goes on holding it.
             StageEffect::Left => *self = Self { held: self.held, ..Self::default() },
         }
-        Ok(())
     }
 
     fn close_stage(&mut self) {

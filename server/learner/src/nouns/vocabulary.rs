@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use rustc_hash::FxHashMap;
 
-use crate::nouns::observation::{PropertyId, SymbolId, TypeId, Value};
+use crate::nouns::observation::{Observation, Pattern, PropertyId, SymbolId, Term, TypeId, Value};
 
 /// A primitive: an action with its parameters filled in, as it stands in some body's repertoire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -119,6 +119,14 @@ pub enum DeclarationError {
         kind: String,
         /// What memory knows.
         known: String,
+    },
+    /// Values could not be told apart.
+    #[error("the resolution of {name} is {resolution}; it must be finite and above 0")]
+    Resolution {
+        /// The property's or parameter's name.
+        name: String,
+        /// Its resolution.
+        resolution: f64,
     },
     /// An action was learnt under another meaning.
     #[error(
@@ -298,6 +306,7 @@ impl Vocabulary {
             }
         }
         self.check_properties(declaration)?;
+        self.check_resolutions(declaration)?;
         for declared in &declaration.actions {
             if self.actions.iter().any(|known| known.name == declared.name && known != declared) {
                 return Err(DeclarationError::ActionDiffers { name: declared.name.clone() });
@@ -319,6 +328,7 @@ impl Vocabulary {
             ("properties", self.properties.len() + self.new_properties(declaration), limits::PROPERTIES_MAX),
             ("actions", self.actions.len() + self.new_actions(declaration), limits::ACTIONS_MAX),
             ("primitives", self.primitives.len() + self.new_primitives(declaration), limits::PRIMITIVES_MAX),
+            ("symbols", self.symbols.len() + self.new_symbols(declaration), limits::SYMBOLS_MAX),
             ("bodies", self.bodies.len() + usize::from(self.is_new_body(declaration)), limits::BODIES_MAX),
         ];
         match counts.into_iter().find(|(_, count, limit)| count > limit) {
@@ -347,6 +357,21 @@ impl Vocabulary {
         Ok(())
     }
 
+    /// A bin without a width holds nothing.
+    fn check_resolutions(&self, declaration: &Declaration) -> Result<(), DeclarationError> {
+        let properties = declaration.observation_types.iter().flat_map(|declared| &declared.properties);
+        let parameters = declaration.actions.iter().flat_map(|declared| &declared.parameters);
+        for declared in properties.chain(parameters) {
+            match declared.kind {
+                ValueKind::Real { resolution } if !(resolution.is_finite() && resolution > 0.0) => {
+                    return Err(DeclarationError::Resolution { name: declared.name.clone(), resolution });
+                }
+                _ => (),
+            }
+        }
+        Ok(())
+    }
+
     // What is new in a declaration. Only that counts towards the limits, so that a body that is known can come back
     // however full memory is.
 
@@ -363,6 +388,15 @@ impl Vocabulary {
 
     fn new_actions(&self, declaration: &Declaration) -> usize {
         declaration.actions.iter().filter(|declared| self.action_named(&declared.name).is_none()).count()
+    }
+
+    fn new_symbols(&self, declaration: &Declaration) -> usize {
+        let parameters = declaration.repertoire.iter().flat_map(|(_, parameters)| parameters);
+        let symbols = parameters.filter_map(|parameter| match parameter {
+            Parameter::Symbol(symbol) if !self.symbol_ids.contains_key(symbol) => Some(symbol),
+            _ => None,
+        });
+        symbols.collect::<BTreeSet<_>>().len()
     }
 
     fn is_new_body(&self, declaration: &Declaration) -> bool {
@@ -543,6 +577,37 @@ impl Vocabulary {
     #[must_use]
     pub fn bodies(&self) -> &[KnownBody] {
         &self.bodies
+    }
+
+    /// Whether `value`, if it is a symbol, was ever met.
+    pub(crate) fn knows_value(&self, value: Value) -> bool {
+        !matches!(value, Value::Symbol(symbol) if symbol.0 as usize >= self.symbols.len())
+    }
+
+    /// Whether the type of `observation`, its properties and its symbols are all known.
+    pub(crate) fn knows(&self, observation: &Observation) -> bool {
+        let pairs = observation.properties().iter();
+        self.knows_type(observation.kind(), pairs.map(|(property, value)| (*property, Some(*value))))
+    }
+
+    /// The same of a pattern, whose variables stand for any value.
+    pub(crate) fn knows_pattern(&self, pattern: &Pattern) -> bool {
+        let value = |term: &Term| match term {
+            Term::Constant(value) => Some(*value),
+            Term::Variable(_) => None,
+        };
+        self.knows_type(
+            pattern.kind(),
+            pattern.terms().iter().map(|(property, term)| (*property, value(term))),
+        )
+    }
+
+    fn knows_type(&self, kind: TypeId, mut pairs: impl Iterator<Item = (PropertyId, Option<Value>)>) -> bool {
+        usize::from(kind.0) < self.types.len()
+            && pairs.all(|(property, value)| {
+                usize::from(property.0) < self.properties.len()
+                    && value.is_none_or(|value| self.knows_value(value))
+            })
     }
 
     /// Whether `body` has the primitive in its repertoire.
