@@ -35,8 +35,20 @@ impl Reference {
         })
     }
 
+    /// Whether every property and symbol of an observation was declared or met.
+    fn declared(&self, observation: &Observation) -> bool {
+        observation.properties().iter().all(|(property, value)| {
+            let symbol = match value {
+                Value::Symbol(symbol) => self.memory.symbols.get(symbol.0 as usize).is_some(),
+                _ => true,
+            };
+            symbol && self.memory.properties.get(usize::from(property.0)).is_some()
+        })
+    }
+
     pub(crate) fn world(&self, frame: &Frame) -> WorldState {
-        WorldState::new(frame.observations.iter().filter(|o| self.lifted(o.kind())).cloned())
+        let perceived = frame.observations.iter().filter(|o| self.lifted(o.kind()) && self.declared(o));
+        WorldState::new(perceived.cloned())
     }
 
     fn staged(&mut self, effect: StageEffect) {
