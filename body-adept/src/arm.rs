@@ -1,7 +1,7 @@
 //! The arm: connected or not, enabled by a person or not, one motion at a time, each checked before and after.
 //!
-//! Its life is that of hardware in other robot software: unconnected, inactive, active; any error leads back, never
-//! straight on. What says that something or somebody stopped the arm for a reason is latched until a person resets it.
+//! Its life is that of hardware in other robot software: unconnected, inactive, active. Any error leads back, never
+//! straight on. A sign that something or somebody stopped the arm for a reason is latched until a person resets it.
 
 mod ready;
 
@@ -13,35 +13,35 @@ use pschema_arm::JointPositions;
 use pschema_arm::route::{Heading, OUTWARDS, Waypoint};
 use pschema_protocol::body::Outcome;
 
-use crate::config::Setup;
-use crate::controller::{Controller, Fault, State};
-use crate::gate::{Leg, Permitted};
-use crate::line::record::Recorder;
-use crate::motion::{Moved, follow};
+use crate::config::ArmSetup;
+use crate::controller::{Controller, ControllerError, ControllerState, Result};
+use crate::gate::{Leg, PermittedPath};
+use crate::line::recorder::LineRecorder;
+use crate::motion::{MotionOutcome, follow};
 use crate::path;
-use crate::switch::{Pressed, StopSwitch};
+use crate::switch::{StopCause, StopSwitch};
 use crate::taught::Joints;
 use crate::watch::Watch;
 
 /// First and longest pause between two tries to connect; each is twice the one before.
 const BACKOFF_FIRST: Duration = Duration::from_millis(20);
 const BACKOFF_LAST: Duration = Duration::from_secs(1);
-/// After a touch that is no longer felt, the finger goes on for at most this, in metres.
+/// Longest way that the finger goes on after a touch that is no longer felt, in metres.
 const PRESS_M_MAX: f64 = 0.006;
 
 /// Connects to the controller.
-pub type Connect = Box<dyn FnMut(&StopSwitch) -> Result<Box<dyn Controller>, Fault> + Send>;
+pub type Connect = Box<dyn FnMut(&StopSwitch) -> Result<Box<dyn Controller>> + Send>;
 
-/// What was allowed when the process was started.
+/// The permissions that the process was started with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct May {
-    /// Motions are carried out; without it they are only checked.
+pub struct Permissions {
+    /// Motions are carried out. Without this permission they are only checked.
     pub moves: bool,
     /// An arm that is not calibrated is calibrated when it is enabled.
     pub home: bool,
 }
 
-/// Where in its life the arm is.
+/// A phase in the life of the arm.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// Nobody answers on the line.
@@ -56,20 +56,21 @@ pub enum Phase {
 
 /// The arm.
 pub struct Arm {
-    setup: Arc<Setup>,
+    setup: Arc<ArmSetup>,
     connector: Connect,
     controller: Option<Box<dyn Controller>>,
     switch: StopSwitch,
     watch: Watch,
-    recorder: Recorder,
+    recorder: LineRecorder,
     phase: Phase,
     /// A person has enabled the arm since this process began.
     enabled: bool,
-    /// High power is this process's to take away: it has turned it on, or had the arm move by itself with it.
+    /// This process answers for high power and takes it away in the end: it turned power on, or had the arm move by
+    /// itself.
     powered_by_us: bool,
     /// The arm is being calibrated, as far as is known.
     homing: bool,
-    may: May,
+    may: Permissions,
     replaying: bool,
     heading: Heading,
     next_try: Instant,
@@ -80,12 +81,12 @@ impl Arm {
     /// An arm, not connected yet.
     #[must_use]
     pub fn new(
-        setup: Arc<Setup>,
+        setup: Arc<ArmSetup>,
         connector: Connect,
         switch: StopSwitch,
         watch: Watch,
-        recorder: Recorder,
-        may: May,
+        recorder: LineRecorder,
+        may: Permissions,
     ) -> Self {
         Self {
             setup,
@@ -106,38 +107,41 @@ impl Arm {
         }
     }
 
-    /// What the arm file says.
+    /// The arm file with all that follows from it.
     #[must_use]
-    pub fn setup(&self) -> &Arc<Setup> {
+    pub fn setup(&self) -> &Arc<ArmSetup> {
         &self.setup
     }
 
-    /// The daemon has just ordered something: a sign of life like its pulse.
+    /// Notes that the daemon has just given an order, which is a sign of life like its pulse.
     pub fn ordered(&self) {
         if let Some(daemon) = &self.watch.signs().daemon {
             daemon.renew();
         }
     }
 
-    /// Where in its life the arm is.
+    /// The phase of the arm's life.
     #[must_use]
     pub fn phase(&self) -> &Phase {
         &self.phase
     }
 
-    /// Connects if it is not connected and time for another try. A motion is never gone on with.
+    /// Connects, unless the arm is connected or it is not time for another try. A motion is never resumed.
     ///
     /// # Errors
-    /// Why not; when it is not time yet, that.
-    pub fn ensure_connected(&mut self) -> Result<(), Fault> {
+    /// When nobody answers, or it is not time yet.
+    pub fn ensure_connected(&mut self) -> Result<()> {
         if self.controller.is_some() {
             return Ok(());
         }
         if self.replaying {
-            return Err(Fault::Other("a replay connects when it did then".to_owned()));
+            return Err(ControllerError::Other("a replay connects when it did then".to_owned()));
         }
         if let Some(left) = self.next_try.checked_duration_since(Instant::now()) {
-            return Err(Fault::Other(format!("the line is tried again in {} ms", left.as_millis())));
+            return Err(ControllerError::Other(format!(
+                "the line is tried again in {} ms",
+                left.as_millis()
+            )));
         }
         self.connect()
     }
@@ -152,11 +156,11 @@ impl Arm {
         self.may.home = home;
     }
 
-    /// Connects, now.
+    /// Connects at once.
     ///
     /// # Errors
-    /// Why not.
-    pub fn connect(&mut self) -> Result<(), Fault> {
+    /// When nobody answers, or a controller that is not the one of the arm file.
+    pub fn connect(&mut self) -> Result<()> {
         self.recorder.event("order", "connect");
         let connected = self.connect_now();
         self.recorder.event("outcome", if connected.is_ok() { "connected" } else { "not connected" });
@@ -174,7 +178,7 @@ impl Arm {
         connected
     }
 
-    fn connect_now(&mut self) -> Result<(), Fault> {
+    fn connect_now(&mut self) -> Result<()> {
         let mut controller = (self.connector)(&self.switch)?;
         let name = controller.greet()?;
         let state = controller.state()?;
@@ -195,8 +199,8 @@ impl Arm {
         Ok(())
     }
 
-    /// What keeps the arm from being active.
-    fn unfit(&self, state: &State, joints: &[f64]) -> Option<String> {
+    /// The reason why the arm may not be active. None when there is none.
+    fn unfit(&self, state: &ControllerState, joints: &[f64]) -> Option<String> {
         if state.emergency_stop {
             return Some("an emergency stop is pressed".to_owned());
         }
@@ -219,7 +223,7 @@ impl Arm {
         self.misplaced(joints)
     }
 
-    /// Why the arm may not move from where it is.
+    /// The reason why the arm may not move from where it is. None when there is none.
     fn misplaced(&self, joints: &[f64]) -> Option<String> {
         let gate = &self.setup.gate;
         if let Err(refused) = gate.check_joints(joints) {
@@ -253,8 +257,8 @@ impl Arm {
     /// the arm is fit to move.
     ///
     /// # Errors
-    /// Why the arm is not enabled; a person can see to that and ask again.
-    pub fn enable(&mut self) -> Result<(), Fault> {
+    /// When the arm is not enabled. A person can remove the cause and ask again.
+    pub fn enable(&mut self) -> Result<()> {
         self.ensure_connected()?;
         self.recorder.event("order", if self.may.home { "enable home" } else { "enable" });
         let enabled = self.enable_now();
@@ -267,7 +271,7 @@ impl Arm {
         enabled
     }
 
-    /// Moves no more until a person enables it again; nothing is sent.
+    /// Refuses motions until a person enables the arm again. Nothing is sent to the controller.
     pub fn stand_down(&mut self) {
         self.enabled = false;
         if self.phase == Phase::Active {
@@ -275,16 +279,16 @@ impl Arm {
         }
     }
 
-    /// The touch inputs, and with them whatever has stopped the arm meanwhile.
+    /// Reads the touch inputs, and notices whether the arm was stopped meanwhile.
     ///
     /// # Errors
     /// When the controller does not tell. The line is opened anew by [`Self::ensure_connected`].
-    pub fn signals(&mut self) -> Result<u8, Fault> {
+    pub fn signals(&mut self) -> Result<u8> {
         self.ensure_connected()?;
         self.recorder.event("order", "signals");
         let state = match &mut self.controller {
             Some(controller) => controller.state(),
-            None => Err(Fault::Other("nobody answers on the line".to_owned())),
+            None => Err(ControllerError::Other("nobody answers on the line".to_owned())),
         };
         let outcome =
             state.as_ref().map_or_else(|_| "unknown".to_owned(), |state| format!("{:04b}", state.signals));
@@ -303,8 +307,8 @@ impl Arm {
         }
     }
 
-    /// Latches what a person must see to.
-    fn notice(&mut self, state: &State) {
+    /// Latches the arm when its state needs a person.
+    fn notice(&mut self, state: &ControllerState) {
         if state.emergency_stop {
             self.latch("an emergency stop was pressed".to_owned());
         } else if !state.power {
@@ -314,7 +318,7 @@ impl Arm {
         }
     }
 
-    fn give_up(&mut self, fault: &Fault) {
+    fn give_up(&mut self, fault: &ControllerError) {
         if fault.needs_a_person() {
             self.latch(fault.to_string());
         }
@@ -339,7 +343,7 @@ impl Arm {
         }
     }
 
-    /// Goes to joint positions of the manifold: until there, or until the finger touches something.
+    /// Goes to joint positions of the manifold, until the finger is there or touches something.
     pub fn go(&mut self, to: JointPositions) -> Outcome {
         let connected = self.ensure_connected();
         self.recorder.event("order", &format!("go {} {}", to.j1, to.j2));
@@ -362,7 +366,7 @@ impl Arm {
         outcome
     }
 
-    fn go_recorded(&mut self, to: JointPositions, connected: Result<(), Fault>) -> Outcome {
+    fn go_recorded(&mut self, to: JointPositions, connected: Result<()>) -> Outcome {
         if let Err(fault) = connected {
             tracing::debug!(%fault, "refused");
             return Outcome::refused(fault);
@@ -381,7 +385,7 @@ impl Arm {
         }
     }
 
-    fn go_now(&mut self, to: JointPositions) -> Result<Outcome, Fault> {
+    fn go_now(&mut self, to: JointPositions) -> Result<Outcome> {
         if self.watch.signs().stop.load(Ordering::SeqCst) {
             return Ok(Outcome::refused("the arm's process is ending"));
         }
@@ -408,43 +412,44 @@ impl Arm {
         let moved = self.carry_out(&path)?;
         self.heading = heading;
         match moved {
-            Moved::Arrived => Ok(Outcome::Done),
-            Moved::Touched => self.press(to),
-            Moved::Stopped => Ok(self.stopped()),
-            Moved::OutOfTime => Ok(Outcome::TimedOut),
+            MotionOutcome::Arrived => Ok(Outcome::Done),
+            MotionOutcome::Touched => self.press(to),
+            MotionOutcome::Stopped => Ok(self.stopped()),
+            MotionOutcome::OutOfTime => Ok(Outcome::TimedOut),
         }
     }
 
-    /// Carries out a motion, to its end or until it is stopped, and makes sure where it ended.
-    fn carry_out(&mut self, path: &Permitted) -> Result<Moved, Fault> {
-        let Some(controller) = &mut self.controller else { return Ok(Moved::Stopped) };
+    /// Carries out a motion until it ends or is stopped, and makes sure of the place where it ended.
+    fn carry_out(&mut self, path: &PermittedPath) -> Result<MotionOutcome> {
+        let Some(controller) = &mut self.controller else { return Ok(MotionOutcome::Stopped) };
         self.switch.release();
         let watched = self.watch.motion();
         if self.watch.signs().stop.load(Ordering::SeqCst) {
-            return Ok(Moved::Stopped);
+            return Ok(MotionOutcome::Stopped);
         }
         let ended = follow(controller.as_mut(), path, &self.setup, &self.watch, &self.switch);
         drop(watched);
         match ended {
-            Ok(Moved::Arrived) => {
+            Ok(MotionOutcome::Arrived) => {
                 let joints = controller.joints()?;
                 if !self.setup.gate.is_at(path.end(), &joints) {
                     self.latch(format!(
                         "the arm says that it arrived at {:?}, but it is at {joints:?}: find out what holds it",
                         path.end()
                     ));
-                    return Ok(Moved::Stopped);
+                    return Ok(MotionOutcome::Stopped);
                 }
-                Ok(Moved::Arrived)
+                Ok(MotionOutcome::Arrived)
             }
-            Ok(Moved::Stopped) if self.switch.pressed_by() == Some(Pressed::OutOfPlace) => {
+            Ok(MotionOutcome::Stopped) if self.switch.pressed_by() == Some(StopCause::OutOfPlace) => {
                 self.latch("the arm was measured beyond its limits while it moved".to_owned());
-                Ok(Moved::Stopped)
+                Ok(MotionOutcome::Stopped)
             }
             Ok(moved) => Ok(moved),
             Err(fault) => {
-                // Whatever it is, the arm is to stand still; if the line is gone, the controller's watchdog sees to it.
-                self.switch.press(Pressed::Trouble);
+                // Whatever the error, the arm is to stand still. If the line is gone, the controller's watchdog stops
+                // it.
+                self.switch.press(StopCause::Trouble);
                 if let Err(halting) = controller.halt() {
                     tracing::error!(%halting, "not known to stand still");
                     if !halting.is_of_line() {
@@ -456,10 +461,10 @@ impl Arm {
         }
     }
 
-    /// After a touch: if it is no longer felt, goes on a little, to come to rest against what was met.
-    fn press(&mut self, to: JointPositions) -> Result<Outcome, Fault> {
+    /// After a touch that is no longer felt, goes on a little, to come to rest against the object.
+    fn press(&mut self, to: JointPositions) -> Result<Outcome> {
         if self.switch.is_pressed() {
-            // Stopped just as it touched: nothing follows.
+            // The arm was stopped just as it touched: nothing follows.
             return Ok(self.stopped());
         }
         let untouched = if self.setup.file.touch.inverted { 0b1111 } else { 0 };
@@ -480,24 +485,24 @@ impl Arm {
             return Ok(Outcome::Done);
         };
         match self.carry_out(&path)? {
-            Moved::Stopped => Ok(self.stopped()),
+            MotionOutcome::Stopped => Ok(self.stopped()),
             _ => Ok(Outcome::Done),
         }
     }
 
-    /// Where the arm is.
+    /// The joints of the arm.
     ///
     /// # Errors
     /// When the controller does not tell.
-    pub fn joints(&mut self) -> Result<Joints, Fault> {
+    pub fn joints(&mut self) -> Result<Joints> {
         self.ensure_connected()?;
         match &mut self.controller {
             Some(controller) => controller.joints(),
-            None => Err(Fault::Other("nobody answers on the line".to_owned())),
+            None => Err(ControllerError::Other("nobody answers on the line".to_owned())),
         }
     }
 
-    /// Ends: the arm stands still, and high power is off again if this process turned it on.
+    /// Ends the use of the arm: it stands still, and high power is off again if this process turned it on.
     pub fn finish(&mut self) {
         let Some(controller) = &mut self.controller else { return };
         let standing = controller.halt();

@@ -4,15 +4,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use pschema_arm::{ArmIds, JointPositions, Percept, Side, object_symbol};
+use pschema_arm::{ArmIds, JointPositions, Percept, Side, field_marks, object_symbol};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Description, Value};
 use pschema_protocol::picture::{FieldMark, Picture};
-use pschema_vision::eye::{Eye, Seen};
+use pschema_vision::eye::{Eye, Sighting};
 use pschema_vision::image::RgbImage;
 
 use crate::arm::{Arm, Phase};
-use crate::config::Setup;
+use crate::config::ArmSetup;
 use crate::operator::{Operator, OperatorError, Wish};
 use crate::sight::{FrameSource, SightError};
 
@@ -22,21 +22,21 @@ const PERSON_WAIT: Duration = Duration::from_secs(1);
 const ASK_EVERY: Duration = Duration::from_secs(30);
 /// Pause between two tries to sense.
 const SENSE_PAUSE: Duration = Duration::from_millis(50);
-/// How often the same trouble is told.
+/// Shortest time between two reports of trouble with the senses.
 const TELL_EVERY: Duration = Duration::from_secs(5);
 
 /// An arm with its camera, its eye and the person beside it.
 pub struct AdeptBody {
     description: Description,
     ids: ArmIds,
-    setup: Arc<Setup>,
+    setup: Arc<ArmSetup>,
     arm: Arm,
     source: Box<dyn FrameSource>,
     eye: Eye,
     operator: Operator,
     stop: Arc<AtomicBool>,
     last: Percept,
-    /// What it saw last, and where the fields are in it: for people.
+    /// The last picture, and the places of the visual fields in it, for people who look at it.
     seen: Option<RgbImage>,
     marks: Vec<FieldMark>,
     asked_at: Option<Instant>,
@@ -44,7 +44,7 @@ pub struct AdeptBody {
 }
 
 impl AdeptBody {
-    /// A body of these parts. `stop` ends all its waits.
+    /// A body made of these parts. `stop` ends all its waits.
     ///
     /// # Errors
     /// When the colours of the arm file cannot be told apart.
@@ -56,17 +56,11 @@ impl AdeptBody {
         stop: Arc<AtomicBool>,
     ) -> Result<Self, String> {
         let setup = arm.setup().clone();
-        let fields = &setup.fields;
-        let marks = fields.centres_px().iter().map(|(u, v)| FieldMark {
-            x_px: *u as f32,
-            y_px: *v as f32,
-            radius_px: fields.radius_px() as f32,
-        });
         let (description, ids) = setup.declaration(name).declare();
         Ok(Self {
             description,
             ids,
-            marks: marks.collect(),
+            marks: field_marks(&setup.fields),
             eye: setup.eye()?,
             setup,
             arm,
@@ -85,12 +79,12 @@ impl AdeptBody {
         &mut self.arm
     }
 
-    /// The person beside it.
+    /// The person beside the arm.
     pub(crate) fn operator(&self) -> &Operator {
         &self.operator
     }
 
-    /// Takes a picture; where the finger is in it, in pixels.
+    /// Takes a picture. Returns the position of the finger in it, in pixels, if it is in sight.
     ///
     /// # Errors
     /// When there is no picture.
@@ -103,7 +97,7 @@ impl AdeptBody {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Tells of trouble, not too often.
+    /// Reports trouble with the senses, not too often.
     fn tell(&mut self, trouble: &dyn std::fmt::Display) {
         if self.told_at.is_none_or(|told| told.elapsed() > TELL_EVERY) {
             tracing::warn!(%trouble, "cannot sense; waiting");
@@ -111,7 +105,7 @@ impl AdeptBody {
         }
     }
 
-    /// Looks and feels.
+    /// Reads the touch inputs and looks at a picture.
     fn try_sense(&mut self) -> Result<Percept, Box<dyn std::error::Error>> {
         let signals = self.arm.signals()?;
         let image = self.source.frame()?;
@@ -121,7 +115,7 @@ impl AdeptBody {
         Ok(sensed)
     }
 
-    /// Whether the arm may be moved; if not, asks the person who can see to that, and waits a moment.
+    /// Whether the arm may be moved. If not, asks the person who can change that, and waits a moment.
     fn attended(&mut self) -> bool {
         if *self.arm.phase() == Phase::Active {
             return true;
@@ -153,7 +147,7 @@ impl AdeptBody {
         false
     }
 
-    /// Waits, unless it is to end.
+    /// Waits, unless the body is to end.
     fn rest(&self, time: Duration) {
         let end = Instant::now() + time;
         while !self.stopping() && Instant::now() < end {
@@ -162,40 +156,38 @@ impl AdeptBody {
     }
 
     fn place(&mut self, object: u32, position: i64) -> Outcome {
-        let found = usize::try_from(position).ok().and_then(|position| {
-            let [x, y] = self.setup.file.places.at_mm.get(position)?;
-            Some((self.setup.file.objects.names.get(object as usize)?.clone(), position, (x.get(), y.get())))
-        });
-        let Some((object, position, at_mm)) = found else {
+        let setup = self.setup.clone();
+        let place =
+            usize::try_from(position).ok().and_then(|at| Some((at, setup.file.places.at_mm.get(at)?)));
+        let (Some(object), Some((position, [x, y]))) = (setup.file.objects.names.get(object as usize), place)
+        else {
             return Outcome::refused("there is no such object or position");
         };
-        let parked = self.park();
-        if parked != Outcome::Done {
-            return parked;
-        }
-        self.arrange_by_hand(&Wish::Place { object: &object, position, at_mm })
+        self.arrange_by_hand(&Wish::Place { object, position, at_mm: (x.get(), y.get()) })
     }
 
     fn remove(&mut self, object: u32) -> Outcome {
-        let Some(object) = self.setup.file.objects.names.get(object as usize).cloned() else {
+        let setup = self.setup.clone();
+        let Some(object) = setup.file.objects.names.get(object as usize) else {
             return Outcome::refused("there is no such object");
         };
-        let parked = self.park();
-        if parked != Outcome::Done {
-            return parked;
-        }
-        self.arrange_by_hand(&Wish::Remove { object: &object })
+        self.arrange_by_hand(&Wish::Remove { object })
     }
 
     fn park(&mut self) -> Outcome {
         if self.attended() { self.arm.park() } else { self.arm.refuse() }
     }
 
+    /// Parks the arm, and has a person arrange the objects.
     fn arrange_by_hand(&mut self, wish: &Wish<'_>) -> Outcome {
+        let parked = self.park();
+        if parked != Outcome::Done {
+            return parked;
+        }
         match self.operator.arrange(wish, &self.stop) {
             Ok(()) => Outcome::Done,
             Err(error) => {
-                // Their hands may still be in there.
+                // The person's hands may still be in the work space.
                 self.arm.stand_down();
                 tracing::warn!(%error, ?wish, "not arranged; the arm moves again once a person enables it");
                 Outcome::refused(error)
@@ -209,7 +201,7 @@ impl Body for AdeptBody {
         self.description.clone()
     }
 
-    /// A body that cannot sense does not report: it waits until it can, or is to end.
+    /// A body that cannot sense does not report: it waits until it can, or until it is to end.
     fn sense(&mut self, frame: &mut Senses) {
         while !self.stopping() {
             match self.try_sense() {
@@ -275,8 +267,8 @@ impl Drop for AdeptBody {
     }
 }
 
-/// What touch inputs and a picture come to.
-fn sensed(setup: &Setup, signals: u8, seen: &Seen) -> Percept {
+/// The percept that follows from touch inputs and a picture.
+fn sensed(setup: &ArmSetup, signals: u8, seen: &Sighting) -> Percept {
     let touch = &setup.file.touch;
     let signals = if touch.inverted { !signals & 0b1111 } else { signals & 0b1111 };
     let felt =

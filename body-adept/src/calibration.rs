@@ -1,6 +1,6 @@
-//! Calibrating the camera: the finger is sent to taught points and looked for, and a map is fitted from the square of
-//! the joint positions to the picture. Where the manifold is flat that map is projective; points where it is not, at the
-//! rim, do not fit and are left out.
+//! Calibrating the camera: the finger is sent to taught points and looked for in the picture, and a map is fitted from
+//! the square of the joint positions to the picture. Where the manifold is flat, the map is projective. The points of
+//! the rim, where the manifold is not flat, do not fit and are left out.
 
 use std::fs;
 use std::path::Path;
@@ -9,11 +9,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use pschema_arm::SplitMix;
 use pschema_protocol::body::Outcome;
-use serde::Deserialize;
 use thiserror::Error;
 use toml_edit::{Array, DocumentMut, Item, Table, value};
 
 use crate::body::AdeptBody;
+use crate::config::CalibrationSection;
 
 /// Postures visited, at most.
 const POSTURES_MAX: usize = 60;
@@ -21,29 +21,14 @@ const POSTURES_MAX: usize = 60;
 const POINTS_MIN: usize = 8;
 /// Maps tried out on four points each.
 const TRIALS: u64 = 2000;
-/// A point this near to where the map puts it fits, in pixels; or nearer than a multiple of the middle distance.
+/// A point fits when it is this near to where the map puts it, in pixels, or nearer than a multiple of the median
+/// distance.
 const FITS_PX: f64 = 3.0;
 const FITS_MEDIANS: f64 = 3.0;
 /// A map between coordinates of a common scale whose determinant is below this folds the plane.
 const FOLDED: f64 = 1e-6;
-/// The trials' own seed: the same points give the same map.
+/// Seed of the trials: the same points give the same map.
 const SEED: u64 = 0xCA11_B8A7;
-
-/// A map from the square that the joint positions span to the picture, fitted to where the finger was seen.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Calibration {
-    /// The projective map from (across, outwards) in millimetres to (u, v) in pixels, row by row.
-    pub px_from_mm: [f64; 9],
-    /// Mean distance of the finger from where the map puts it, in pixels.
-    pub residual_px: f64,
-    /// The same on the table, in millimetres.
-    pub residual_mm: f64,
-    /// The largest such distance, in millimetres.
-    pub residual_mm_max: f64,
-    /// How many postures fitted.
-    pub points: usize,
-}
 
 /// Why the camera was not calibrated.
 #[derive(Debug, Error)]
@@ -54,7 +39,7 @@ pub enum CalibrationError {
         "the map is written into the arm file: give one with --arm FILE (a copy of body-adept/arms/emulated.toml)"
     )]
     BuiltIn,
-    /// It was ended.
+    /// The calibration was ended.
     #[error("ended before all postures were visited; the arm file is as it was")]
     Stopped,
     /// A motion failed.
@@ -64,10 +49,10 @@ pub enum CalibrationError {
         j1: f64,
         /// Second joint position.
         j2: f64,
-        /// How it came out.
+        /// Outcome of the motion.
         outcome: Outcome,
     },
-    /// No picture.
+    /// There is no picture.
     #[error(transparent)]
     Sight(#[from] crate::sight::SightError),
     /// Too few points to fit a map to.
@@ -76,35 +61,35 @@ pub enum CalibrationError {
          check the finger's colour in arm.toml, the light, and where the camera looks"
     )]
     TooFew {
-        /// Postures visited.
+        /// Number of postures visited.
         visited: usize,
-        /// Those with the finger in sight.
+        /// Number of postures with the finger in sight.
         seen: usize,
-        /// Those that fit.
+        /// Number of postures that fit.
         fitting: usize,
     },
     /// The arm file cannot be written.
     #[error("cannot write {path}: {problem}")]
     Write {
-        /// Which file.
+        /// Path of the file.
         path: String,
-        /// Why.
+        /// The cause.
         problem: String,
     },
 }
 
-/// A place on the square in millimetres, and where in the picture the finger was seen then, in pixels.
-pub type Point = ((f64, f64), (f64, f64));
+/// A place of the finger on the square in millimetres, and its position in the picture in pixels.
+pub type FingerSighting = ((f64, f64), (f64, f64));
 
 /// Visits taught points, fits the map, and writes it into the arm file.
 ///
 /// # Errors
-/// Why there is no map; the arm file is unchanged then.
+/// When there is no map. The arm file is unchanged then.
 pub fn calibrate(
     body: &mut AdeptBody,
     file: &str,
     stop: &AtomicBool,
-) -> Result<Calibration, CalibrationError> {
+) -> Result<CalibrationSection, CalibrationError> {
     if file == "emulated" {
         return Err(CalibrationError::BuiltIn);
     }
@@ -131,25 +116,25 @@ pub fn calibrate(
     Ok(calibration)
 }
 
-struct Visited {
+struct FingerSurvey {
     visited: usize,
-    seen: Vec<Point>,
+    seen: Vec<FingerSighting>,
 }
 
-fn visit(body: &mut AdeptBody, stop: &AtomicBool) -> Result<Visited, CalibrationError> {
+fn visit(body: &mut AdeptBody, stop: &AtomicBool) -> Result<FingerSurvey, CalibrationError> {
     let setup = body.arm().setup().clone();
     let inside = |joints: &f64| (0.0..=1.0).contains(joints);
     let nodes: Vec<_> =
         setup.gate.taught().nodes().filter(|node| inside(&node.j1) && inside(&node.j2)).collect();
     let every = nodes.len().div_ceil(POSTURES_MAX).max(1);
-    let mut visited = Visited { visited: 0, seen: Vec::new() };
+    let mut visited = FingerSurvey { visited: 0, seen: Vec::new() };
     for node in nodes.into_iter().step_by(every) {
         if stop.load(Ordering::Relaxed) {
             return Err(CalibrationError::Stopped);
         }
         match body.arm().go(node) {
             Outcome::Done => {}
-            // At the edge of what was taught there may be no way there.
+            // At the edge of the taught grid there may be no way to a node.
             Outcome::Refused(_) if *body.arm().phase() == crate::arm::Phase::Active => continue,
             outcome => return Err(CalibrationError::Motion { j1: node.j1, j2: node.j2, outcome }),
         }
@@ -162,9 +147,9 @@ fn visit(body: &mut AdeptBody, stop: &AtomicBool) -> Result<Visited, Calibration
     Ok(visited)
 }
 
-/// The map that most points fit, and how well they do. None of fewer points than a map needs.
+/// The map that most points fit, with its residuals. None when there are fewer points than a map needs.
 #[must_use]
-pub fn fit(points: &[Point]) -> Option<Calibration> {
+pub fn fit(points: &[FingerSighting]) -> Option<CalibrationSection> {
     if points.len() < POINTS_MIN {
         return None;
     }
@@ -172,7 +157,7 @@ pub fn fit(points: &[Point]) -> Option<Calibration> {
     let all: Vec<usize> = (0..points.len()).collect();
     let mut best: Option<(f64, Matrix3<f64>)> = None;
     for _ in 0..TRIALS {
-        let four: Option<Vec<Point>> =
+        let four: Option<Vec<FingerSighting>> =
             (0..4).map(|_| random.one_of(&all).and_then(|index| points.get(index).copied())).collect();
         let Some(map) = least_squares(&four?) else { continue };
         let middle = median(points.iter().map(|point| off_px(&map, point)).collect());
@@ -182,13 +167,14 @@ pub fn fit(points: &[Point]) -> Option<Calibration> {
     }
     let (middle, map) = best?;
     let most_px = FITS_PX.max(FITS_MEDIANS * middle);
-    let fitting: Vec<Point> = points.iter().copied().filter(|point| off_px(&map, point) <= most_px).collect();
+    let fitting: Vec<FingerSighting> =
+        points.iter().copied().filter(|point| off_px(&map, point) <= most_px).collect();
     let map = least_squares(&fitting)?;
     let back = map.try_inverse()?;
     let count = fitting.len() as f64;
     let off_mm: Vec<f64> = fitting.iter().map(|(mm, px)| distance(through(&back, *px), *mm)).collect();
     let map = map / map[(2, 2)];
-    Some(Calibration {
+    Some(CalibrationSection {
         px_from_mm: std::array::from_fn(|index| map[(index / 3, index % 3)]),
         residual_px: fitting.iter().map(|point| off_px(&map, point)).sum::<f64>() / count,
         residual_mm: off_mm.iter().sum::<f64>() / count,
@@ -198,7 +184,7 @@ pub fn fit(points: &[Point]) -> Option<Calibration> {
 }
 
 /// The projective map nearest to points, by the direct linear method on coordinates brought to a common scale.
-fn least_squares(points: &[Point]) -> Option<Matrix3<f64>> {
+fn least_squares(points: &[FingerSighting]) -> Option<Matrix3<f64>> {
     let to_mm = scale(points.iter().map(|(mm, _)| *mm))?;
     let to_px = scale(points.iter().map(|(_, px)| *px))?;
     let mut rows = DMatrix::zeros(2 * points.len(), 8);
@@ -212,14 +198,14 @@ fn least_squares(points: &[Point]) -> Option<Matrix3<f64>> {
     let solved = rows.svd(true, true).solve(&wanted, 1e-12).ok()?;
     let [a, b, c, d, e, f, g, h] = <[f64; 8]>::try_from(solved.as_slice()).ok()?;
     let map = Matrix3::new(a, b, c, d, e, f, g, h, 1.0);
-    // A map that folds the plane onto a line, as that of points on one, is none.
+    // A map that folds the plane onto a line, as points on one line give, is no map.
     if !map.iter().all(|value| value.is_finite()) || map.determinant().abs() < FOLDED {
         return None;
     }
     Some(to_px.try_inverse()? * map * to_mm)
 }
 
-/// Brings points around the origin, about 1 away from it. None when all are one.
+/// The map that brings points around the origin, about 1 away from it. None when all points are the same.
 fn scale(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Matrix3<f64>> {
     let count = points.clone().count() as f64;
     let (x, y) = points.clone().fold((0.0, 0.0), |(x, y), (u, v)| (x + u / count, y + v / count));
@@ -237,7 +223,7 @@ fn distance(one: (f64, f64), other: (f64, f64)) -> f64 {
     (one.0 - other.0).hypot(one.1 - other.1)
 }
 
-fn off_px(map: &Matrix3<f64>, (mm, px): &Point) -> f64 {
+fn off_px(map: &Matrix3<f64>, (mm, px): &FingerSighting) -> f64 {
     distance(through(map, *mm), *px)
 }
 
@@ -246,18 +232,18 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
 }
 
-/// Writes the map into the arm file; all else stays as it is, comments included.
-fn store(calibration: &Calibration, path: &Path) -> Result<(), CalibrationError> {
+/// Writes the map into the arm file. Everything else stays as it is, comments included.
+fn store(calibration: &CalibrationSection, path: &Path) -> Result<(), CalibrationError> {
     let failed = |problem: String| CalibrationError::Write { path: path.display().to_string(), problem };
     let text = fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
     let text = with_calibration(&text, calibration).map_err(failed)?;
-    // Beside it and then in its place: half a file would be none.
+    // Written beside the arm file and then moved into its place, so that there is never half a file.
     let beside = path.with_extension("toml.new");
     let written = fs::write(&beside, text).and_then(|()| fs::rename(&beside, path));
     written.map_err(|error| failed(error.to_string()))
 }
 
-fn with_calibration(text: &str, calibration: &Calibration) -> Result<String, String> {
+fn with_calibration(text: &str, calibration: &CalibrationSection) -> Result<String, String> {
     let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| error.to_string())?;
     let mut table = document.get("calibration").and_then(Item::as_table).cloned().unwrap_or_else(Table::new);
     table.insert("px_from_mm", value(Array::from_iter(calibration.px_from_mm)));
@@ -278,7 +264,7 @@ mod tests {
         through(&Matrix3::new(0.8, 0.05, 400.0, 0.02, -0.7, 600.0, 1e-5, 2e-4, 1.0), (x, y))
     }
 
-    fn points() -> Vec<Point> {
+    fn points() -> Vec<FingerSighting> {
         (0..36)
             .map(|index| (f64::from(index % 6) * 120.0 - 300.0, f64::from(index / 6) * 100.0 + 150.0))
             .map(|mm| (mm, seen(mm)))
@@ -302,7 +288,7 @@ mod tests {
     #[test]
     fn residuals_are_those_of_the_noise() {
         let mut random = SplitMix::new(3);
-        let noisy: Vec<Point> = points()
+        let noisy: Vec<FingerSighting> = points()
             .into_iter()
             .map(|(mm, (u, v))| (mm, (u + random.within_one(), v + random.within_one())))
             .collect();
@@ -315,7 +301,8 @@ mod tests {
     #[test]
     fn too_few_points_or_points_on_a_line_give_no_map() {
         assert_eq!(fit(&points()[..7]), None);
-        let line: Vec<Point> = (0..20).map(|x| ((f64::from(x), 5.0), (f64::from(x) * 2.0, 7.0))).collect();
+        let line: Vec<FingerSighting> =
+            (0..20).map(|x| ((f64::from(x), 5.0), (f64::from(x) * 2.0, 7.0))).collect();
         assert_eq!(fit(&line), None);
     }
 
@@ -327,7 +314,7 @@ mod tests {
         assert!(once.starts_with(text) && once.contains("[calibration]"), "{once}");
         assert_eq!(with_calibration(&once, &calibration).unwrap(), once, "replaced, not added");
         let read: toml::Table = toml::from_str(&once).unwrap();
-        let back: Calibration = read["calibration"].clone().try_into().unwrap();
+        let back: CalibrationSection = read["calibration"].clone().try_into().unwrap();
         assert_eq!(back, calibration);
     }
 }

@@ -1,13 +1,12 @@
 //! The one gate to the arm: joint limits, the work space and the speed cap, applied to every motion just before it is
 //! written, whoever asks for it.
 //!
-//! A [`Permitted`] path can be made here alone, and the controllers take no other.
-
-use std::fmt;
+//! A [`PermittedPath`] can be made nowhere else, and the controllers take no other path.
 
 use pschema_arm::route::Waypoint;
+use thiserror::Error;
 
-use crate::taught::{Joints, Taught};
+use crate::taught::{Joints, TaughtGrid};
 
 /// Points one path may have.
 pub const LEGS_MAX: usize = crate::v_plus::program::VIAS_MAX + 1;
@@ -19,23 +18,23 @@ pub struct JointLimits {
     pub min: f64,
     /// Highest value.
     pub max: f64,
-    /// How far the joint may be from where it should be, and a path from what was taught.
+    /// Largest distance of the joint from where it should be, and of a path from the taught manifold.
     pub tolerance: f64,
 }
 
-/// What a motion may be.
+/// The limits of every motion.
 #[derive(Clone, Debug)]
 pub struct Gate {
     joints: Vec<JointLimits>,
     tolerances: Vec<f64>,
     speed_percent_max: u8,
-    taught: Taught,
+    taught: TaughtGrid,
 }
 
 /// A part of a path as it is asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leg {
-    /// Where it ends.
+    /// Where the part ends.
     pub to: Joints,
     /// Percent of full speed.
     pub speed_percent: u8,
@@ -43,96 +42,83 @@ pub struct Leg {
 
 /// A path that has passed the gate.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Permitted {
+pub struct PermittedPath {
     legs: Vec<Leg>,
     guarded: bool,
 }
 
-impl Permitted {
-    /// Its parts, in order; at least one.
+impl PermittedPath {
+    /// The parts of the path, in order; at least one.
     #[must_use]
     pub fn legs(&self) -> &[Leg] {
         &self.legs
     }
 
-    /// Whether a touch ends it.
+    /// Whether a touch ends the motion.
     #[must_use]
     pub fn guarded(&self) -> bool {
         self.guarded
     }
 
-    /// Where it ends.
+    /// Where the path ends.
     #[must_use]
     pub fn end(&self) -> &[f64] {
         self.legs.last().map_or(&[], |leg| &leg.to)
     }
 }
 
-/// Why a motion may not be.
-#[derive(Clone, Debug, PartialEq)]
+/// Why a path may not be taken.
+#[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
-pub enum Refused {
-    /// No part, or too many.
+pub enum PathRefusal {
+    /// The path has no part, or too many.
+    #[error("a path of {0} parts: it must have 1 to {LEGS_MAX}")]
     Parts(usize),
-    /// Another number of joints than the arm has.
+    /// The path has values for another number of joints than the arm has.
+    #[error("{found} joint values for an arm of {joints} joints")]
     Count {
-        /// How many there are.
+        /// How many values there are.
         found: usize,
-        /// How many the arm has.
+        /// How many joints the arm has.
         joints: usize,
     },
     /// A joint would be beyond its limit, or its value is no number.
+    #[error("joint {joint} at {value}: its limits in arm.toml are {} to {}", .limits.0, .limits.1)]
     Joint {
-        /// Which, from 1.
+        /// Number of the joint, from 1.
         joint: usize,
-        /// Its value.
+        /// The value asked for.
         value: f64,
-        /// Its limits.
+        /// The joint's limits, lowest and highest.
         limits: (f64, f64),
     },
     /// The speed is 0 or above the cap.
+    #[error("a speed of {percent} %: it must be 1 to {max} %")]
     Speed {
-        /// Percent asked for.
+        /// Percent of full speed asked for.
         percent: u8,
-        /// The cap.
+        /// The cap, in percent.
         max: u8,
     },
-    /// The path would leave what was taught.
+    /// The path would leave the taught manifold.
+    #[error("the path would leave what was taught by {off:.1} times the tolerance")]
     OffManifold {
         /// By how much, in multiples of the tolerance.
         off: f64,
     },
 }
 
-impl fmt::Display for Refused {
-    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Parts(count) => write!(to, "a path of {count} parts: it must have 1 to {LEGS_MAX}"),
-            Self::Count { found, joints } => write!(to, "{found} joint values for an arm of {joints} joints"),
-            Self::Joint { joint, value, limits: (min, max) } => {
-                write!(to, "joint {joint} at {value}: its limits in arm.toml are {min} to {max}")
-            }
-            Self::Speed { percent, max } => write!(to, "a speed of {percent} %: it must be 1 to {max} %"),
-            Self::OffManifold { off } => {
-                write!(to, "the path would leave what was taught by {off:.1} times the tolerance")
-            }
-        }
-    }
-}
-
-impl std::error::Error for Refused {}
-
 impl Gate {
     /// A gate with these limits, one a joint.
     #[must_use]
-    pub fn new(joints: Vec<JointLimits>, speed_percent_max: u8, taught: Taught) -> Self {
+    pub fn new(joints: Vec<JointLimits>, speed_percent_max: u8, taught: TaughtGrid) -> Self {
         let tolerances = joints.iter().map(|limits| limits.tolerance).collect();
         Self { joints, tolerances, speed_percent_max, taught }
     }
 
     /// The taught grid.
     #[must_use]
-    pub fn taught(&self) -> &Taught {
+    pub fn taught(&self) -> &TaughtGrid {
         &self.taught
     }
 
@@ -145,17 +131,17 @@ impl Gate {
     /// Lets a path pass that begins at `from`, where the arm was measured to be.
     ///
     /// # Errors
-    /// The first thing that may not be.
-    pub fn permit(&self, from: &[f64], legs: Vec<Leg>, guarded: bool) -> Result<Permitted, Refused> {
+    /// The first limit that the path does not keep.
+    pub fn permit(&self, from: &[f64], legs: Vec<Leg>, guarded: bool) -> Result<PermittedPath, PathRefusal> {
         if legs.is_empty() || legs.len() > LEGS_MAX {
-            return Err(Refused::Parts(legs.len()));
+            return Err(PathRefusal::Parts(legs.len()));
         }
         self.check_joints(from)?;
         let mut before = from;
         let mut near = None;
         for leg in &legs {
             if leg.speed_percent == 0 || leg.speed_percent > self.speed_percent_max {
-                return Err(Refused::Speed { percent: leg.speed_percent, max: self.speed_percent_max });
+                return Err(PathRefusal::Speed { percent: leg.speed_percent, max: self.speed_percent_max });
             }
             self.check_joints(&leg.to)?;
             // The arm goes straight in its joints, which is not straight on the manifold: half-way it is farthest off.
@@ -164,20 +150,20 @@ impl Gate {
             near = Some(self.check_taught(&leg.to, near)?);
             before = &leg.to;
         }
-        Ok(Permitted { legs, guarded })
+        Ok(PermittedPath { legs, guarded })
     }
 
     /// Whether joint values are the arm's, numbers, and within their limits.
     ///
     /// # Errors
-    /// The first that is not.
-    pub fn check_joints(&self, joints: &[f64]) -> Result<(), Refused> {
+    /// The first joint value that is not.
+    pub fn check_joints(&self, joints: &[f64]) -> Result<(), PathRefusal> {
         if joints.len() != self.joints.len() {
-            return Err(Refused::Count { found: joints.len(), joints: self.joints.len() });
+            return Err(PathRefusal::Count { found: joints.len(), joints: self.joints.len() });
         }
         for (index, (value, limits)) in joints.iter().zip(&self.joints).enumerate() {
             if !(limits.min..=limits.max).contains(value) {
-                return Err(Refused::Joint {
+                return Err(PathRefusal::Joint {
                     joint: index + 1,
                     value: *value,
                     limits: (limits.min, limits.max),
@@ -187,8 +173,8 @@ impl Gate {
         Ok(())
     }
 
-    /// Where on what was taught joint values are; looked for first near the point before.
-    fn check_taught(&self, joints: &[f64], near: Option<Waypoint>) -> Result<Waypoint, Refused> {
+    /// The point of the taught grid at joint values, which is looked for first near the point before.
+    fn check_taught(&self, joints: &[f64], near: Option<Waypoint>) -> Result<Waypoint, PathRefusal> {
         let located = match near {
             Some(near) => self.taught.locate_near(near, joints, &self.tolerances),
             None => self.taught.locate(joints, &self.tolerances),
@@ -196,7 +182,7 @@ impl Gate {
         match located {
             Some(located) if located.off <= 1.0 => Ok(located.at),
             located => {
-                Err(Refused::OffManifold { off: located.map_or(f64::INFINITY, |located| located.off) })
+                Err(PathRefusal::OffManifold { off: located.map_or(f64::INFINITY, |located| located.off) })
             }
         }
     }
@@ -249,12 +235,12 @@ pub(crate) mod tests {
         let gate = gate();
         let from = at(&gate, 0.5, 0.5);
         let refused = |legs: Vec<Leg>| gate.permit(&from, legs, false).unwrap_err();
-        assert_eq!(refused(vec![]), Refused::Parts(0));
-        assert_eq!(refused(vec![leg(from.clone()); LEGS_MAX + 1]), Refused::Parts(LEGS_MAX + 1));
-        assert_eq!(refused(vec![leg(vec![1.0])]), Refused::Count { found: 1, joints: 3 });
+        assert_eq!(refused(vec![]), PathRefusal::Parts(0));
+        assert_eq!(refused(vec![leg(from.clone()); LEGS_MAX + 1]), PathRefusal::Parts(LEGS_MAX + 1));
+        assert_eq!(refused(vec![leg(vec![1.0])]), PathRefusal::Count { found: 1, joints: 3 });
         let mut not_a_number = from.clone();
         not_a_number[1] = f64::NAN;
-        assert!(matches!(refused(vec![leg(not_a_number)]), Refused::Joint { joint: 2, .. }));
+        assert!(matches!(refused(vec![leg(not_a_number)]), PathRefusal::Joint { joint: 2, .. }));
         let beyond = refused(vec![leg(vec![71.0, 50.0, 155.0])]);
         assert!(
             beyond.to_string().contains("joint 1 at 71: its limits in arm.toml are -70 to 70"),
@@ -262,10 +248,10 @@ pub(crate) mod tests {
         );
         let mut below = from.clone();
         below[2] += 12.0;
-        assert!(matches!(refused(vec![leg(below)]), Refused::OffManifold { .. }), "under the table");
+        assert!(matches!(refused(vec![leg(below)]), PathRefusal::OffManifold { .. }), "under the table");
         for speed_percent in [0, 21, 255] {
             let refused = refused(vec![Leg { to: from.clone(), speed_percent }]);
-            assert_eq!(refused, Refused::Speed { percent: speed_percent, max: 20 });
+            assert_eq!(refused, PathRefusal::Speed { percent: speed_percent, max: 20 });
         }
     }
 
@@ -274,13 +260,13 @@ pub(crate) mod tests {
         let gate = gate();
         // From one end to the other in one go: half-way the quill would be 5 mm off.
         let refused = gate.permit(&at(&gate, 0.5, 0.0), vec![leg(at(&gate, 0.5, 1.0))], false).unwrap_err();
-        assert!(matches!(refused, Refused::OffManifold { .. }), "{refused}");
+        assert!(matches!(refused, PathRefusal::OffManifold { .. }), "{refused}");
     }
 
     #[test]
     fn an_arm_that_was_measured_outside_its_limits_does_not_move() {
         let gate = gate();
         let refused = gate.permit(&[99.0, 50.0, 155.0], vec![leg(at(&gate, 0.5, 0.5))], false).unwrap_err();
-        assert!(matches!(refused, Refused::Joint { joint: 1, .. }));
+        assert!(matches!(refused, PathRefusal::Joint { joint: 1, .. }));
     }
 }

@@ -1,13 +1,33 @@
 //! The real body: an Adept arm on a serial line, its camera and its touch sensors (section III-A of the paper).
 //!
-//! To the daemon it is a body like the simulated one: it declares and reports the same. Everything that moves passes the
-//! [gate], everything that stops goes through the [switch], and the arm moves only once a person has enabled it.
-//! `docs/ADEPT.md` has the hazards and what is done about each.
+//! To the daemon it is a body like the simulated one, with the same senses and actions. Every motion passes the [gate],
+//! every stop goes through the [switch], and the arm moves only after a person has enabled it. `docs/ADEPT.md` lists
+//! the hazards and the answer to each.
 //!
 //! ```text
 //! body -> arm -> gate -> controller/{program, monitor} -> v_plus (text) -> line/{serial, record}
 //!           watch (daemon's pulse, own loop, signals) -> switch ------------^
 //! ```
+//!
+//! ```
+//! use pschema_adept::config::ArmSetup;
+//! use pschema_adept::gate::Leg;
+//! use pschema_arm::route::Waypoint;
+//!
+//! let setup = ArmSetup::load("emulated")?;
+//! let gate = &setup.gate;
+//! let rest = gate.taught().at(Waypoint { joints: setup.rest, lift_m: 0.0 }).ok_or("the rest posture is taught")?;
+//! let leg = |to: &[f64]| vec![Leg { to: to.to_vec(), speed_percent: 10 }];
+//! assert!(gate.permit(&rest, leg(&rest), true).is_ok());
+//! // A joint beyond its limit is refused, with figures.
+//! let mut beyond = rest.clone();
+//! beyond[0] = 1000.0;
+//! let refusal = gate.permit(&rest, leg(&beyond), true).unwrap_err();
+//! assert_eq!(refusal.to_string(), "joint 1 at 1000: its limits in arm.toml are -95 to 95");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+#![deny(missing_docs)]
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,6 +35,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
+use pschema_arm::FileError;
 use pschema_process::{SignalError, Stop};
 use pschema_protocol::body::{RunError, RunOptions, RunSummary};
 use pschema_protocol::domain::{DomainError, LearnerName, Place, RuntimeDir};
@@ -24,6 +45,7 @@ pub mod arm;
 pub mod body;
 pub mod calibration;
 pub mod config;
+mod connect;
 pub mod controller;
 pub mod gate;
 pub mod line;
@@ -39,26 +61,23 @@ pub mod taught;
 pub mod v_plus;
 pub mod watch;
 
-use arm::{Arm, Connect, May};
+use arm::Permissions;
 use body::AdeptBody;
 use calibration::CalibrationError;
-use config::{ArmFileError, Mode, Setup};
-use controller::monitor::MonitorController;
-use controller::program::ProgramController;
-use controller::{Controller, Fault};
-use line::record::{Recorded, Recorder};
-use line::serial::SerialLine;
-use line::{Line, LineError};
+use config::ArmSetup;
+use controller::ControllerError;
+use line::recorder::LineRecorder;
 use operator::{Operator, OperatorError, OperatorPlace, Wish};
 use pulse::Pulse;
 use replay::ReplayError;
-use sight::{Camera, SightError};
-use switch::StopSwitch;
-use watch::{Beat, Signs, Watch};
+use sight::{CameraSource, SightError};
+use watch::Beat;
+
+pub use connect::{OpenLine, arm_on};
 
 /// How long the consent of `--enable` holds while the controller is not ready.
 const CONSENT_HOLDS: Duration = Duration::from_secs(30);
-/// How long a person is waited for at the beginning.
+/// Longest wait for a person at the beginning.
 const PERSON_WAIT: Duration = Duration::from_secs(3600);
 
 /// How to run the Adept body.
@@ -73,13 +92,13 @@ pub struct AdeptArgs {
     /// The serial port that the controller is on.
     #[arg(long, value_name = "DEVICE", global = true)]
     pub port: Option<PathBuf>,
-    /// What arm it is and where it may go: `emulated`, or an arm file.
+    /// The description of the arm, with its limits: `emulated`, or an arm file.
     #[arg(long, value_name = "NAME|FILE", default_value = "emulated", global = true)]
     pub arm: String,
     /// Where pictures come from: folder:DIRECTORY (the newest one), socket:PATH, or exec:COMMAND that prints raw
     /// RGB pictures.
     #[arg(long, value_name = "CAMERA", global = true)]
-    pub camera: Option<Camera>,
+    pub camera: Option<CameraSource>,
     /// The person who places objects and resets faults: terminal, socket:PATH, or none.
     #[arg(long, value_name = "WHERE", default_value = "terminal", global = true)]
     pub operator: OperatorPlace,
@@ -97,20 +116,20 @@ pub struct AdeptArgs {
     /// Write every exchange with the controller to a file.
     #[arg(long, value_name = "FILE", global = true)]
     pub record: Option<PathBuf>,
-    /// Replay a recording instead of using a port: checks that this driver says what it said then, and ends.
+    /// Replay a recording instead of using a port: check that this driver sends the same bytes as then, and end.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["port", "record"])]
     pub replay: Option<PathBuf>,
     /// End when the daemon has gone, instead of waiting for it to come back.
     #[arg(long)]
     pub exit_with_daemon: bool,
-    /// Something else than living with a daemon.
+    /// A task other than serving a daemon.
     #[command(subcommand)]
-    pub task: Option<Task>,
+    pub task: Option<AdeptTask>,
 }
 
-/// What the Adept body can do besides living with a daemon.
+/// A task of the Adept body other than serving a daemon.
 #[derive(Subcommand, Clone, Debug, PartialEq, Eq)]
-pub enum Task {
+pub enum AdeptTask {
     /// Visit taught points, find the finger in the picture at each, and write the map from table to pixels into the
     /// arm file.
     Calibrate,
@@ -125,13 +144,13 @@ pub enum AdeptError {
     Usage(&'static str),
     /// The arm file cannot be used.
     #[error(transparent)]
-    ArmFile(#[from] ArmFileError),
+    ArmFile(#[from] FileError),
     /// The colours cannot be told apart.
     #[error("arm file {name}: {problem}")]
     Colours {
-        /// Which file.
+        /// Name of the file.
         name: String,
-        /// Why.
+        /// The cause.
         problem: String,
     },
     /// The camera cannot be used.
@@ -139,7 +158,7 @@ pub enum AdeptError {
     Sight(#[from] SightError),
     /// The controller cannot be used.
     #[error(transparent)]
-    Controller(#[from] Fault),
+    Controller(#[from] ControllerError),
     /// Signals cannot be handled.
     #[error(transparent)]
     Signals(#[from] SignalError),
@@ -152,9 +171,9 @@ pub enum AdeptError {
     /// The system refused something.
     #[error("cannot {doing}: {source}")]
     System {
-        /// What.
+        /// The action that was refused, after "cannot".
         doing: String,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
     /// The replay differs.
@@ -163,7 +182,7 @@ pub enum AdeptError {
     /// The calibration failed.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
-    /// The life with the daemon failed.
+    /// The session with the daemon failed.
     #[error(transparent)]
     Run(#[from] RunError),
 }
@@ -177,8 +196,8 @@ fn system(doing: &str) -> impl FnOnce(std::io::Error) -> AdeptError {
 ///
 /// # Errors
 /// When it cannot be used.
-pub fn setup(args: &AdeptArgs) -> Result<Arc<Setup>, AdeptError> {
-    Ok(Arc::new(Setup::load(&args.arm)?))
+pub fn setup(args: &AdeptArgs) -> Result<Arc<ArmSetup>, AdeptError> {
+    Ok(Arc::new(ArmSetup::load(&args.arm)?))
 }
 
 /// Builds the body that the arguments ask for, without attaching it to anything. `stop` ends its waits; `daemon` is the
@@ -196,87 +215,24 @@ pub fn build(args: &AdeptArgs, stop: Arc<AtomicBool>, daemon: Option<Beat>) -> R
     ))?;
     let recorder = match &args.record {
         Some(path) => {
-            Recorder::create(path).map_err(system(&format!("write the recording {}", path.display())))?
+            LineRecorder::create(path).map_err(system(&format!("write the recording {}", path.display())))?
         }
-        None => Recorder::default(),
+        None => LineRecorder::default(),
     };
     let size_px = (setup.file.camera.width_px.count(), setup.file.camera.height_px.count());
     let source = sight::open(camera, size_px)?;
-    let may = May { moves: !args.dry_run, home: args.home };
-    let arm = arm_on(&setup, serial(&setup, port, recorder.clone()), recorder, may, stop.clone(), daemon)?;
+    let may = Permissions { moves: !args.dry_run, home: args.home };
+    let open = connect::serial(&setup, port, recorder.clone());
+    let arm = arm_on(&setup, open, recorder, may, stop.clone(), daemon).map_err(system("start the watch"))?;
     let operator = Operator::new(args.operator.clone());
     AdeptBody::new(&args.body, arm, source, operator, stop)
         .map_err(|problem| AdeptError::Colours { name: args.arm.clone(), problem })
 }
 
-/// Opens lines: each call one, anew.
-pub type OpenLine = Box<dyn FnMut() -> Result<Box<dyn Line>, LineError> + Send>;
-
-fn serial(setup: &Setup, port: PathBuf, recorder: Recorder) -> OpenLine {
-    let baud = setup.file.line.baud.count() as u32;
-    Box::new(move || {
-        let line = SerialLine::open(&port, baud)?;
-        Ok(Box::new(Recorded::new(Box::new(line), recorder.clone())))
-    })
-}
-
-/// An arm on lines that `open` opens.
+/// Has the arm enabled: at once with `--enable`, otherwise by asking the operator.
 ///
 /// # Errors
-/// When no thread can be started.
-pub fn arm_on(
-    setup: &Arc<Setup>,
-    open: OpenLine,
-    recorder: Recorder,
-    may: May,
-    stop: Arc<AtomicBool>,
-    daemon: Option<Beat>,
-) -> Result<Arm, AdeptError> {
-    let switch = StopSwitch::default();
-    let silence_max = Duration::from_secs_f64(setup.file.motion.heartbeat_ms.get() / 1000.0);
-    let signs = Signs { driver: Beat::default(), daemon, stop, silence_max };
-    let watch = Watch::begin(signs, switch.clone()).map_err(system("start the watch"))?;
-    let connect = connector(setup.clone(), open, watch.signs().driver.clone());
-    Ok(Arm::new(setup.clone(), connect, switch, watch, recorder, may))
-}
-
-/// Connects to the controller in the mode that the arm file says.
-fn connector(setup: Arc<Setup>, mut open: OpenLine, driver: Beat) -> Connect {
-    Box::new(move |switch: &StopSwitch| {
-        let line = open()?;
-        let (joints, of) = (setup.gate.taught().joints(), &setup.file);
-        let (driver, inverted) = (driver.clone(), of.touch.inverted);
-        let answer_wait = Duration::from_secs_f64(of.line.answer_ms.get() / 1000.0);
-        let stop_bytes = match of.line.mode {
-            Mode::Server => v_plus::program::STOP,
-            Mode::Monitor => v_plus::monitor::STOP,
-        };
-        switch.connect(line.stopper()?, stop_bytes);
-        Ok(match of.line.mode {
-            Mode::Server => {
-                Box::new(ProgramController::new(line, switch.clone(), driver, joints, inverted, answer_wait))
-                    as Box<dyn Controller>
-            }
-            Mode::Monitor => {
-                let signals = of.touch.signals.map(|signal| signal.count() as u16);
-                Box::new(MonitorController::new(
-                    line,
-                    switch.clone(),
-                    driver,
-                    setup.gate.tolerances().to_vec(),
-                    signals,
-                    inverted,
-                    answer_wait,
-                ))
-            }
-        })
-    })
-}
-
-/// Gets the arm enabled: at once with `--enable`, else by asking the operator.
-///
-/// # Errors
-/// When it cannot be enabled, or nobody does.
+/// When the arm cannot be enabled, or nobody enables it.
 pub fn enable(args: &AdeptArgs, body: &mut AdeptBody, stop: &AtomicBool) -> Result<(), AdeptError> {
     if !args.enable && !args.dry_run {
         body.operator().ask(&Wish::Enable("A learner will move the arm."), PERSON_WAIT, stop)?;
@@ -289,15 +245,15 @@ pub fn enable(args: &AdeptArgs, body: &mut AdeptBody, stop: &AtomicBool) -> Resu
         tracing::debug!(%fault, "not connected yet");
         std::thread::sleep(Duration::from_millis(100));
     }
-    // Once: whatever goes wrong from here on may be somebody who thought better of it.
+    // Once only: a failure from here on may be a person who thought better of it.
     Ok(body.arm().enable()?)
 }
 
-/// Runs the Adept body until SIGINT or SIGTERM, sent away, or, if asked for, the daemon has gone. A replay or another
-/// task has no summary.
+/// Runs the Adept body until SIGINT or SIGTERM comes, the daemon sends it away, or, if that was asked for, the daemon
+/// has gone. A replay or another task has no summary.
 ///
 /// # Errors
-/// When a part of the body cannot be used, nobody enables the arm, or the daemon cannot be lived with.
+/// When a part of the body cannot be used, nobody enables the arm, or the session with the daemon fails.
 pub fn run(args: &AdeptArgs) -> Result<Option<RunSummary>, AdeptError> {
     if let Some(recording) = &args.replay {
         replay::replay(&setup(args)?, recording)?;
@@ -305,7 +261,7 @@ pub fn run(args: &AdeptArgs) -> Result<Option<RunSummary>, AdeptError> {
     }
     // A second signal ends the process at once; by then the watch has stopped the arm.
     let stop = Stop::on_signals()?.flag();
-    if args.task == Some(Task::Calibrate) {
+    if args.task == Some(AdeptTask::Calibrate) {
         let mut body = build(args, stop.clone(), None)?;
         enable(args, &mut body, &stop)?;
         calibration::calibrate(&mut body, &args.arm, &stop)?;

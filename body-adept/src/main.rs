@@ -8,8 +8,8 @@ use pschema_process::{LevelFilter, Log, ended, say};
 
 /// The real body of a pschema learner: an Adept arm on a serial line, with a camera.
 ///
-/// Example: `pschema-adept --port /dev/ttyS0 --arm arm.toml --camera 'exec:ffmpeg -loglevel error -f v4l2 -i /dev/video0
-/// -f rawvideo -pix_fmt rgb24 -'`
+/// Example: `pschema-adept --port /dev/ttyS0 --arm arm.toml --camera 'exec:ffmpeg -loglevel error -f v4l2 -i
+/// /dev/video0 -f rawvideo -pix_fmt rgb24 -'`
 #[derive(Parser)]
 #[command(version)]
 struct Cli {

@@ -2,19 +2,20 @@
 
 use std::time::{Duration, Instant};
 
-use crate::config::Setup;
-use crate::controller::{Controller, Ended, Fault};
-use crate::gate::Permitted;
-use crate::switch::{Pressed, StopSwitch};
-use crate::v_plus::message::Message;
+use crate::config::ArmSetup;
+use crate::controller::{Controller, ControllerError, MotionEnd, Result};
+use crate::gate::PermittedPath;
+use crate::switch::{StopCause, StopSwitch};
+use crate::v_plus::message::VPlusMessage;
 use crate::watch::Watch;
 
-/// Each so many questions how the motion goes, the arm is measured. Counted, not timed, so that a replay does the same.
+/// The arm is measured once in so many questions about the motion. They are counted, not timed, so that a replay
+/// measures at the same points.
 const MEASURE_EVERY: u32 = 8;
 
-/// How a motion ended.
+/// The outcome of a motion for the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Moved {
+pub(crate) enum MotionOutcome {
     Arrived,
     Touched,
     Stopped,
@@ -24,16 +25,16 @@ pub(crate) enum Moved {
 /// Begins a motion and follows it to its end.
 pub(crate) fn follow(
     controller: &mut dyn Controller,
-    path: &Permitted,
-    setup: &Setup,
+    path: &PermittedPath,
+    setup: &ArmSetup,
     watch: &Watch,
     switch: &StopSwitch,
-) -> Result<Moved, Fault> {
+) -> Result<MotionOutcome> {
     match follow_on(controller, path, setup, watch, switch) {
-        // A wait that the stop has ended.
-        Err(Fault::Stopped(_)) => {
+        // The stop ended a wait.
+        Err(ControllerError::Stopped(_)) => {
             controller.halt()?;
-            Ok(Moved::Stopped)
+            Ok(MotionOutcome::Stopped)
         }
         followed => followed,
     }
@@ -41,11 +42,11 @@ pub(crate) fn follow(
 
 fn follow_on(
     controller: &mut dyn Controller,
-    path: &Permitted,
-    setup: &Setup,
+    path: &PermittedPath,
+    setup: &ArmSetup,
     watch: &Watch,
     switch: &StopSwitch,
-) -> Result<Moved, Fault> {
+) -> Result<MotionOutcome> {
     let begun = Instant::now();
     let time_max = Duration::from_secs_f64(setup.file.motion.time_max_s.get());
     controller.begin(path)?;
@@ -54,43 +55,43 @@ fn follow_on(
         watch.signs().driver.renew();
         if switch.is_pressed() {
             controller.halt()?;
-            return Ok(Moved::Stopped);
+            return Ok(MotionOutcome::Stopped);
         }
         if let Some(ended) = controller.follow()? {
             return moved(ended, switch);
         }
         if begun.elapsed() > time_max {
-            switch.press(Pressed::OutOfTime);
+            switch.press(StopCause::OutOfTime);
             controller.halt()?;
-            return Ok(Moved::OutOfTime);
+            return Ok(MotionOutcome::OutOfTime);
         }
         asked += 1;
         if asked % MEASURE_EVERY == 0 && is_out_of_place(controller, setup)? {
-            switch.press(Pressed::OutOfPlace);
+            switch.press(StopCause::OutOfPlace);
         }
     }
 }
 
-fn moved(ended: Ended, switch: &StopSwitch) -> Result<Moved, Fault> {
+fn moved(ended: MotionEnd, switch: &StopSwitch) -> Result<MotionOutcome> {
     match ended {
-        Ended::Arrived => Ok(Moved::Arrived),
-        Ended::Touched => Ok(Moved::Touched),
-        Ended::Stopped if switch.is_pressed() => Ok(Moved::Stopped),
-        // Somebody had a reason.
-        Ended::Stopped => Err(Fault::StoppedElsewhere),
-        Ended::Watchdog => {
+        MotionEnd::Arrived => Ok(MotionOutcome::Arrived),
+        MotionEnd::Touched => Ok(MotionOutcome::Touched),
+        MotionEnd::Stopped if switch.is_pressed() => Ok(MotionOutcome::Stopped),
+        // Somebody else stopped it, for a reason.
+        MotionEnd::Stopped => Err(ControllerError::StoppedElsewhere),
+        MotionEnd::Watchdog => {
             let text = "the program on the controller stopped the arm: no line came for too long, or it met an error itself";
-            Err(Fault::Refused(Message { code: Some(11), text: text.to_owned() }))
+            Err(ControllerError::Refused(VPlusMessage { code: Some(11), text: text.to_owned() }))
         }
-        Ended::Fault(code) => {
+        MotionEnd::Fault(code) => {
             let text = "the motion was ended by an error".to_owned();
-            Err(Fault::Refused(Message { code: Some(code), text }))
+            Err(ControllerError::Refused(VPlusMessage { code: Some(code), text }))
         }
     }
 }
 
-/// Whether the arm passes where it may not be: seen twice, for one slip of a line without sums is no place.
-fn is_out_of_place(controller: &mut dyn Controller, setup: &Setup) -> Result<bool, Fault> {
+/// Whether the arm is beyond its limits. It is measured twice, because one slip of a line without sums is no position.
+fn is_out_of_place(controller: &mut dyn Controller, setup: &ArmSetup) -> Result<bool> {
     for _ in 0..2 {
         if setup.gate.check_joints(&controller.passing()?).is_ok() {
             return Ok(false);

@@ -1,5 +1,6 @@
-//! The person beside the arm: gives consent to move it, looks after faults, and puts objects where a curriculum wants
-//! them. Spoken to on the terminal, or through a socket on which somebody (or an emulator) answers line by line.
+//! The person beside the arm, who consents to moving it, looks after faults, and puts objects where a curriculum wants
+//! them. The person is asked on the terminal, or through a socket on which somebody (or an emulator) answers line by
+//! line.
 
 use std::io::{self, BufRead, BufReader, IsTerminal, Write};
 use std::os::unix::net::UnixStream;
@@ -14,12 +15,12 @@ use thiserror::Error;
 
 /// Longest wait for objects to be put somewhere.
 const ARRANGE_WAIT: Duration = Duration::from_secs(600);
-/// How often a wait looks whether the process shall end.
+/// Time between two looks of a wait whether the process is to end.
 const SLICE: Duration = Duration::from_millis(100);
 /// Longest answer, in bytes.
 const ANSWER_BYTES_MAX: u64 = 1024;
 
-/// Where the person is.
+/// The place where the person is asked.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum OperatorPlace {
     /// Nowhere: nobody can be asked.
@@ -53,10 +54,10 @@ pub enum OperatorError {
         "nobody can be asked: run it in a terminal with --operator terminal, or with --operator socket:PATH"
     )]
     Nobody,
-    /// They said no.
+    /// The person said no.
     #[error("the operator refused: {0}")]
     Refused(String),
-    /// They did not answer.
+    /// The person did not answer.
     #[error("the operator did not answer within {} s", .0.as_secs())]
     Silent(Duration),
     /// The process is to end.
@@ -65,14 +66,14 @@ pub enum OperatorError {
     /// The socket failed.
     #[error("the operator's socket {path}: {source}")]
     Socket {
-        /// Which.
+        /// Path of the socket.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
 }
 
-/// What is asked of a person.
+/// A request to a person.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wish<'a> {
     /// To agree that the arm may move.
@@ -81,22 +82,22 @@ pub enum Wish<'a> {
     Reset(&'a str),
     /// To put an object somewhere.
     Place {
-        /// Which object.
+        /// Name of the object.
         object: &'a str,
         /// The number of the place.
         position: usize,
-        /// Where that is: x to the right and y outwards from the base's axis, in millimetres.
+        /// The place itself: x to the right and y outwards from the base's axis, in millimetres.
         at_mm: (f64, f64),
     },
     /// To take an object away.
     Remove {
-        /// Which object.
+        /// Name of the object.
         object: &'a str,
     },
 }
 
 impl Wish<'_> {
-    /// The line that goes through a socket.
+    /// The line that is sent through a socket.
     fn line(&self) -> String {
         match self {
             Self::Enable(why) => format!("enable {why}"),
@@ -106,7 +107,7 @@ impl Wish<'_> {
         }
     }
 
-    /// What is said on a terminal, and the word that agrees: the empty one is the return key.
+    /// The text for a terminal, and the word that agrees. The empty word is the return key.
     fn said(&self) -> (String, &'static str) {
         match self {
             Self::Enable(why) => (
@@ -141,12 +142,12 @@ pub struct Operator {
     place: OperatorPlace,
 }
 
-/// Lines typed at the terminal: one reader for the life of the process, whoever asks. A second one would take the answer to
-/// the first one's next question.
+/// Lines typed at the terminal: one reader for the life of the process, whoever asks. A second one would take the
+/// answer to the first one's next question.
 static TYPED: OnceLock<Mutex<Receiver<String>>> = OnceLock::new();
 
 impl Operator {
-    /// Somebody there.
+    /// A person who is asked at a place.
     #[must_use]
     pub fn new(place: OperatorPlace) -> Self {
         Self { place }
@@ -165,7 +166,7 @@ impl Operator {
     /// Asks, and waits for the answer, at most `wait`, or until `stop` is set.
     ///
     /// # Errors
-    /// Why it was not done.
+    /// When the person did not do it.
     pub fn ask(&self, wish: &Wish<'_>, wait: Duration, stop: &AtomicBool) -> Result<(), OperatorError> {
         match &self.place {
             OperatorPlace::None => Err(OperatorError::Nobody),
@@ -187,7 +188,7 @@ impl Operator {
     /// Asks for an arrangement of objects, which takes a person a while.
     ///
     /// # Errors
-    /// Why it was not done.
+    /// When the person did not do it.
     pub fn arrange(&self, wish: &Wish<'_>, stop: &AtomicBool) -> Result<(), OperatorError> {
         self.ask(wish, ARRANGE_WAIT, stop)
     }
@@ -199,10 +200,10 @@ fn ask_terminal(wish: &Wish<'_>, wait: Duration, stop: &AtomicBool) -> Result<()
     }
     let typed = TYPED.get_or_init(|| Mutex::new(read_terminal()));
     let typed = typed.lock().unwrap_or_else(PoisonError::into_inner);
-    // What was typed before the question is no answer to it.
+    // Lines typed before the question are no answer to it.
     while typed.try_recv().is_ok() {}
     let (said, word) = wish.said();
-    // A terminal that cannot be written to cannot be read from either: the answer stays away.
+    // A terminal that cannot be written to cannot be read from either, and no answer comes.
     drop(writeln!(io::stderr(), "{said}:"));
     let end = Instant::now() + wait;
     while Instant::now() < end {
@@ -236,7 +237,7 @@ fn read_terminal() -> Receiver<String> {
     receiver
 }
 
-/// One line there and one back. None when none came in time or `stop` was set.
+/// Sends one line and reads one. None when no line came in time, or `stop` was set.
 fn ask_socket(path: &PathBuf, line: &str, wait: Duration, stop: &AtomicBool) -> io::Result<Option<String>> {
     let mut stream = UnixStream::connect(path)?;
     stream.set_write_timeout(Some(wait.min(Duration::from_secs(5))))?;

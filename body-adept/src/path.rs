@@ -1,31 +1,32 @@
-//! The way from where the arm is to a posture: lifted, carried, set down before the goal and brought up to it, as the
-//! simulated arm does; point by point in the arm's own joints, near enough to each other for the arm, which goes straight
-//! in its joints, to stay on what was taught.
+//! The path of the arm to a posture: the finger is lifted, carried, set down before the goal and brought up to it, like
+//! that of the simulated arm. The points of the path, in the arm's own joints, are so near to each other that the arm,
+//! which goes straight in its joints, stays on the taught manifold.
 
 use pschema_arm::JointPositions;
 use pschema_arm::route::{self, Heading, Waypoint};
 
-use crate::config::{Mode, Setup};
-use crate::gate::{LEGS_MAX, Leg, Permitted};
+use crate::config::{ArmSetup, LineMode};
+use crate::gate::{LEGS_MAX, Leg, PermittedPath};
 use crate::taught::Joints;
 
-/// Points of an approach are this near to each other, in metres: without a program on the controller, touch is looked at
-/// between them.
+/// Points of an approach are this near to each other, in metres: without a program on the controller, touch is looked
+/// at between them.
 const APPROACH_STEP_M: f64 = 0.003;
-/// The same on the way down to the manifold, where a block's edge may be met. Fewer points, for a path has not many.
+/// The same on the way down to the manifold, where the finger may meet a block's edge. They are fewer, because the
+/// number of points of a path is limited.
 const DESCENT_STEP_M: f64 = 0.005;
-/// Farthest that a path is planned off what was taught, in multiples of the tolerance; the gate lets 1 pass.
+/// Largest distance of a planned path from the taught manifold, in multiples of the tolerance. The gate lets 1 pass.
 const OFF_MAX: f64 = 0.5;
-/// How often a part of a path is halved for that.
+/// How often a part of a path may be halved to keep that distance.
 const STRAIGHTENINGS_MAX: usize = 5;
 
-/// The path to joint positions from where the arm was measured, and how it ends. None when there is none.
+/// The path to joint positions from where the arm was measured, and the heading at its end. None when there is no path.
 pub(crate) fn path(
-    setup: &Setup,
+    setup: &ArmSetup,
     heading: Heading,
     from: &[f64],
     to: JointPositions,
-) -> Option<(Permitted, Heading)> {
+) -> Option<(PermittedPath, Heading)> {
     let (gate, plane) = (&setup.gate, &setup.plane);
     let start = gate.taught().locate(from, gate.tolerances())?.at;
     let route = setup.route();
@@ -33,7 +34,7 @@ pub(crate) fn path(
     if let Some(departed) = points.first_mut()
         && gate.taught().at(*departed).is_none()
     {
-        // No room to draw back, or to lift any higher: straight up.
+        // When there is no room to draw back or to lift higher, the finger goes straight up.
         *departed = Waypoint { joints: start.joints, lift_m: route.lift_m };
     }
     let before =
@@ -52,13 +53,14 @@ pub(crate) fn path(
     }
 }
 
-/// The arm's joints along straight lines through points. None where nothing was taught, or when that takes more
-/// points than one motion may have.
-fn legs(setup: &Setup, start: Waypoint, points: &[Waypoint]) -> Option<Vec<Leg>> {
+/// The arm's joints along straight lines through points. None when a point is off the taught grid, or when the path
+/// takes more points than one motion may have.
+fn legs(setup: &ArmSetup, start: Waypoint, points: &[Waypoint]) -> Option<Vec<Leg>> {
     let (fast, slow) = setup.speeds();
     let step_m = setup.file.motion.step_mm.metres();
     // A program on the controller brakes at a touch wherever it is; without one it is looked at between points.
-    let descent_m = if setup.file.line.mode == Mode::Monitor { DESCENT_STEP_M.min(step_m) } else { step_m };
+    let descent_m =
+        if setup.file.line.mode == LineMode::Monitor { DESCENT_STEP_M.min(step_m) } else { step_m };
     let mut legs = Vec::new();
     let mut from = (start, setup.gate.taught().at(start)?);
     for to in points {
@@ -80,10 +82,10 @@ fn legs(setup: &Setup, start: Waypoint, points: &[Waypoint]) -> Option<Vec<Leg>>
     (legs.len() <= LEGS_MAX).then_some(legs)
 }
 
-/// Adds the way from one point to another, by way of points between them where the arm, which goes straight in its
-/// joints, would leave what was taught.
+/// Adds the way from one point to another. Points between them are added where the arm, which goes straight in its
+/// joints, would leave the taught manifold.
 fn straighten(
-    setup: &Setup,
+    setup: &ArmSetup,
     from: &(Waypoint, Joints),
     to: &(Waypoint, Joints),
     speed_percent: u8,
@@ -105,8 +107,8 @@ fn straighten(
     Some(())
 }
 
-/// How far apart two points are, in metres.
-pub(crate) fn way_m(setup: &Setup, (from, to): &(Waypoint, Waypoint)) -> f64 {
+/// Distance between two points, in metres.
+pub(crate) fn way_m(setup: &ArmSetup, (from, to): &(Waypoint, Waypoint)) -> f64 {
     let (a, b) = (setup.plane.at_m(from.joints), setup.plane.at_m(to.joints));
     ((a.0 - b.0).powi(2) + (a.1 - b.1).powi(2) + (from.lift_m - to.lift_m).powi(2)).sqrt()
 }
@@ -115,7 +117,7 @@ fn steps(way_m: f64, step_m: f64) -> usize {
     ((way_m / step_m).ceil() as usize).clamp(1, LEGS_MAX)
 }
 
-/// A point some share of the way from one to another.
+/// The point at a share of the way from one point to another.
 pub(crate) fn between(from: Waypoint, to: Waypoint, share: f64) -> Waypoint {
     let mix = |a: f64, b: f64| a + (b - a) * share;
     let joints =

@@ -1,4 +1,4 @@
-//! A thread that must be on time asks for it.
+//! The priority of a thread that must be on time.
 
 #![allow(unsafe_code)]
 
@@ -6,16 +6,16 @@ use std::io;
 
 /// Low among real-time priorities, and above everything that is not real-time.
 const PRIORITY: libc::c_int = 10;
-/// Asked for where that is not permitted.
+/// The niceness that is asked for when a real-time priority is not permitted.
 const NICENESS: i32 = -15;
 
 /// Lets this thread run before all ordinary ones, or at least before most, as far as this user may. It must sleep most
 /// of the time.
 ///
 /// # Errors
-/// When neither is permitted; all is as it was then.
+/// When neither is permitted. Nothing is changed then.
 pub(crate) fn be_on_time() -> io::Result<()> {
-    // SAFETY: all of this C structure are numbers, for which zero is a value.
+    // SAFETY: this C structure consists of numbers, for which zero is a value.
     let mut wanted: libc::sched_param = unsafe { std::mem::zeroed() };
     wanted.sched_priority = PRIORITY;
     // Not passed on to processes that this thread might start.

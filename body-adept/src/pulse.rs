@@ -1,5 +1,6 @@
-//! The daemon's pulse: asks it something small again and again, for as long as the body lives, and renews the sign of
-//! life that the [watch](crate::watch) looks at. A daemon that has gone, or is stopped, or stuck, does not answer.
+//! The daemon's pulse: a small question is asked again and again for as long as the body lives, and each answer renews
+//! the sign of life that the [watch](crate::watch) looks at. A daemon that has gone, or is stopped or stuck, does not
+//! answer.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,7 +13,7 @@ use pschema_protocol::domain::Place;
 
 use crate::watch::Beat;
 
-/// How often it is asked, as a share of the longest silence.
+/// How often the daemon is asked within the longest silence.
 const SHARE: u32 = 5;
 
 /// Feels the pulse on a thread of its own, until dropped.
@@ -23,7 +24,7 @@ pub struct Pulse {
 }
 
 impl Pulse {
-    /// Begins.
+    /// Begins to feel the pulse of the daemon at a place, and renews `beat` with it.
     ///
     /// # Errors
     /// When no thread can be started.
@@ -52,7 +53,7 @@ fn feel(place: &Place, client: &mut Option<Client>, beat: &Beat, patience: Durat
         *client = Client::connect(place, patience).ok();
     }
     let Some(connected) = client else { return };
-    // Any answer is a sign of life, also that there is nothing to answer.
+    // Any answer is a sign of life, whatever it says.
     match connected.ask::<Request, Answer>(&Request::Pursuit) {
         Ok(_) => beat.renew(),
         Err(error) => {

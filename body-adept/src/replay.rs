@@ -1,5 +1,5 @@
-//! Replaying a recording: the driver is asked for what it was asked then, hears what it heard then, and must say what
-//! it said then.
+//! Replaying a recording: the driver gets the same orders and receives the same bytes as then, and must send the same
+//! bytes as then.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,10 +8,11 @@ use std::sync::atomic::AtomicBool;
 use pschema_arm::JointPositions;
 use thiserror::Error;
 
-use crate::arm::May;
-use crate::config::Setup;
-use crate::line::record::{Recorder, Recording, Replayed};
-use crate::{AdeptError, arm_on};
+use crate::arm::Permissions;
+use crate::config::ArmSetup;
+use crate::connect::arm_on;
+use crate::line::record::{LineRecording, ReplayLine};
+use crate::line::recorder::LineRecorder;
 
 /// Why a recording was not replayed, or differs.
 #[derive(Debug, Error)]
@@ -20,44 +21,45 @@ pub enum ReplayError {
     /// The recording cannot be read.
     #[error("cannot replay {path}: {source}")]
     Read {
-        /// Which.
+        /// Path of the recording.
         path: String,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
     /// The driver cannot be set up.
     #[error("cannot set up the driver: {0}")]
     Driver(String),
-    /// The driver did something else than then.
+    /// The driver did not do the same as then.
     #[error("line {line} of the recording: {problem}")]
     Differs {
-        /// Which line.
+        /// Number of the line in the recording.
         line: usize,
-        /// What is different.
+        /// The difference.
         problem: String,
     },
 }
 
-/// What was replayed.
+/// The extent of a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Replay {
-    /// Orders to the driver.
+    /// Number of orders to the driver.
     pub orders: u64,
 }
 
 /// Replays a recording of the arm of a setup.
 ///
 /// # Errors
-/// When it cannot be read, or the driver does something else.
-pub fn replay(setup: &Arc<Setup>, path: &Path) -> Result<Replay, ReplayError> {
+/// When it cannot be read, or the driver does not do the same as then.
+pub fn replay(setup: &Arc<ArmSetup>, path: &Path) -> Result<Replay, ReplayError> {
     let unread = |source| ReplayError::Read { path: path.display().to_string(), source };
-    let recording = Recording::read(path).map_err(unread)?;
+    let recording = LineRecording::read(path).map_err(unread)?;
     let lines = recording.clone();
-    let open = Box::new(move || Ok(Box::new(Replayed::new(lines.clone())) as Box<dyn crate::line::Line>));
-    let driver = |error: AdeptError| ReplayError::Driver(error.to_string());
+    let open = Box::new(move || Ok(Box::new(ReplayLine::new(lines.clone())) as Box<dyn crate::line::Line>));
+    let driver = |error: std::io::Error| ReplayError::Driver(error.to_string());
     let stop = Arc::new(AtomicBool::new(false));
-    let mut arm = arm_on(setup, open, Recorder::default(), May { moves: true, home: true }, stop, None)
-        .map_err(driver)?;
+    let mut arm =
+        arm_on(setup, open, LineRecorder::default(), Permissions { moves: true, home: true }, stop, None)
+            .map_err(driver)?;
     arm.replaying();
     let mut replay = Replay { orders: 0 };
     while let Some((line, order)) = recording.next_order() {
@@ -84,7 +86,12 @@ pub fn replay(setup: &Arc<Setup>, path: &Path) -> Result<Replay, ReplayError> {
 }
 
 /// A recording may end in the middle of an order, as when the process was killed; anything else is a difference.
-fn ended(recording: &Recording, replay: Replay, order: &str, outcome: &str) -> Result<Replay, ReplayError> {
+fn ended(
+    recording: &LineRecording,
+    replay: Replay,
+    order: &str,
+    outcome: &str,
+) -> Result<Replay, ReplayError> {
     match recording.peek() {
         None => Ok(replay),
         Some((line, next)) => {
@@ -94,7 +101,7 @@ fn ended(recording: &Recording, replay: Replay, order: &str, outcome: &str) -> R
     }
 }
 
-/// Asks the driver for what it was asked then.
+/// Gives the driver one order of the recording. Returns its outcome.
 fn obey(arm: &mut crate::arm::Arm, order: &str) -> Result<String, String> {
     let words: Vec<&str> = order.split(' ').collect();
     Ok(match words.as_slice() {

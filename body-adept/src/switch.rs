@@ -1,20 +1,20 @@
-//! The switch that stops the arm: can be pressed by any thread at any time, needs no answer, and lets no order to move
-//! pass after it until a motion is begun anew on purpose.
+//! The switch that stops the arm. Any thread can press it at any time, it needs no answer, and it lets no order to move
+//! pass until a new motion is begun on purpose.
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 
-use crate::line::record::Recorder;
+use crate::line::recorder::LineRecorder;
 use crate::line::{LineError, Stopper};
 
-/// How long pressing waits for an order that is just being written.
+/// Longest time that pressing waits for an order that is just being written.
 const ORDER_WAIT: Duration = Duration::from_millis(5);
 
-/// Who pressed it.
+/// The cause why the switch was pressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pressed {
+pub enum StopCause {
     /// The daemon was silent for too long.
     DaemonSilent,
     /// This process's own loop was silent for too long.
@@ -23,13 +23,13 @@ pub enum Pressed {
     Asked,
     /// The motion took too long.
     OutOfTime,
-    /// The arm was measured where it may not be.
+    /// The arm was measured beyond its limits.
     OutOfPlace,
     /// Any other trouble in the driver.
     Trouble,
 }
 
-impl fmt::Display for Pressed {
+impl fmt::Display for StopCause {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         to.write_str(match self {
             Self::DaemonSilent => "the daemon is silent",
@@ -42,7 +42,7 @@ impl fmt::Display for Pressed {
     }
 }
 
-/// A way to the arm, and what stops it there.
+/// A way to the arm, and the bytes that stop the arm there.
 struct Wire {
     stopper: Box<dyn Stopper>,
     bytes: &'static [u8],
@@ -50,13 +50,13 @@ struct Wire {
 
 struct Shared {
     pressed: AtomicBool,
-    by: Mutex<Option<Pressed>>,
+    by: Mutex<Option<StopCause>>,
     /// Held while an order to move is written.
     orders: Mutex<()>,
     wire: Mutex<Option<Wire>>,
 }
 
-/// The switch; clones are the same switch.
+/// The switch. Clones are the same switch.
 #[derive(Clone)]
 pub struct StopSwitch(Arc<Shared>);
 
@@ -78,12 +78,12 @@ impl Default for StopSwitch {
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // What is behind these locks is whole whatever a thread that panicked was doing.
+    // The values behind these locks are whole, whatever a thread that panicked was doing.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl StopSwitch {
-    /// Connects the switch to a line; `bytes` are what stops there.
+    /// Connects the switch to a line, on which `bytes` stop the arm.
     pub fn connect(&self, stopper: Box<dyn Stopper>, bytes: &'static [u8]) {
         *locked(&self.0.wire) = Some(Wire { stopper, bytes });
     }
@@ -94,8 +94,8 @@ impl StopSwitch {
     }
 
     /// Stops the arm now. No order to move passes any more until [`Self::release`].
-    pub fn press(&self, by: Pressed) {
-        // First, so that no order is begun after it; then any that is being written ends.
+    pub fn press(&self, by: StopCause) {
+        // The flag comes first, so that no order is begun after it. Then an order that is being written may end.
         self.0.pressed.store(true, Ordering::SeqCst);
         let since = Instant::now();
         let first = {
@@ -121,14 +121,14 @@ impl StopSwitch {
         }
     }
 
-    /// Sends what stops the arm, once more.
+    /// Sends the bytes that stop the arm once more.
     pub fn send(&self) {
         record(self.send_unrecorded());
     }
 
-    /// Sends it; what was sent, and where to record it, for when no lock is held any more: a disk that is slow or full may
-    /// delay no stop, this one's repetition included.
-    fn send_unrecorded(&self) -> Option<(Recorder, &'static [u8])> {
+    /// Sends the bytes that stop the arm. Returns them with their recorder, to be recorded when no lock is held any
+    /// more: a disk that is slow or full may delay no stop, and no repetition of one.
+    fn send_unrecorded(&self) -> Option<(LineRecorder, &'static [u8])> {
         let mut wire = locked(&self.0.wire);
         let Wire { stopper, bytes } = wire.as_mut()?;
         if let Err(error) = stopper.stop(bytes) {
@@ -137,19 +137,19 @@ impl StopSwitch {
         Some((stopper.recorder(), bytes))
     }
 
-    /// Whether it was pressed.
+    /// Whether the switch is pressed.
     #[must_use]
     pub fn is_pressed(&self) -> bool {
         self.0.pressed.load(Ordering::SeqCst)
     }
 
-    /// Who pressed it first.
+    /// The cause why it was pressed first. None while it is not pressed.
     #[must_use]
-    pub fn pressed_by(&self) -> Option<Pressed> {
+    pub fn pressed_by(&self) -> Option<StopCause> {
         *locked(&self.0.by)
     }
 
-    /// Lets orders pass again: at the beginning of a new motion, never to go on with an old one.
+    /// Lets orders pass again, at the beginning of a new motion. An old motion is never resumed.
     pub fn release(&self) {
         *locked(&self.0.by) = None;
         self.0.pressed.store(false, Ordering::SeqCst);
@@ -158,7 +158,7 @@ impl StopSwitch {
     /// Writes an order to move, unless the switch is pressed. `write` is not called then.
     ///
     /// # Errors
-    /// `None` when the switch is, or meanwhile was, pressed, else what `write` said.
+    /// None when the switch was pressed before or meanwhile, otherwise the error of `write`.
     pub fn order(&self, write: impl FnOnce() -> Result<(), LineError>) -> Result<(), Option<LineError>> {
         let order = locked(&self.0.orders);
         if self.is_pressed() {
@@ -167,7 +167,7 @@ impl StopSwitch {
         let written = write();
         drop(order);
         if self.is_pressed() {
-            // The stop may have overtaken an order that was stuck: then it comes once more, after it.
+            // The stop may have overtaken this order. It is sent once more, to come after the order.
             self.send();
             return Err(None);
         }
@@ -175,7 +175,7 @@ impl StopSwitch {
     }
 }
 
-fn record(sent: Option<(Recorder, &'static [u8])>) {
+fn record(sent: Option<(LineRecorder, &'static [u8])>) {
     if let Some((recorder, bytes)) = sent {
         recorder.stopped(bytes);
     }
@@ -187,9 +187,9 @@ mod tests {
 
     use super::*;
 
-    struct Told(mpsc::Sender<Vec<u8>>);
+    struct SentStops(mpsc::Sender<Vec<u8>>);
 
-    impl Stopper for Told {
+    impl Stopper for SentStops {
         fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError> {
             self.0.send(bytes.to_vec()).unwrap();
             Ok(())
@@ -198,7 +198,7 @@ mod tests {
 
     fn switch() -> (StopSwitch, mpsc::Receiver<Vec<u8>>) {
         let (switch, (sender, receiver)) = (StopSwitch::default(), mpsc::channel());
-        switch.connect(Box::new(Told(sender)), b"STOP\n");
+        switch.connect(Box::new(SentStops(sender)), b"STOP\n");
         (switch, receiver)
     }
 
@@ -206,10 +206,10 @@ mod tests {
     fn no_order_passes_a_pressed_switch() {
         let (switch, wire) = switch();
         assert!(switch.order(|| Ok(())).is_ok());
-        switch.press(Pressed::Asked);
-        switch.press(Pressed::DaemonSilent);
+        switch.press(StopCause::Asked);
+        switch.press(StopCause::DaemonSilent);
         assert_eq!(wire.try_iter().count(), 2, "every press sends");
-        assert_eq!(switch.pressed_by(), Some(Pressed::Asked), "the first counts");
+        assert_eq!(switch.pressed_by(), Some(StopCause::Asked), "the first counts");
         assert!(matches!(switch.order(|| unreachable!("written")), Err(None)));
         switch.release();
         assert!(switch.order(|| Ok(())).is_ok() && switch.pressed_by().is_none());
@@ -230,7 +230,7 @@ mod tests {
             })
         });
         has_begun.recv().unwrap();
-        switch.press(Pressed::DriverSilent);
+        switch.press(StopCause::DriverSilent);
         assert_eq!(wire.recv().unwrap(), b"STOP\n", "sent although the order hangs");
         go_on.send(()).unwrap();
         assert!(matches!(writer.join().unwrap(), Err(None)));
@@ -241,20 +241,20 @@ mod tests {
     #[test]
     fn without_a_line_it_is_pressed_all_the_same() {
         let switch = StopSwitch::default();
-        switch.press(Pressed::OutOfTime);
+        switch.press(StopCause::OutOfTime);
         assert!(switch.is_pressed());
     }
 
     /// A stopper whose recording hangs, as on a disk that is full or gone.
-    struct Recording(mpsc::Sender<Vec<u8>>, Recorder);
+    struct HangingRecording(mpsc::Sender<Vec<u8>>, LineRecorder);
 
-    impl Stopper for Recording {
+    impl Stopper for HangingRecording {
         fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError> {
             self.0.send(bytes.to_vec()).unwrap();
             Ok(())
         }
 
-        fn recorder(&self) -> Recorder {
+        fn recorder(&self) -> LineRecorder {
             self.1.clone()
         }
     }
@@ -267,16 +267,16 @@ mod tests {
             .unwrap();
         // A pipe that nobody empties takes 64 KiB, and then no more.
         let reader = std::fs::OpenOptions::new().read(true).write(true).open(&pipe).unwrap();
-        let recorder = Recorder::create(&pipe).unwrap();
+        let recorder = LineRecorder::create(&pipe).unwrap();
         let (sender, wire) = mpsc::channel();
         let switch = StopSwitch::default();
-        switch.connect(Box::new(Recording(sender, recorder.clone())), b"STOP\n");
+        switch.connect(Box::new(HangingRecording(sender, recorder.clone())), b"STOP\n");
         let full = std::thread::spawn(move || recorder.event("order", &"x".repeat(1 << 20)));
         let pressed = switch.clone();
-        let first = std::thread::spawn(move || pressed.press(Pressed::Asked));
+        let first = std::thread::spawn(move || pressed.press(StopCause::Asked));
         assert_eq!(wire.recv_timeout(Duration::from_secs(60)).unwrap(), b"STOP\n");
         let pressed = switch.clone();
-        let second = std::thread::spawn(move || pressed.press(Pressed::Asked));
+        let second = std::thread::spawn(move || pressed.press(StopCause::Asked));
         assert_eq!(wire.recv_timeout(Duration::from_secs(60)).unwrap(), b"STOP\n", "also the next one");
         // Emptied, all of them end.
         let emptied = std::thread::spawn(move || {

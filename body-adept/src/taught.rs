@@ -1,6 +1,6 @@
 //! The manifold that the arm's finger works on (section III-A of the paper), as it was taught: the arm's joints at the
-//! nodes of a grid over the two joint positions that command it, in layers of height. Between nodes the joints are
-//! interpolated, so that they never leave the values that were taught, whatever arm it is.
+//! nodes of a grid over the two joint positions that command the arm, in layers of height. Between nodes the joints are
+//! interpolated, so that they never leave the range of the taught values, whatever arm it is.
 
 use nalgebra::{DVector, Matrix3, Vector3};
 use pschema_arm::JointPositions;
@@ -12,18 +12,18 @@ use crate::v_plus::JOINTS_MAX;
 pub const NODES_MAX: usize = 65_536;
 /// Weight below which a node does not count.
 const WEIGHT_MIN: f64 = 1e-9;
-/// So near, in multiples of the tolerance, that nothing is gained by coming nearer.
+/// Distance, in multiples of the tolerance, at which the search ends because nothing is gained by coming nearer.
 const NEAR_ENOUGH: f64 = 1e-3;
-/// So near that no other guess is tried, and how many are.
+/// Distance, in multiples of the tolerance, at which no other guess is tried, and the number of guesses.
 const GOOD_ENOUGH: f64 = 0.1;
 const GUESSES_MAX: usize = 16;
-/// Tries to improve a guess of where on the grid the joints are.
+/// Tries to improve one guess of the point at which the joints are.
 const REFINEMENTS: usize = 30;
 
 /// One value a joint, in degrees or millimetres.
 pub type Joints = Vec<f64>;
 
-/// What a grid is made from.
+/// The axes and nodes that a grid is made from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridSetup {
     /// First joint position of each column, ascending.
@@ -38,25 +38,25 @@ pub struct GridSetup {
 
 /// A taught grid.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Taught {
+pub struct TaughtGrid {
     setup: GridSetup,
     joints: usize,
 }
 
-/// Where on the grid some joint values are.
+/// The point of the grid that fits some joint values best.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Located {
+pub struct GridFit {
     /// The nearest point.
     pub at: Waypoint,
-    /// How far off the joints are there, as a multiple of their tolerances: the worst joint.
+    /// Distance of the worst joint from its value at that point, as a multiple of its tolerance.
     pub off: f64,
 }
 
-impl Taught {
+impl TaughtGrid {
     /// A grid for an arm of so many joints.
     ///
     /// # Errors
-    /// What is wrong with it: too few or too many nodes, an axis that does not ascend, a node of another arm.
+    /// When there are too few or too many nodes, an axis does not ascend, or a node has another number of joints.
     pub fn new(setup: GridSetup, joints: usize) -> Result<Self, String> {
         for (what, axis) in [("j1", &setup.j1), ("j2", &setup.j2), ("lift_mm", &setup.lift_m)] {
             if axis.len() < 2 || !axis.is_sorted_by(|one, next| one < next) {
@@ -87,7 +87,7 @@ impl Taught {
         self.joints
     }
 
-    /// The arm's joints at a point. None where nothing was taught, or too little around it.
+    /// The arm's joints at a point. None when a node around the point was not taught.
     #[must_use]
     pub fn at(&self, point: Waypoint) -> Option<Joints> {
         let (columns, rows) = (self.setup.j1.len(), self.setup.j2.len());
@@ -112,7 +112,7 @@ impl Taught {
     /// The taught point nearest to some joint values, in multiples of `tolerance`, one a joint. None when their number
     /// is not the arm's, or one is not finite.
     #[must_use]
-    pub fn locate(&self, joints: &[f64], tolerance: &[f64]) -> Option<Located> {
+    pub fn locate(&self, joints: &[f64], tolerance: &[f64]) -> Option<GridFit> {
         let fits = joints.len() == self.joints && tolerance.len() == self.joints;
         if !fits || joints.iter().chain(tolerance).any(|value| !value.is_finite()) {
             return None;
@@ -124,8 +124,8 @@ impl Taught {
             })
             .collect();
         nearest.sort_by(|(_, one), (_, other)| one.total_cmp(other));
-        // From the nearest node the search may end at a fold between cells, or where nothing was taught.
-        let mut best: Option<Located> = None;
+        // From the nearest node the search may end at a fold between cells, or at the edge of the taught nodes.
+        let mut best: Option<GridFit> = None;
         for (node, _) in nearest.into_iter().take(GUESSES_MAX) {
             let Some(located) = self.node_at(node).and_then(|guess| self.refined(guess, joints, tolerance))
             else {
@@ -141,17 +141,17 @@ impl Taught {
         best
     }
 
-    /// As [`Self::locate`], sooner, for joint values that are near a point.
+    /// The same as [`Self::locate`], sooner, for joint values near a point.
     #[must_use]
-    pub fn locate_near(&self, near: Waypoint, joints: &[f64], tolerance: &[f64]) -> Option<Located> {
+    pub fn locate_near(&self, near: Waypoint, joints: &[f64], tolerance: &[f64]) -> Option<GridFit> {
         let fits = joints.len() == self.joints && tolerance.len() == self.joints;
         let located = if fits { self.refined(near, joints, tolerance) } else { None };
-        // What is not there may still be elsewhere.
+        // A point that is not near may still be elsewhere on the grid.
         located.filter(|located| located.off <= 1.0).or_else(|| self.locate(joints, tolerance))
     }
 
     /// The taught point nearest to joint values, from a guess.
-    fn refined(&self, guess: Waypoint, joints: &[f64], tolerance: &[f64]) -> Option<Located> {
+    fn refined(&self, guess: Waypoint, joints: &[f64], tolerance: &[f64]) -> Option<GridFit> {
         let off = |there: &[f64]| DVector::from_iterator(self.joints, differences(there, joints, tolerance));
         let mut best = guess;
         let mut error = off(&self.at(best)?);
@@ -170,7 +170,7 @@ impl Taught {
             }
         }
         let off = error.amax();
-        off.is_finite().then_some(Located { at: best, off })
+        off.is_finite().then_some(GridFit { at: best, off })
     }
 
     /// A step of Levenberg and Marquardt, kept on the grid. None when the joints do not change around a point.
@@ -236,7 +236,7 @@ impl Taught {
     }
 }
 
-/// For each joint how far `there` is from `here`, in multiples of its tolerance.
+/// The distance of each joint from `here` to `there`, in multiples of its tolerance.
 fn differences<'a>(
     there: &'a [f64],
     here: &'a [f64],
@@ -245,7 +245,7 @@ fn differences<'a>(
     there.iter().zip(here).zip(tolerance).map(|((there, here), tolerance)| (there - here) / tolerance)
 }
 
-/// The step of an ascending axis that holds a value, and how far into it the value is. None outside.
+/// The step of an ascending axis that holds a value, and the share of the step before the value. None outside the axis.
 fn cell(axis: &[f64], value: f64) -> Option<(usize, f64)> {
     let (first, last) = (axis.first()?, axis.last()?);
     if !(*first..=*last).contains(&value) {
@@ -261,7 +261,7 @@ pub(crate) mod tests {
     use super::*;
 
     /// A grid of an arm of three joints: two turn with the joint positions, not straight, the third is a quill.
-    pub(crate) fn grid() -> Taught {
+    pub(crate) fn grid() -> TaughtGrid {
         let axis = |from: f64, to: f64, count: usize| -> Vec<f64> {
             (0..count).map(|i| from + (to - from) * i as f64 / (count - 1) as f64).collect()
         };
@@ -277,7 +277,7 @@ pub(crate) mod tests {
             }
             GridSetup { j1, j2, lift_m, nodes }
         };
-        Taught::new(setup(axis(0.0, 1.0, 21), axis(-0.1, 1.0, 23), vec![0.0, 0.05]), 3).unwrap()
+        TaughtGrid::new(setup(axis(0.0, 1.0, 21), axis(-0.1, 1.0, 23), vec![0.0, 0.05]), 3).unwrap()
     }
 
     fn joints(j1: f64, j2: f64, lift_m: f64) -> Joints {
@@ -338,7 +338,7 @@ pub(crate) mod tests {
     /// Of 100,000 random postures of the emulated arm the 5290th was not found again, and the arm stood still for good.
     #[test]
     fn every_point_of_the_shipped_grid_is_located() {
-        let setup = crate::config::Setup::load("emulated").unwrap();
+        let setup = crate::config::ArmSetup::load("emulated").unwrap();
         let (taught, tolerances) = (setup.gate.taught(), setup.gate.tolerances());
         let mut random = pschema_arm::SplitMix::new(7);
         let mut share = || (random.within_one() + 1.0) / 2.0;
@@ -359,7 +359,7 @@ pub(crate) mod tests {
         let refused = |change: &dyn Fn(&mut GridSetup)| {
             let mut setup = good.clone();
             change(&mut setup);
-            Taught::new(setup, 3).unwrap_err()
+            TaughtGrid::new(setup, 3).unwrap_err()
         };
         assert!(refused(&|setup| setup.j1.swap(0, 1)).contains("taught.j1"));
         assert!(refused(&|setup| setup.j2[3] = f64::NAN).contains("taught.j2"));

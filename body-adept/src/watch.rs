@@ -1,29 +1,29 @@
-//! Watches over motions, on a thread of its own: when the daemon or the driver falls silent while the arm moves, or the
-//! process is told to end, it presses the [switch](crate::switch). It parses nothing and waits for nobody.
+//! The watch over motions, on a thread of its own: when the daemon or the driver falls silent while the arm moves, or
+//! the process is told to end, it presses the [switch](crate::switch). It parses nothing and waits for nobody.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use crate::switch::{Pressed, StopSwitch};
+use crate::switch::{StopCause, StopSwitch};
 
-/// How often it looks while the arm moves.
+/// Longest time between two looks while the arm moves.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
-/// How soon at the earliest.
+/// Shortest time between two looks.
 const LOOK_AGAIN: Duration = Duration::from_micros(200);
-/// How often it looks whether there is something to watch.
+/// Time between two looks whether there is something to watch over.
 const REST: Duration = Duration::from_secs(1);
-/// How often the order to stop is repeated to an arm that nobody else attends to.
+/// Time between two orders to stop, for an arm whose driver is silent.
 const REPEAT_EVERY: Duration = Duration::from_millis(100);
-/// What is watched over, as a part of the number that says so: the numbers of guards count up in fours, so that no guard
-/// is taken for the one before.
+/// The kinds of guards: the remainder of a guard's number when it is divided by four. Numbers of guards count up in
+/// fours, so that no guard is taken for the one before.
 const NOTHING: u64 = 0;
 const COMMAND: u64 = 1;
 const MOTION: u64 = 2;
 const KINDS: u64 = 4;
 
-/// A sign of life, renewed by whoever lives.
+/// The time of the last sign of life. The thread that lives renews it; clones are the same sign.
 #[derive(Clone, Debug)]
 pub struct Beat(Arc<(Instant, AtomicU64)>);
 
@@ -34,12 +34,12 @@ impl Default for Beat {
 }
 
 impl Beat {
-    /// A sign of life, now.
+    /// Gives a sign of life now.
     pub fn renew(&self) {
         self.0.1.store(self.micros(), Ordering::SeqCst);
     }
 
-    /// How long ago the last one was.
+    /// Time since the last sign of life.
     #[must_use]
     pub fn age(&self) -> Duration {
         Duration::from_micros(self.micros().saturating_sub(self.0.1.load(Ordering::SeqCst)))
@@ -50,14 +50,14 @@ impl Beat {
     }
 }
 
-/// Whose silence stops the arm.
+/// The signs of life without which the arm is stopped.
 #[derive(Clone, Debug)]
 pub struct Signs {
-    /// The loop that follows a motion.
+    /// That of the loop that follows a motion.
     pub driver: Beat,
-    /// The daemon; None when no daemon orders the motions.
+    /// That of the daemon. None when no daemon orders the motions.
     pub daemon: Option<Beat>,
-    /// Set when the process shall end.
+    /// The flag that is set when the process is to end.
     pub stop: Arc<AtomicBool>,
     /// Longest silence.
     pub silence_max: Duration,
@@ -98,39 +98,39 @@ impl Watch {
         Ok(Self { signs, watching, closing, thread: Some(thread) })
     }
 
-    /// Whose signs it watches.
+    /// The signs of life that it watches.
     #[must_use]
     pub fn signs(&self) -> &Signs {
         &self.signs
     }
 
-    /// Watches over a motion from now on, until what is returned is dropped.
+    /// Watches over a motion from now on, until the returned guard is dropped.
     #[must_use]
-    pub fn motion(&self) -> Guard {
+    pub fn motion(&self) -> WatchGuard {
         self.guard(MOTION)
     }
 
-    /// Watches over a long command of an operator, which no daemon ordered and which the driver waits for: only whether
-    /// the process shall end stops it. Until what is returned is dropped.
+    /// Watches over a long command of an operator, until the returned guard is dropped. No daemon ordered it, and the
+    /// driver waits for it, so that only the end of the process stops it.
     #[must_use]
-    pub fn command(&self) -> Guard {
+    pub fn command(&self) -> WatchGuard {
         self.guard(COMMAND)
     }
 
-    fn guard(&self, kind: u64) -> Guard {
+    fn guard(&self, kind: u64) -> WatchGuard {
         self.signs.driver.renew();
         let before = self.watching.load(Ordering::SeqCst);
         self.watching.store(before / KINDS * KINDS + KINDS + kind, Ordering::SeqCst);
         if let Some(thread) = &self.thread {
             thread.thread().unpark();
         }
-        Guard(self.watching.clone())
+        WatchGuard(self.watching.clone())
     }
 }
 
 impl Drop for Watch {
     fn drop(&mut self) {
-        drop(Guard(self.watching.clone()));
+        drop(WatchGuard(self.watching.clone()));
         self.closing.store(true, Ordering::SeqCst);
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();
@@ -141,24 +141,25 @@ impl Drop for Watch {
     }
 }
 
-/// Something being watched over; one at a time.
+/// Keeps the watch over one motion or command, until it is dropped. There is one guard at a time.
 #[derive(Debug)]
-pub struct Guard(Arc<AtomicU64>);
+pub struct WatchGuard(Arc<AtomicU64>);
 
-impl Drop for Guard {
+impl Drop for WatchGuard {
     fn drop(&mut self) {
         let guard = self.0.load(Ordering::SeqCst);
         self.0.store(guard / KINDS * KINDS + NOTHING, Ordering::SeqCst);
     }
 }
 
-/// Watches as one guard says, to its end.
+/// Watches over the motion or command of one guard.
 fn watch(signs: &Signs, watching: &AtomicU64, guard: u64, switch: &StopSwitch) {
     let mut sent: Option<Instant> = None;
     while watching.load(Ordering::SeqCst) == guard {
         let by = if guard % KINDS == COMMAND { ended(signs) } else { silent(signs) };
         if let Some(by) = by {
-            // A driver that lives repeats it itself, where it does not cut short its own question whether the arm stands.
+            // A driver that lives repeats the order itself, at times that do not cut short its question whether the arm
+            // stands.
             let due = |sent: Instant| sent.elapsed() >= REPEAT_EVERY && signs.driver.age() >= REPEAT_EVERY;
             if sent.is_none_or(due) {
                 switch.press(by);
@@ -171,25 +172,26 @@ fn watch(signs: &Signs, watching: &AtomicU64, guard: u64, switch: &StopSwitch) {
     }
 }
 
-/// Until the first sign of life would be too old, but not for long: the process may be told to end.
+/// Time to the next look: until the first sign of life would be too old, but not long, as the process may be told to
+/// end.
 fn next_look(signs: &Signs) -> Duration {
     let left = |beat: &Beat| signs.silence_max.saturating_sub(beat.age());
     let left = signs.daemon.as_ref().map_or(Duration::MAX, left).min(left(&signs.driver));
     left.clamp(LOOK_AGAIN, LOOK_EVERY)
 }
 
-fn ended(signs: &Signs) -> Option<Pressed> {
-    signs.stop.load(Ordering::SeqCst).then_some(Pressed::Asked)
+fn ended(signs: &Signs) -> Option<StopCause> {
+    signs.stop.load(Ordering::SeqCst).then_some(StopCause::Asked)
 }
 
-fn silent(signs: &Signs) -> Option<Pressed> {
+fn silent(signs: &Signs) -> Option<StopCause> {
     let ended = ended(signs);
     if ended.is_some() {
         ended
     } else if signs.daemon.as_ref().is_some_and(|daemon| daemon.age() > signs.silence_max) {
-        Some(Pressed::DaemonSilent)
+        Some(StopCause::DaemonSilent)
     } else if signs.driver.age() > signs.silence_max {
-        Some(Pressed::DriverSilent)
+        Some(StopCause::DriverSilent)
     } else {
         None
     }
@@ -242,7 +244,7 @@ mod tests {
             }
             assert!(silent_from.elapsed() < Duration::from_secs(10), "never stopped");
         };
-        assert_eq!(switch.pressed_by(), Some(Pressed::DaemonSilent));
+        assert_eq!(switch.pressed_by(), Some(StopCause::DaemonSilent));
         assert!(sent - silent_from >= Duration::from_millis(50), "not before its time");
     }
 
@@ -252,13 +254,13 @@ mod tests {
         let motion = watch.motion();
         assert!(wire.recv_timeout(Duration::from_secs(10)).is_ok());
         assert!(wire.recv_timeout(Duration::from_secs(10)).is_ok(), "repeated while nobody attends");
-        assert_eq!(switch.pressed_by(), Some(Pressed::DriverSilent));
+        assert_eq!(switch.pressed_by(), Some(StopCause::DriverSilent));
         drop(motion);
         let (watch, switch, wire) = watched(false, Duration::from_secs(3600));
         let _motion = watch.motion();
         watch.signs().stop.store(true, Ordering::SeqCst);
         assert!(wire.recv_timeout(Duration::from_secs(10)).is_ok());
-        assert_eq!(switch.pressed_by(), Some(Pressed::Asked));
+        assert_eq!(switch.pressed_by(), Some(StopCause::Asked));
     }
 
     #[test]
@@ -271,7 +273,7 @@ mod tests {
         assert!(!switch.is_pressed(), "no daemon ordered it, and it takes its time");
         watch.signs().stop.store(true, Ordering::SeqCst);
         assert!(wire.recv_timeout(Duration::from_secs(10)).is_ok());
-        assert_eq!(switch.pressed_by(), Some(Pressed::Asked));
+        assert_eq!(switch.pressed_by(), Some(StopCause::Asked));
         drop(command);
     }
 

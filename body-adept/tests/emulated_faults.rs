@@ -1,6 +1,6 @@
-//! A line with faults: bytes lost, flipped and made up, answers cut, late, lost, doubled, text that nobody asked for, the
-//! plug pulled out. The arm may refuse, give up and need a person; it may not hang, believe to be where it is not, or move
-//! as nobody asked.
+//! A line with faults: bytes lost, flipped and made up, answers cut, late, lost, doubled, text that nobody asked for,
+//! the plug pulled out. The arm may refuse, give up and need a person; it may not hang, believe to be where it is not,
+//! or move as nobody asked.
 //!
 //! `PSCHEMA_LINE_FAULTS=1000` for as many faults in each mode; fewer unless asked for.
 
@@ -14,12 +14,12 @@ use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use pschema_adept::arm::{Arm, Phase};
-use pschema_adept::config::Setup;
-use pschema_adept::line::record::Recorder;
+use pschema_adept::config::ArmSetup;
+use pschema_adept::line::recorder::LineRecorder;
 use pschema_arm::SplitMix;
 use pschema_arm::route::Waypoint;
 use pschema_protocol::body::Outcome;
-use pschema_vplus_emulator::{Joints, Speaks};
+use pschema_vplus_emulator::{Dialect, Joints};
 use rig::{Rig, setup};
 
 /// Longest that one order may take, whatever the line does.
@@ -88,16 +88,16 @@ fn attended(rig: &Rig, arm: &mut Arm) {
     assert_eq!(rig.person("faults on"), "done");
 }
 
-fn lives_with_faults(speaks: Speaks, mode: &[(&str, &str)], seed: u64) {
+fn lives_with_faults(speaks: Dialect, mode: &[(&str, &str)], seed: u64) {
     let wanted = faults_wanted();
     println!("{speaks:?}, seed {seed}, {wanted} faults");
     let rig = Rig::start(speaks, |args| {
         // The monitor is told and asked ten times as much for each motion, and any doubt ends it.
         let rates = match speaks {
-            Speaks::Program => {
+            Dialect::Program => {
                 "lose=0.0005 flip=0.0005 noise=0.0005 cut=0.005 mute=0.005 late=0.01 chatter=0.005 twice=0.005 unplug=0.002"
             }
-            Speaks::Monitor => {
+            Dialect::Monitor => {
                 "lose=0.0001 flip=0.0001 noise=0.0001 cut=0.001 mute=0.001 late=0.002 chatter=0.001 twice=0.001 unplug=0.0005"
             }
         };
@@ -106,7 +106,7 @@ fn lives_with_faults(speaks: Speaks, mode: &[(&str, &str)], seed: u64) {
     });
     let quick = [mode, &[("answer_ms = 500", "answer_ms = 120")]].concat();
     let setup = setup(&quick);
-    let recorder = Recorder::create(&rig.recording()).unwrap();
+    let recorder = LineRecorder::create(&rig.recording()).unwrap();
     let mut arm = rig.arm(&setup, recorder, false);
     let mut random = SplitMix::new(seed);
     let (mut orders, mut done, mut slowest) = (0_u32, 0_u32, Duration::ZERO);
@@ -147,14 +147,14 @@ fn lives_with_faults(speaks: Speaks, mode: &[(&str, &str)], seed: u64) {
 }
 
 /// Whether the arm is where a posture was taught.
-fn is_at(setup: &Setup, to: pschema_arm::JointPositions, at: &Joints) {
+fn is_at(setup: &ArmSetup, to: pschema_arm::JointPositions, at: &Joints) {
     let taught = setup.gate.taught().at(Waypoint { joints: to, lift_m: 0.0 }).unwrap();
     let off = taught.iter().zip(at).map(|(taught, at)| (taught - at).abs()).fold(0.0, f64::max);
     assert!(off < 0.5, "said to be done, but off by {off} degrees: {at:?} instead of {taught:?}");
 }
 
 /// Every motion that was begun went to points that were sent, within the limits and not faster than the cap.
-fn only_what_was_sent(rig: &Rig, setup: &Setup) {
+fn only_what_was_sent(rig: &Rig, setup: &ArmSetup) {
     let sent = points_sent(&std::fs::read_to_string(rig.recording()).unwrap());
     let record = rig.emulator.record();
     assert!(!sent.is_empty() && !record.targets.is_empty());
@@ -172,11 +172,11 @@ fn only_what_was_sent(rig: &Rig, setup: &Setup) {
 #[test]
 fn on_the_line_of_the_server_program() {
     for seed in 1..=2 {
-        lives_with_faults(Speaks::Program, &[], seed);
+        lives_with_faults(Dialect::Program, &[], seed);
     }
 }
 
 #[test]
 fn on_the_line_of_the_monitor() {
-    lives_with_faults(Speaks::Monitor, &[("mode = \"server\"", "mode = \"monitor\"")], 3);
+    lives_with_faults(Dialect::Monitor, &[("mode = \"server\"", "mode = \"monitor\"")], 3);
 }

@@ -125,8 +125,8 @@ fn what_watches_and_what_moves_neither_reads_nor_writes() {
     assert!(programs["pschema"].iter().any(|line| line == "EXECUTE 2 ps.watch()"), "in a task of its own");
 }
 
-/// Each task traps its errors: the arm stops and is latched, and the task ends. To `RETURN` would resume, or repeat, what
-/// failed: the motion, perhaps, as soon as there is power again.
+/// Each task traps its errors: the arm stops and is latched, and the task ends. To `RETURN` would resume, or repeat,
+/// what failed: the motion, perhaps, as soon as there is power again.
 #[test]
 fn an_error_in_any_task_stops_the_arm_and_resumes_nothing() {
     let programs = programs();

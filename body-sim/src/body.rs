@@ -2,19 +2,19 @@
 
 use nalgebra::{Isometry3, Translation3};
 use pschema_arm::route::{Heading, OUTWARDS, Waypoint};
-use pschema_arm::{ArmIds, JointPositions, Percept, object_symbol};
+use pschema_arm::{ArmIds, FileError, JointPositions, Percept, field_marks, object_symbol};
 use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Description, Value};
 use pschema_protocol::picture::{FieldMark, Picture};
 use pschema_vision::blobs::Blob;
 use pschema_vision::image::RgbImage;
 
-use crate::arm::Posture;
 use crate::camera::Renderer;
-use crate::config::{Object, WorldError, WorldFile};
+use crate::config::{ObjectEntry, WORLD_FILE, WorldFile};
 use crate::declare;
-use crate::eye::{self, Eye, Seen};
-use crate::noise::Faults;
+use crate::eye::{self, Eye, Sighting};
+use crate::kinematics::Posture;
+use crate::noise::SenseNoise;
 use crate::objects::Hand;
 use crate::pace::Pace;
 use crate::scene::{fixed, solids, table_top};
@@ -23,11 +23,7 @@ use crate::workspace::Workspace;
 use crate::world::{World, WorldSetup};
 
 mod driven;
-mod measured;
 mod moves;
-
-pub use driven::Felt;
-pub use measured::{Alone, Lap};
 
 /// An arm, a table, blocks and a camera.
 pub struct SimBody {
@@ -38,19 +34,19 @@ pub struct SimBody {
     renderer: Renderer,
     eye: Eye,
     hand: Hand,
-    faults: Faults,
-    /// The fields of the camera, for people.
+    faults: SenseNoise,
+    /// The places of the visual fields in the picture, for people who look at it.
     marks: Vec<FieldMark>,
     pace: Option<Pace>,
-    /// Where the arm is.
+    /// The point that the finger is at.
     at: Waypoint,
-    /// The way it came there.
+    /// The direction in which the finger came there.
     heading: Heading,
     posture: Posture,
     /// For each block, steps since it last touched the finger.
     apart_steps: Vec<u32>,
     steps: u64,
-    /// Where the finger was in each step, while somebody wants to know.
+    /// The pose of the finger after each step, while a measurement wants to know it.
     path: Option<Vec<Isometry3<f64>>>,
 }
 
@@ -66,9 +62,8 @@ impl SimBody {
         world_name: &str,
         seed: u64,
         realtime: bool,
-    ) -> Result<Self, WorldError> {
-        let inconsistent =
-            |problem: String| WorldError::Inconsistent { name: world_name.to_owned(), problem };
+    ) -> Result<Self, FileError> {
+        let inconsistent = |problem| WORLD_FILE.inconsistent(world_name, None, problem);
         let workspace = Workspace::new(world_name, file)?;
         let eye = eye::for_world(&workspace.file).map_err(|e| inconsistent(e.to_string()))?;
         for (index, colour) in workspace.file.colours.iter().enumerate() {
@@ -96,9 +91,9 @@ impl SimBody {
             world,
             renderer,
             eye,
-            marks: marks(&workspace),
+            marks: field_marks(&workspace.fields),
             hand: Hand::new(seed),
-            faults: Faults::new(workspace.file.noise, seed),
+            faults: SenseNoise::new(workspace.file.noise, seed),
             pace: realtime.then(Pace::new),
             at,
             heading: OUTWARDS,
@@ -121,13 +116,13 @@ impl SimBody {
         &self.workspace
     }
 
-    /// The physical world, to look at.
+    /// The physical world, to be looked at.
     #[must_use]
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// Where the arm is.
+    /// The posture of the arm now.
     #[must_use]
     pub fn posture(&self) -> &Posture {
         &self.posture
@@ -139,25 +134,47 @@ impl SimBody {
         self.steps
     }
 
+    /// The pose of the finger.
+    #[must_use]
+    pub fn finger_pose(&self) -> Isometry3<f64> {
+        finger_pose(&self.posture)
+    }
+
+    /// The physics engine by itself, in a world built like this body's: with the same blocks, none of them on the table.
+    #[must_use]
+    pub fn bare_world(&self) -> World {
+        World::new(&world_setup(&self.workspace), &self.finger_pose())
+    }
+
+    /// Records the pose of the finger after each step, until [`Self::take_path`].
+    pub fn record_path(&mut self) {
+        self.path = Some(Vec::new());
+    }
+
+    /// The poses that were recorded, one a step. The recording ends.
+    pub fn take_path(&mut self) -> Vec<Isometry3<f64>> {
+        self.path.take().unwrap_or_default()
+    }
+
     /// Takes a picture and looks at it.
-    pub fn look(&mut self) -> (&RgbImage, Seen) {
+    pub fn look(&mut self) -> (&RgbImage, Sighting) {
         self.render();
         let seen = self.look_at_picture();
         (self.renderer.image(), seen)
     }
 
-    /// Takes a picture. Each is to be looked at before the next is taken.
+    /// Takes a picture. Each picture is to be looked at before the next one is taken.
     pub fn render(&mut self) {
         self.renderer.render(&solids(&self.workspace.file, &self.world, &self.posture));
     }
 
     /// Looks at the picture that was just taken, where it differs from the one before.
-    pub fn look_at_picture(&mut self) -> Seen {
+    pub fn look_at_picture(&mut self) -> Sighting {
         self.eye.look_again(self.renderer.image(), self.renderer.changed())
     }
 
-    /// Looks at all of it, as at a camera's that does not say what has changed.
-    pub fn look_at_all(&mut self) -> Seen {
+    /// Looks at the whole picture, as at one of a camera that does not say which pixels have changed.
+    pub fn look_at_all(&mut self) -> Sighting {
         self.eye.look(self.renderer.image())
     }
 
@@ -188,12 +205,6 @@ impl SimBody {
         self.park();
         self.put(object, position)
     }
-}
-
-fn marks(workspace: &Workspace) -> Vec<FieldMark> {
-    let radius_px = workspace.fields.radius_px() as f32;
-    let mark = |(u, v): &(f64, f64)| FieldMark { x_px: *u as f32, y_px: *v as f32, radius_px };
-    workspace.fields.centres_px().iter().map(mark).collect()
 }
 
 impl Body for SimBody {
@@ -286,7 +297,7 @@ fn world_setup(workspace: &Workspace) -> WorldSetup {
         ball_radius_m: file.finger.ball_radius_mm.metres(),
         shaft_radius_m: file.finger.shaft_radius_mm.metres(),
         wrist_from_tip_m: workspace.arm.wrist_from_tip(),
-        blocks: file.objects.iter().map(Object::form).collect(),
+        blocks: file.objects.iter().map(ObjectEntry::form).collect(),
     }
 }
 

@@ -1,7 +1,7 @@
-//! What the camera sees: a small renderer. Every solid is tested ray by ray within the part of the picture
-//! it can cover, the nearest surface wins, light falls from the left behind and throws shadows on the table.
-//! The table and what is fixed to it never change and are drawn once; of a picture, only what was drawn upon
-//! the one before is wiped off.
+//! A small renderer of the camera's picture. Every solid is tested ray by ray within the part of the picture that it
+//! can cover, the nearest surface wins, and light falls from the left behind and throws shadows on the table. The table
+//! and the solids fixed to it never change and are drawn once. Before a new picture only the pixels that the last one
+//! had drawn upon are wiped.
 
 use std::ops::Range;
 
@@ -18,13 +18,13 @@ const FLOOR_RGB: [f32; 3] = [92.0, 93.0, 96.0];
 /// The table's lines are this far apart and this wide, in metres.
 const LINE_PITCH_M: f64 = 0.1;
 const LINE_WIDTH_M: f64 = 0.003;
-/// Light that is everywhere, and what the lamp adds on a surface that faces it.
+/// Brightness of the light that is everywhere, and of the lamp's on a surface that faces it.
 const AMBIENT: f32 = 0.42;
 const LAMP: f32 = 0.62;
-/// How much of the light a shadow leaves.
+/// Share of the light that is left in a shadow.
 const SHADOW: f32 = 0.66;
 
-/// A thing the camera can see.
+/// A solid that the camera can see.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solid {
     /// Its form and place, in metres.
@@ -38,11 +38,11 @@ pub struct Solid {
 pub enum Shape {
     /// A cube: pose of its centre, half its edge.
     Cube(Isometry3<f64>, f64),
-    /// All within a radius of a line between two points; a ball when they are one.
+    /// All points within a radius of the line between two points; a ball when the two are one.
     Capsule(Point3<f64>, Point3<f64>, f64),
 }
 
-/// What lies below everything: the table top at height 0.
+/// The table top, at height 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableTop {
     /// Extent along x, centred on 0, in metres.
@@ -60,12 +60,13 @@ pub struct Renderer {
     light: Vec3,
     backdrop: Layer,
     picture: Layer,
-    /// Where the picture differs from the backdrop, and where the one before did: pixels, row by row.
+    /// The pixels in which the picture differs from the backdrop, and those in which the picture before did: ranges,
+    /// counted row by row.
     drawn: Vec<Range<usize>>,
     drawn_before: Vec<Range<usize>>,
 }
 
-/// A picture with what is needed to draw on.
+/// A picture with the depth and the shading of each pixel, which drawing needs.
 #[derive(Clone, Debug)]
 struct Layer {
     image: RgbImage,
@@ -73,7 +74,7 @@ struct Layer {
     shaded: Vec<bool>,
 }
 
-/// The part of the picture within a radius of the line between two points: wherever a capsule can be seen.
+/// The part of the picture within a radius of the line between two points: a capsule can be seen nowhere else.
 #[derive(Clone, Copy, Debug)]
 struct Stroke {
     from: (f64, f64),
@@ -159,13 +160,13 @@ impl Renderer {
         &self.picture.image
     }
 
-    /// Where it may differ from the one before: ranges of pixels, counted row by row, in no order.
+    /// The pixels in which the picture may differ from the one before: ranges, counted row by row, in no order.
     pub fn changed(&self) -> impl Iterator<Item = &Range<usize>> {
         self.drawn_before.iter().chain(&self.drawn)
     }
 
     fn draw_all(&mut self, solids: &[Solid]) {
-        let bodies: Vec<Body> = solids.iter().map(Body::new).collect();
+        let bodies: Vec<Surface> = solids.iter().map(Surface::new).collect();
         for (solid, body) in solids.iter().zip(&bodies) {
             self.draw_shadow(solid, body);
         }
@@ -174,7 +175,7 @@ impl Renderer {
         }
     }
 
-    fn draw(&mut self, solid: &Solid, body: &Body) {
+    fn draw(&mut self, solid: &Solid, body: &Surface) {
         let (from_m, to_m, radius_m) = hull(&solid.shape);
         let Some(stroke) = self.stroke(&from_m, &to_m, radius_m) else { return };
         let (width, height) = (self.picture.image.width_px(), self.picture.image.height_px());
@@ -195,7 +196,7 @@ impl Renderer {
     }
 
     /// Darkens the table where a solid stands between it and the lamp.
-    fn draw_shadow(&mut self, solid: &Solid, body: &Body) {
+    fn draw_shadow(&mut self, solid: &Solid, body: &Surface) {
         let light = self.light;
         // Every point slides down the light onto the table; a ball's shadow is drawn out along the light.
         let slide =
@@ -210,7 +211,7 @@ impl Renderer {
             for column in columns {
                 let at = row * width + column;
                 let ray = self.ray_at(column, row);
-                // What is fixed stands before the table.
+                // A fixed solid stands before the table here.
                 let covered = self.picture.depth[at].is_finite();
                 if self.picture.shaded[at] || covered || ray.z >= 0.0 {
                     continue;
@@ -259,13 +260,13 @@ fn hull(shape: &Shape) -> (Point3<f64>, Point3<f64>, f64) {
     }
 }
 
-/// A shape made ready for rays.
-enum Body {
+/// The surface of a solid, made ready for rays.
+enum Surface {
     Cube { centre: Vec3, axes: [Vec3; 3], half: f32 },
     Capsule { a: Vec3, axis: Vec3, axis_squared: f32, radius: f32 },
 }
 
-impl Body {
+impl Surface {
     fn new(solid: &Solid) -> Self {
         match solid.shape {
             Shape::Cube(pose, half_m) => {
@@ -281,7 +282,8 @@ impl Body {
         }
     }
 
-    /// Where a ray from outside first meets the body: how many times its length, and the surface's normal.
+    /// The point where a ray from outside first meets the surface, in lengths of the ray, and the surface's normal
+    /// there.
     fn hit(&self, origin: &Vec3, ray: &Vec3) -> Option<(f32, Vec3)> {
         match self {
             Self::Cube { centre, axes, half } => hit_cube(&(origin - centre), ray, axes, *half),
@@ -425,7 +427,7 @@ mod tests {
         for shape in [Shape::Cube(turned, 0.06), Shape::Capsule(a, b, 0.02)] {
             let solid = Solid { shape, rgb: [255, 0, 0] };
             let windowed = red_pixels(renderer.render(&[solid])).len();
-            let body = Body::new(&solid);
+            let body = Surface::new(&solid);
             let everywhere = (0..580)
                 .flat_map(|row| (0..780).map(move |column| (column, row)))
                 .filter(|&(column, row)| body.hit(&renderer.eye, &renderer.ray_at(column, row)).is_some())
@@ -446,7 +448,7 @@ mod tests {
         assert!(one.pixels().iter().all(|p| p[2] < 150 || p[0] > 100), "the blue ball is hidden");
     }
 
-    /// What is left of an earlier picture, or changed without being said, would be seen as an object.
+    /// Pixels left over from an earlier picture, or changed without notice, would be seen as an object.
     #[test]
     fn a_picture_depends_on_what_is_there_now_alone_and_says_what_changed() {
         let ball = |x: f64, z: f64| {

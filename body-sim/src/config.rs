@@ -1,10 +1,10 @@
 //! World files: TOML, checked value by value as it is read, so that an error names line and column.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use pschema_arm::{PointMm, Within};
+pub use pschema_arm::FileError;
+use pschema_arm::{FileKind, PointMm, VisionSection, Within, check_names};
 use serde::Deserialize;
-use thiserror::Error;
 
 use crate::gap::Form;
 use crate::noise::Noise;
@@ -16,8 +16,12 @@ pub const NARROW: &str = include_str!("../worlds/narrow.toml");
 /// A block, a ball and the edge of the table, as shipped.
 pub const BLOCK_AND_BALL: &str = include_str!("../worlds/block-and-ball.toml");
 
-/// Largest world file read, in bytes.
-const FILE_BYTES_MAX: u64 = 1 << 20;
+/// World files among the kinds of files.
+pub const WORLD_FILE: FileKind = FileKind {
+    name: "world file",
+    bytes_max: 1 << 20,
+    advice: "name a readable file, or use the built-in `wide`, `narrow` or `block-and-ball`",
+};
 /// Objects one world may have.
 pub const OBJECTS_MAX: usize = 16;
 /// Pushes one repertoire may have, and places that one world may list.
@@ -25,85 +29,47 @@ pub const LISTED_MAX: usize = 256;
 /// Colours one world may have.
 pub const COLOURS_MAX: usize = 16;
 
-/// Why a world cannot be used.
-#[derive(Debug, Error)]
-pub enum WorldError {
-    /// The file cannot be read.
-    #[error(
-        "cannot read world file {path}: {source}; name a readable file, or use the built-in `wide`, `narrow` or \
-         `block-and-ball`"
-    )]
-    Read {
-        /// Which file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// The file is too large to be a world.
-    #[error("world file {path} is larger than {FILE_BYTES_MAX} bytes: this is not a world file")]
-    TooLarge {
-        /// Which file.
-        path: PathBuf,
-    },
-    /// The text is not a world: syntax, unknown key, or value out of range.
-    #[error("world {name}: {source}")]
-    Parse {
-        /// Which world.
-        name: String,
-        /// What is wrong, with line and column.
-        source: toml::de::Error,
-    },
-    /// Each value is allowed, but together they make no world.
-    #[error("world {name}: {problem}")]
-    Inconsistent {
-        /// Which world.
-        name: String,
-        /// What does not fit, with figures, and what to change.
-        problem: String,
-    },
-}
-
 /// A world file. Its keys are explained in `worlds/wide.toml`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorldFile {
     /// The table top.
-    pub table: Table,
+    pub table: TableSection,
     /// Links of the arm and how fast they move.
-    pub arm: Arm,
+    pub arm: ArmSection,
     /// The last link's shape.
-    pub finger: Finger,
-    /// Where the finger tip works.
-    pub manifold: Manifold,
-    /// Where the camera is and what it sees.
-    pub camera: Camera,
-    /// From pixels to fields.
-    pub vision: Vision,
+    pub finger: FingerSection,
+    /// The manifold that the finger tip works on.
+    pub manifold: ManifoldSection,
+    /// Position and view of the camera.
+    pub camera: CameraSection,
+    /// How pixels become fields.
+    pub vision: VisionSection,
     /// Taught postures.
-    pub repertoire: Repertoire,
+    pub repertoire: RepertoireSection,
     /// Places for blocks.
-    pub positions: Positions,
-    /// Pushes in the repertoire; none in most worlds, and then pushing is no action of the body.
+    pub positions: PositionsSection,
+    /// Pushes in the repertoire. Most worlds have none, and then pushing is no action of the body.
     #[serde(default)]
-    pub pushes: Vec<Push>,
-    /// Faults of senses and moves; none unless stated.
+    pub pushes: Vec<PushEntry>,
+    /// Faults of senses and moves. There are none unless the file states them.
     #[serde(default)]
     pub noise: Noise,
-    /// Colours told apart.
-    pub colours: Vec<Colour>,
-    /// Blocks.
-    pub objects: Vec<Object>,
+    /// The colours that are told apart.
+    pub colours: Vec<ColourEntry>,
+    /// The blocks and balls.
+    pub objects: Vec<ObjectEntry>,
 }
 
 /// The table top.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Table {
-    /// Along x, centred on the base.
+pub struct TableSection {
+    /// Extent along x, centred on the base.
     pub width_mm: Within<100, 10_000>,
-    /// Along y, from the back-plane.
+    /// Extent along y, from the back-plane.
     pub depth_mm: Within<100, 10_000>,
-    /// From the base's axis back to the back-plane.
+    /// Distance from the base's axis back to the back-plane.
     pub behind_mm: Within<0, 1000>,
     /// Coefficient of friction of everything on the table.
     pub friction: Within<0, 2>,
@@ -112,20 +78,20 @@ pub struct Table {
 /// The arm's links and speeds.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Arm {
+pub struct ArmSection {
     /// Height of the shoulder's axis over the table.
     pub shoulder_height_mm: Within<50, 5000>,
-    /// Shoulder to elbow.
+    /// Length from shoulder to elbow.
     pub upper_arm_mm: Within<50, 5000>,
-    /// Elbow to wrist.
+    /// Length from elbow to wrist.
     pub forearm_mm: Within<50, 5000>,
-    /// Wrist to finger tip.
+    /// Length from wrist to finger tip.
     pub finger_mm: Within<20, 1000>,
     /// The finger's lean from the vertical, back towards the wrist.
     pub finger_slant_deg: Within<0, 80>,
-    /// Fastest any joint turns.
+    /// The highest speed of any joint.
     pub joint_speed_max_deg_per_s: Within<1, 360>,
-    /// Fastest the finger tip moves.
+    /// The highest speed of the finger tip.
     pub tip_speed_max_mm_per_s: Within<1, 2000>,
     /// How high over the manifold the finger is carried from posture to posture; 0: it slides along it.
     pub lift_mm: Within<0, 500>,
@@ -142,26 +108,26 @@ pub struct Arm {
 /// The last link's shape.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Finger {
-    /// The ball at the tip.
+pub struct FingerSection {
+    /// Radius of the ball at the tip.
     pub ball_radius_mm: Within<1, 100>,
-    /// The shaft that carries it.
+    /// Radius of the shaft that carries the ball.
     pub shaft_radius_mm: Within<1, 50>,
-    /// The ball's colour: one of the world's colours, of no object.
+    /// The ball's colour: one of the world's colours, and that of no object.
     pub colour: String,
 }
 
 /// The manifold.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Manifold {
+pub struct ManifoldSection {
     /// The ball's centre over the table on the flat part.
     pub tip_height_mm: Within<2, 500>,
     /// Height at which the rim ends.
     pub rim_height_mm: Within<2, 2000>,
     /// Where the second joint position begins: distance from the base's axis.
     pub nearest_mm: Within<10, 2000>,
-    /// The rest posture's distance from the base's axis, nearer than that and out of sight.
+    /// Distance of the rest posture from the base's axis: nearer than `nearest_mm`, and out of the camera's sight.
     pub rest_mm: Within<0, 2000>,
     /// Range of the first joint position, either way.
     pub lateral_max_mm: Within<10, 5000>,
@@ -170,7 +136,7 @@ pub struct Manifold {
 /// The camera.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Camera {
+pub struct CameraSection {
     /// Position along x.
     pub x_mm: Within<-5000, 5000>,
     /// Position along y.
@@ -189,32 +155,20 @@ pub struct Camera {
     pub height_px: Within<64, 2048>,
 }
 
-/// From pixels to fields.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Vision {
-    /// Distance between centres of neighbouring visual fields.
-    pub field_pitch_px: Within<4, 1000>,
-    /// Smaller blobs are noise.
-    pub blob_area_px_min: Within<1, 100_000>,
-    /// Parts of one colour at most this far apart are one blob.
-    pub blob_gap_px_max: Within<0, 100>,
-}
-
 /// Taught postures.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Repertoire {
-    /// How many reachable fields must come out.
+pub struct RepertoireSection {
+    /// How many fields the finger must turn out to reach.
     pub fields: Within<1, 4096>,
-    /// Distance to the picture's edge below which none is taught.
+    /// Distance to the picture's edge below which no posture is taught.
     pub edge_px: Within<0, 500>,
 }
 
 /// Places for blocks.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Positions {
+pub struct PositionsSection {
     /// Places that can be touched.
     pub table: Within<1, 4096>,
     /// Places that can only be pointed at.
@@ -230,32 +184,33 @@ pub struct Positions {
     pub jitter_deg: Within<0, 180>,
 }
 
-/// A push: set down at one point of the table, the finger goes straight to another, on through what it meets.
+/// A push: the finger is set down at one point of the table and goes straight to another, on through the blocks that it
+/// meets.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Push {
+pub struct PushEntry {
     /// Where the finger is set down: x, y.
     pub from_mm: PointMm,
-    /// Where it ends: x, y.
+    /// Where the push ends: x, y.
     pub to_mm: PointMm,
 }
 
 /// A colour.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Colour {
+pub struct ColourEntry {
     /// Its name, the symbol in observations.
     pub name: String,
-    /// Hues seen as this colour: from, to. From above to: the range passes through 360.
+    /// First and last hue that are seen as this colour. When the first is above the last, the range passes through 360.
     pub hue_deg: [Within<0, 360>; 2],
-    /// The paint of things that have it.
+    /// The paint of solids of this colour.
     pub paint_rgb: [u8; 3],
 }
 
-/// A block.
+/// A block or a ball.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Object {
+pub struct ObjectEntry {
     /// Its name, the symbol in scene commands.
     pub name: String,
     /// Its colour: one of the world's colours.
@@ -278,8 +233,8 @@ pub enum ObjectShape {
     Ball,
 }
 
-impl Object {
-    /// Its form and size.
+impl ObjectEntry {
+    /// The object's form and size.
     #[must_use]
     pub fn form(&self) -> Form {
         let half_m = self.side_mm.metres() / 2.0;
@@ -295,12 +250,12 @@ impl WorldFile {
     ///
     /// # Errors
     /// When the file cannot be read or is not a world; the message has line and column.
-    pub fn load(name: &str) -> Result<Self, WorldError> {
+    pub fn load(name: &str) -> Result<Self, FileError> {
         match name {
             "wide" => Self::parse(name, WIDE),
             "narrow" => Self::parse(name, NARROW),
             "block-and-ball" => Self::parse(name, BLOCK_AND_BALL),
-            path => Self::parse(name, &read(Path::new(path))?),
+            path => Self::parse(name, &WORLD_FILE.read(Path::new(path))?),
         }
     }
 
@@ -308,10 +263,9 @@ impl WorldFile {
     ///
     /// # Errors
     /// When the text is not a world; the message has line and column.
-    pub fn parse(name: &str, text: &str) -> Result<Self, WorldError> {
-        let world: Self =
-            toml::from_str(text).map_err(|source| WorldError::Parse { name: name.to_owned(), source })?;
-        world.check_names().map_err(|problem| WorldError::Inconsistent { name: name.to_owned(), problem })?;
+    pub fn parse(name: &str, text: &str) -> Result<Self, FileError> {
+        let world: Self = WORLD_FILE.parse(name, text)?;
+        world.check().map_err(|problem| WORLD_FILE.inconsistent(name, None, problem))?;
         Ok(world)
     }
 
@@ -327,25 +281,11 @@ impl WorldFile {
         self.colour_index(&self.finger.colour).unwrap_or_default()
     }
 
-    fn check_names(&self) -> Result<(), String> {
-        let counts = [
-            ("colours", self.colours.iter().map(|c| &c.name).collect::<Vec<_>>(), COLOURS_MAX),
-            ("objects", self.objects.iter().map(|o| &o.name).collect(), OBJECTS_MAX),
-        ];
-        for (what, names, max) in counts {
-            if names.is_empty() || names.len() > max {
-                return Err(format!("{} {what}: there must be 1 to {max}", names.len()));
-            }
-            for (index, name) in names.iter().enumerate() {
-                let longest = pschema_protocol::limits::NAME_BYTES_MAX;
-                if name.is_empty() || name.len() > longest {
-                    return Err(format!("a name in {what} has {} bytes: must be 1 to {longest}", name.len()));
-                }
-                if names[..index].contains(name) {
-                    return Err(format!("{what}: the name {name:?} is given twice; each must be its own"));
-                }
-            }
-        }
+    fn check(&self) -> Result<(), String> {
+        let colours: Vec<_> = self.colours.iter().map(|colour| &colour.name).collect();
+        let objects: Vec<_> = self.objects.iter().map(|object| &object.name).collect();
+        check_names("colours", &colours, COLOURS_MAX)?;
+        check_names("objects", &objects, OBJECTS_MAX)?;
         for (what, count) in [("pushes", self.pushes.len()), ("positions.at_mm", self.positions.at_mm.len())]
         {
             if count > LISTED_MAX {
@@ -369,15 +309,6 @@ impl WorldFile {
         }
         Ok(())
     }
-}
-
-fn read(path: &Path) -> Result<String, WorldError> {
-    let failed = |source| WorldError::Read { path: path.to_owned(), source };
-    let bytes = std::fs::metadata(path).map_err(failed)?.len();
-    if bytes > FILE_BYTES_MAX {
-        return Err(WorldError::TooLarge { path: path.to_owned() });
-    }
-    std::fs::read_to_string(path).map_err(failed)
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
 //! The robot's eye, set up for the colours of a world.
 
-use pschema_vision::blobs::BlobRules;
 use pschema_vision::classify::{ClassifyError, ColourRange};
-pub use pschema_vision::eye::{Eye, Seen};
+pub use pschema_vision::eye::{Eye, Sighting};
 
 use crate::config::WorldFile;
 
@@ -26,10 +25,5 @@ pub fn for_world(file: &WorldFile) -> Result<Eye, ClassifyError> {
             value_min: VALUE_MIN,
         })
         .collect();
-    let px = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
-    let rules = BlobRules {
-        area_px_min: px(file.vision.blob_area_px_min.count()),
-        gap_px_max: px(file.vision.blob_gap_px_max.count()),
-    };
-    Eye::new(&ranges, file.finger_colour(), rules)
+    Eye::new(&ranges, file.finger_colour(), file.vision.blob_rules())
 }

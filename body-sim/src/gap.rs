@@ -62,8 +62,8 @@ impl Form {
     }
 }
 
-/// Whether a capsule and an object may be as near as `within_m`: told quickly, by the ball around the object,
-/// and nearly always no.
+/// Whether a capsule and an object may be as near as `within_m`. The answer comes quickly, from the ball around the
+/// object, and is nearly always no.
 #[must_use]
 pub fn near(
     (from, to, radius_m): (Point3<f64>, Point3<f64>, f64),
@@ -78,8 +78,9 @@ pub fn near(
     apart_m <= radius_m + form.half_m() * 1.733 + within_m
 }
 
-/// Distance in metres between a capsule from `from` to `to`, a ball when they are one, and an object; negative
-/// when they overlap. With it the direction from the capsule to the object, a unit vector.
+/// Distance in metres between an object and a capsule from `from` to `to`, which is a ball when the two are one.
+/// Negative when object and capsule overlap. With the distance comes the direction from the capsule to the object, a
+/// unit vector.
 #[must_use]
 pub fn gap(
     (from, to, radius_m): (Point3<f64>, Point3<f64>, f64),
@@ -97,7 +98,7 @@ pub fn gap(
             if at(first).0 <= at(second).0 { high = second } else { low = first }
         }
     }
-    // The low end, so that where all is equal it is the tip.
+    // The low end of the search: where all distances are equal it is the tip.
     let (distance_m, outwards) = at(low);
     (distance_m - radius_m, -(object.rotation * outwards))
 }

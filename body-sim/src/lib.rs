@@ -2,22 +2,48 @@
 //!
 //! Blocks and finger move in a physics engine; the camera's picture is rendered and looked at with the same
 //! eye as a real one's. The same seed gives the same run, bit for bit.
+//!
+//! ```
+//! use pschema_protocol::body::{Body, Outcome, Senses};
+//! use pschema_protocol::description::{Action, Value};
+//! use pschema_sim::body::SimBody;
+//! use pschema_sim::config::WorldFile;
+//!
+//! let mut body = SimBody::new("arm", WorldFile::load("wide")?, "wide", 7, false)?;
+//! // A person puts the first object at a place, and the arm reaches for it.
+//! let position = 40;
+//! let field = body.workspace().places[position].field;
+//! let posture = *body.workspace().taught_for(field).ok_or("a posture is taught for each place within reach")?;
+//! let ids = body.ids();
+//! let place = Action::new(ids.place, (Value::symbol(0), position as i64));
+//! assert_eq!(body.arrange(&place), Outcome::Done);
+//! let reach = Action::new(ids.move_to, [posture.joints.j1, posture.joints.j2]);
+//! assert_eq!(body.act(&reach), Outcome::Done);
+//! // What it senses then goes to the learner.
+//! let mut senses = Senses::default();
+//! body.sense(&mut senses);
+//! assert!(senses.observations().iter().count() > 0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+#![deny(missing_docs)]
 
 use std::path::PathBuf;
 
 use clap::Args;
+use pschema_arm::FileError;
 use pschema_process::{SignalError, Stop};
 use pschema_protocol::body::{RunError, RunOptions, RunSummary};
 use pschema_protocol::domain::{DomainError, LearnerName, Place, RuntimeDir};
 use thiserror::Error;
 
-pub mod arm;
 pub mod body;
 pub mod camera;
 pub mod config;
 pub mod declare;
 pub mod eye;
 pub mod gap;
+pub mod kinematics;
 pub mod manifold;
 pub mod noise;
 pub mod objects;
@@ -29,7 +55,7 @@ pub mod workspace;
 pub mod world;
 
 use body::SimBody;
-use config::{WorldError, WorldFile};
+use config::WorldFile;
 use noise::NoiseSetting;
 use snapshot::SnapshotError;
 
@@ -45,11 +71,11 @@ pub struct SimArgs {
     /// The world it lives in: `wide`, `narrow`, `block-and-ball`, or a world file.
     #[arg(long, value_name = "NAME|FILE", default_value = "wide")]
     pub world: String,
-    /// Decides the small errors of the hand that places blocks, and the faults of `[noise]`; the same seed gives
+    /// The seed of the small errors of the hand that places blocks, and of the faults of `[noise]`. The same seed gives
     /// the same run.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// A fault rate in place of one of the world file's `[noise]`: finger_misplaced, blob_missed, touch_false,
+    /// A fault rate that replaces one of the world file's `[noise]`: finger_misplaced, blob_missed, touch_false,
     /// touch_missed (shares, 0 to 1) or move_error_mm. May be given several times.
     #[arg(long, value_name = "KEY=VALUE")]
     pub noise: Vec<NoiseSetting>,
@@ -59,7 +85,7 @@ pub struct SimArgs {
     /// End when the daemon has gone, instead of waiting for it to come back.
     #[arg(long)]
     pub exit_with_daemon: bool,
-    /// Attach to nothing: arrange a scene, write what the camera sees with the visual fields drawn in, end.
+    /// Attach to nothing: arrange a scene, write the camera's picture with the visual fields drawn in, and end.
     #[arg(long, value_name = "PNG")]
     pub snapshot: Option<PathBuf>,
 }
@@ -69,7 +95,7 @@ pub struct SimArgs {
 pub enum SimError {
     /// The world cannot be used.
     #[error(transparent)]
-    World(#[from] WorldError),
+    World(#[from] FileError),
     /// The snapshot failed.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
@@ -79,7 +105,7 @@ pub enum SimError {
     /// Signals cannot be handled.
     #[error(transparent)]
     Signals(#[from] SignalError),
-    /// The life with the daemon failed.
+    /// The session with the daemon failed.
     #[error(transparent)]
     Run(#[from] RunError),
 }
@@ -88,17 +114,17 @@ pub enum SimError {
 ///
 /// # Errors
 /// When the world cannot be used.
-pub fn build(args: &SimArgs) -> Result<SimBody, WorldError> {
+pub fn build(args: &SimArgs) -> Result<SimBody, FileError> {
     let mut file = WorldFile::load(&args.world)?;
     args.noise.iter().for_each(|setting| file.noise.set(*setting));
     SimBody::new(&args.body, file, &args.world, args.seed, args.realtime)
 }
 
-/// Runs the simulated body until SIGINT or SIGTERM, sent away, or, if asked for, the daemon has gone. With
-/// `snapshot`, writes the picture and ends; there is no summary then.
+/// Runs the simulated body until SIGINT or SIGTERM comes, the daemon sends it away, or, if that was asked for, the
+/// daemon has gone. With `snapshot` it writes the picture and ends, without a summary.
 ///
 /// # Errors
-/// When the world cannot be used, the picture not written, or the daemon cannot be lived with.
+/// When the world cannot be used, the picture cannot be written, or the session with the daemon fails.
 pub fn run(args: &SimArgs) -> Result<Option<RunSummary>, SimError> {
     let mut body = build(args)?;
     if let Some(path) = &args.snapshot {
@@ -106,6 +132,7 @@ pub fn run(args: &SimArgs) -> Result<Option<RunSummary>, SimError> {
         return Ok(None);
     }
     let place = Place::new(RuntimeDir::from_environment()?, LearnerName::new(&args.name)?);
+    // A second signal ends the process at once, in case an action never ends.
     let stop = Stop::on_signals()?.flag();
     let options = RunOptions::new(place).exit_when_daemon_gone(args.exit_with_daemon).stop(stop);
     Ok(Some(pschema_protocol::body::run(body, &options)?))

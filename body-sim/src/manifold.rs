@@ -1,5 +1,5 @@
 //! The two-dimensional manifold that the finger tip works on (section III-A of the paper): flat above the
-//! table, curving up at the outer limit of reach, so that the raised finger points at what lies beyond.
+//! table, curving up at the outer limit of reach, so that the raised finger points at objects beyond it.
 //!
 //! It is a surface of revolution about the base's axis. A point on it has a bearing (from straight ahead to
 //! the right) and an arc length along the profile (outwards over the table, then up the rim). The two joint
@@ -44,7 +44,7 @@ pub struct Manifold {
     rim_to_rad: f64,
 }
 
-/// What a manifold is made from, in metres.
+/// The lengths that a manifold is made from, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ManifoldSetup {
     /// Height of the tip on the flat part.
@@ -53,7 +53,7 @@ pub struct ManifoldSetup {
     pub rim_height_m: f64,
     /// Distance straight ahead at which `j2` is 0.
     pub nearest_m: f64,
-    /// Distance of the rest posture, at most that.
+    /// Distance of the rest posture, at most `nearest_m`.
     pub rest_m: f64,
     /// Range of `j1`, either way.
     pub lateral_max_m: f64,
@@ -67,7 +67,7 @@ impl Manifold {
     /// Lays the manifold into the arm's reach.
     ///
     /// # Errors
-    /// When there is no room: the message says between which figures.
+    /// When there is no room for it; the message has the figures.
     pub fn new(setup: ManifoldSetup) -> Result<Self, String> {
         let ManifoldSetup { tip_height_m, rim_height_m, reach_centre_m, reach_radius_m, .. } = setup;
         let (centre_m, centre_height_m) = reach_centre_m;
@@ -121,7 +121,7 @@ impl Manifold {
         inside.then(|| OnManifold { bearing_rad: libm::atan2(across_m, outwards_m), arc_m })
     }
 
-    /// The joint positions that command a point. Outside 0 to 1 when the square does not cover it.
+    /// The joint positions that command a point. They are outside 0 to 1 when the square does not cover the point.
     #[must_use]
     pub fn joints(&self, point: OnManifold) -> JointPositions {
         let (sine, cosine) = libm::sincos(point.bearing_rad);
@@ -148,7 +148,7 @@ impl Manifold {
         )
     }
 
-    /// Where a point of the manifold is in the world.
+    /// The position of a point of the manifold in the world.
     #[must_use]
     pub fn tip(&self, point: OnManifold) -> Point3<f64> {
         let (radius_m, height_m) = self.profile(point.arc_m);

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use crate::manifold::Manifold;
 
-/// So that a body's faults are not those of the hand with the same seed.
+/// Makes a body's faults differ from the errors of the hand with the same seed.
 const STREAM: u64 = 0x6A09_E667_F3BC_C909;
 
 /// How often senses fail and how far moves miss. All zero unless the world file says otherwise.
@@ -40,17 +40,28 @@ impl Default for Noise {
     }
 }
 
-/// One value that stands in for that of the world file: `KEY=VALUE`, with the file's keys.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NoiseSetting(Key);
+/// Sets one rate to a value, if the value is in range.
+type Set = fn(&mut Noise, f64) -> Result<(), String>;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Key {
-    FingerMisplaced(Within<0, 1>),
-    BlobMissed(Within<0, 1>),
-    TouchFalse(Within<0, 1>),
-    TouchMissed(Within<0, 1>),
-    MoveErrorMm(Within<0, 100>),
+/// The keys of the section, and how each is set.
+const KEYS: [(&str, Set); 5] = [
+    ("finger_misplaced", |noise, value| put(&mut noise.finger_misplaced, value)),
+    ("blob_missed", |noise, value| put(&mut noise.blob_missed, value)),
+    ("touch_false", |noise, value| put(&mut noise.touch_false, value)),
+    ("touch_missed", |noise, value| put(&mut noise.touch_missed, value)),
+    ("move_error_mm", |noise, value| put(&mut noise.move_error_mm, value)),
+];
+
+fn put<const MIN: i64, const MAX: i64>(into: &mut Within<MIN, MAX>, value: f64) -> Result<(), String> {
+    *into = value.try_into()?;
+    Ok(())
+}
+
+/// One rate that replaces that of the world file: `KEY=VALUE`, with the file's keys.
+#[derive(Clone, Copy, Debug)]
+pub struct NoiseSetting {
+    set: Set,
+    value: f64,
 }
 
 impl FromStr for NoiseSetting {
@@ -61,44 +72,30 @@ impl FromStr for NoiseSetting {
             .split_once('=')
             .ok_or_else(|| format!("{text:?} is not KEY=VALUE; an example: finger_misplaced=0.1"))?;
         let value: f64 = value.parse().map_err(|_| format!("{value:?} is not a number"))?;
-        let key = match key {
-            "finger_misplaced" => Key::FingerMisplaced(value.try_into()?),
-            "blob_missed" => Key::BlobMissed(value.try_into()?),
-            "touch_false" => Key::TouchFalse(value.try_into()?),
-            "touch_missed" => Key::TouchMissed(value.try_into()?),
-            "move_error_mm" => Key::MoveErrorMm(value.try_into()?),
-            other => {
-                return Err(format!(
-                    "there is no {other:?}; there are finger_misplaced, blob_missed, touch_false, \
-                     touch_missed and move_error_mm"
-                ));
-            }
-        };
-        Ok(Self(key))
+        let (_, set) = KEYS.into_iter().find(|(known, _)| *known == key).ok_or_else(|| {
+            format!("there is no {key:?}; there are {}", KEYS.map(|(known, _)| known).join(", "))
+        })?;
+        set(&mut Noise::default(), value)?;
+        Ok(Self { set, value })
     }
 }
 
 impl Noise {
-    /// Puts one value in the place of the world file's.
+    /// Replaces one rate.
     pub fn set(&mut self, setting: NoiseSetting) {
-        match setting.0 {
-            Key::FingerMisplaced(share) => self.finger_misplaced = share,
-            Key::BlobMissed(share) => self.blob_missed = share,
-            Key::TouchFalse(share) => self.touch_false = share,
-            Key::TouchMissed(share) => self.touch_missed = share,
-            Key::MoveErrorMm(most) => self.move_error_mm = most,
-        }
+        // It is in range: that was checked when the setting was read.
+        (setting.set)(self, setting.value).ok();
     }
 }
 
 /// Draws the faults of one body.
 #[derive(Clone, Debug)]
-pub struct Faults {
+pub struct SenseNoise {
     noise: Noise,
     random: SplitMix,
 }
 
-impl Faults {
+impl SenseNoise {
     /// Faults at these rates, following from a seed.
     #[must_use]
     pub fn new(noise: Noise, seed: u64) -> Self {
@@ -150,7 +147,7 @@ mod tests {
 
     #[test]
     fn without_noise_nothing_is_changed() {
-        let mut faults = Faults::new(Noise::default(), 3);
+        let mut faults = SenseNoise::new(Noise::default(), 3);
         let (manifold, fields) = (manifold(), VisualFields::new(780, 580, 40.0).unwrap());
         let to = JointPositions { j1: 0.4, j2: 0.6 };
         for _ in 0..1000 {
@@ -165,7 +162,7 @@ mod tests {
         let all = noise(&["blob_missed=0.1", "touch_false=0.2", "touch_missed=0.3", "finger_misplaced=0.4"]);
         let fields = VisualFields::new(780, 580, 40.0).unwrap();
         let run = |seed| {
-            let mut faults = Faults::new(all, seed);
+            let mut faults = SenseNoise::new(all, seed);
             let mut counts = [0; 4];
             for _ in 0..10_000 {
                 counts[0] += usize::from(faults.misses_blob());
@@ -186,7 +183,7 @@ mod tests {
     #[test]
     fn moves_miss_by_as_much_as_stated_and_stay_on_the_manifold() {
         let manifold = manifold();
-        let mut faults = Faults::new(noise(&["move_error_mm=5"]), 1);
+        let mut faults = SenseNoise::new(noise(&["move_error_mm=5"]), 1);
         let mut furthest_m = 0.0_f64;
         for (j1, j2) in [(0.5, 0.5), (0.5, 1.0)] {
             let to = JointPositions { j1, j2 };

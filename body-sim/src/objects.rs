@@ -1,9 +1,9 @@
-//! Placing blocks as a person would: near the place meant, turned a little. The errors follow from the seed
+//! Placing blocks as a person would: near the intended place, turned a little. The errors follow from the seed
 //! and the number of placements before, so a run is repeatable.
 
 use pschema_arm::SplitMix;
 
-use crate::workspace::{Place, Workspace};
+use crate::workspace::{TablePlace, Workspace};
 use crate::world::World;
 
 /// Puts blocks down.
@@ -13,14 +13,11 @@ pub struct Hand {
     placements: u64,
 }
 
-/// Why a block cannot be put down.
+/// A block cannot be put down because another block is in the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refusal {
-    /// Another block is in the way.
-    Occupied {
-        /// Index of that block.
-        by: usize,
-    },
+pub struct PlaceOccupied {
+    /// Index of the block in the way.
+    pub by: usize,
 }
 
 impl Hand {
@@ -39,8 +36,8 @@ impl Hand {
         world: &mut World,
         workspace: &Workspace,
         block: usize,
-        place: &Place,
-    ) -> Result<(), Refusal> {
+        place: &TablePlace,
+    ) -> Result<(), PlaceOccupied> {
         let mut random = SplitMix::new(self.seed ^ (self.placements + 1).wrapping_mul(0xD1B5_4A32_D192_ED03));
         let positions = &workspace.file.positions;
         let jitter_m = positions.jitter_mm.metres();
@@ -50,7 +47,7 @@ impl Hand {
         if let Some(by) =
             (0..world.block_count()).find(|&other| other != block && overlap(world, block, other, (x_m, y_m)))
         {
-            return Err(Refusal::Occupied { by });
+            return Err(PlaceOccupied { by });
         }
         self.placements += 1;
         world.place_block(block, (x_m, y_m), yaw_rad);

@@ -4,17 +4,17 @@ use std::time::{Duration, Instant};
 
 use crate::world::STEP_S;
 
-/// Further behind than this, lost time is given up, not caught up with.
+/// When the simulation is further behind than this, the lost time is given up and not caught up with.
 const LAG_MAX: Duration = Duration::from_millis(100);
 
-/// Lets one simulated step pass in the time that it takes in the world.
+/// Lets a simulated step take as long as it would in the real world.
 #[derive(Clone, Debug)]
 pub struct Pace {
     due: Instant,
 }
 
 impl Pace {
-    /// Starts now.
+    /// A pace that starts now.
     #[must_use]
     pub fn new() -> Self {
         Self { due: Instant::now() }

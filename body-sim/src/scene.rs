@@ -1,16 +1,16 @@
-//! What there is to see: the arm's links, the finger and the blocks, as solids for the renderer.
+//! The arm's links, the finger and the blocks, as solids for the renderer.
 
 use nalgebra::Point3;
 
-use crate::arm::Posture;
 use crate::camera::{Shape, Solid, TableTop};
 use crate::config::WorldFile;
 use crate::gap::Form;
+use crate::kinematics::Posture;
 use crate::world::World;
 
 /// Radius of the column that carries the arm, in metres.
 const COLUMN_RADIUS_M: f64 = 0.040;
-/// The arm's paint: greys, which are no colour to the eye.
+/// The arm's paint: greys, in which the eye sees no colour.
 const LINK_RGB: [u8; 3] = [150, 153, 158];
 const JOINT_RGB: [u8; 3] = [66, 68, 72];
 const SHAFT_RGB: [u8; 3] = [48, 49, 52];
@@ -22,14 +22,14 @@ pub fn table_top(file: &WorldFile) -> TableTop {
     TableTop { width_m: file.table.width_mm.metres(), y_m: (near_m, near_m + file.table.depth_mm.metres()) }
 }
 
-/// What never moves: the column that carries the arm.
+/// The solids that never move: the column that carries the arm.
 #[must_use]
 pub fn fixed(file: &WorldFile) -> Vec<Solid> {
     let shoulder_m = Point3::new(0.0, 0.0, file.arm.shoulder_height_mm.metres());
     vec![Solid { shape: Shape::Capsule(Point3::origin(), shoulder_m, COLUMN_RADIUS_M), rgb: JOINT_RGB }]
 }
 
-/// Everything else, for one picture.
+/// All other solids, for one picture.
 #[must_use]
 pub fn solids(file: &WorldFile, world: &World, posture: &Posture) -> Vec<Solid> {
     let mut solids = arm(file, posture);

@@ -1,4 +1,4 @@
-//! A picture of what the camera sees, with the visual fields and what was recognised drawn in.
+//! The camera's picture, with the visual fields and the recognised blobs drawn in.
 
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -27,20 +27,20 @@ pub enum SnapshotError {
     /// The file cannot be written.
     #[error("cannot write {path}: {source}; name a file in a folder that you may write to")]
     Write {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
     /// The picture cannot be encoded.
     #[error("cannot encode {path} as PNG: {source}")]
     Encode {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: png::EncodingError,
     },
-    /// The world offers too little to show.
+    /// The world has too few places or postures for a scene.
     #[error("cannot arrange the scene to be shown: {0}")]
     Scene(String),
 }
@@ -54,7 +54,7 @@ pub fn snapshot(body: &mut SimBody, path: &Path) -> Result<(), SnapshotError> {
     write(body, path)
 }
 
-/// Writes what the camera sees now, with the fields drawn in.
+/// Writes the camera's picture of this moment, with the fields drawn in.
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -109,7 +109,8 @@ fn expect_done(outcome: Outcome, what: &str) -> Result<(), SnapshotError> {
     }
 }
 
-/// All fields in the line colour of what the arm can do there; those with something in them ringed.
+/// Draws all fields, each in the colour that says whether the arm touches, points or does not reach there, and rings
+/// those with a blob in them.
 fn draw_fields(body: &SimBody, blobs: &[&Blob], canvas: &mut Canvas) {
     let workspace = body.workspace();
     let zoom = ZOOM as f64;

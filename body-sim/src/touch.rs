@@ -1,5 +1,5 @@
 //! Touch: four pads around the finger's ball, facing left, right, near and far as the finger is turned.
-//! They are a little soft: what is within their give is felt.
+//! They are a little soft: a block within their give is felt.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use pschema_arm::Side;
@@ -11,7 +11,7 @@ pub const GIVE_M: f64 = 0.001;
 /// Half the angle that a pad covers, as a cosine: 52 degrees, so that a contact on a corner is felt by two.
 const HALF_PAD_COSINE: f64 = 0.616;
 
-/// Where a pad faces, in the finger's frame.
+/// The direction in which a pad faces, in the finger's frame.
 fn facing(side: Side) -> Vector3<f64> {
     match side {
         Side::Left => -Vector3::x(),
@@ -21,13 +21,22 @@ fn facing(side: Side) -> Vector3<f64> {
     }
 }
 
-/// Whether anything is felt.
+/// The contact of the finger with the blocks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contact {
+    /// The sides whose pads feel a block, in the order of [`Side::ALL`].
+    pub sides: Vec<Side>,
+    /// How deep the finger is in a block, in metres; 0 when it is in none.
+    pub overlap_m: f64,
+}
+
+/// Whether any pad feels a block.
 #[must_use]
 pub fn touching(gaps: &[Gap]) -> bool {
     gaps.iter().any(|gap| gap.distance_m <= GIVE_M)
 }
 
-/// The pads that feel something, in the order of [`Side::ALL`]. None for a contact from straight below.
+/// The sides whose pads feel a block, in the order of [`Side::ALL`]. A contact from straight below is felt by none.
 #[must_use]
 pub fn sides(gaps: &[Gap], finger_turn: &UnitQuaternion<f64>) -> Vec<Side> {
     let felt: Vec<Vector3<f64>> = gaps
@@ -40,6 +49,15 @@ pub fn sides(gaps: &[Gap], finger_turn: &UnitQuaternion<f64>) -> Vec<Side> {
         .collect();
     let feels = |side: &Side| felt.iter().any(|direction| direction.dot(&facing(*side)) >= HALF_PAD_COSINE);
     Side::ALL.into_iter().filter(feels).collect()
+}
+
+/// The contact that these gaps make.
+#[must_use]
+pub fn contact(gaps: &[Gap], finger_turn: &UnitQuaternion<f64>) -> Contact {
+    Contact {
+        sides: sides(gaps, finger_turn),
+        overlap_m: gaps.iter().map(|gap| -gap.distance_m).fold(0.0, f64::max),
+    }
 }
 
 #[cfg(test)]

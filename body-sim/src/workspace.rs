@@ -1,26 +1,26 @@
-//! The work space a world file describes: the fields the finger can be seen in with the posture taught for
+//! The work space that a world file describes: the fields that the finger can be seen in, with the posture taught for
 //! each, and the places for blocks.
 
 use nalgebra::Point3;
 use pschema_arm::route::Waypoint;
-use pschema_arm::{JOINT_RESOLUTION, JointPositions, PointMm};
+use pschema_arm::{FileError, JOINT_RESOLUTION, JointPositions, PointMm};
 use pschema_vision::camera::{Camera, CameraSetup};
 use pschema_vision::fields::VisualFields;
 
-use crate::arm::Arm;
-use crate::config::{Push, WorldError, WorldFile};
+use crate::config::{PushEntry, WORLD_FILE, WorldFile};
+use crate::kinematics::Kinematics;
 use crate::manifold::{Manifold, ManifoldSetup, OnManifold};
 
-/// Height of a block's apparent centre, as a share of its edge: from above one sees its top and one side.
+/// Height of a block's apparent centre, as a share of its edge: the camera above sees its top and one side.
 const SEEN_HEIGHT_SHARE: f64 = 0.8;
 /// The arm's joints stay at least this far above the table, so that only the finger can meet a block.
 const JOINT_HEIGHT_M_MIN: f64 = 0.08;
-/// A block beyond reach is cleared by the passing finger by at least this.
+/// The finger passes over a block beyond reach by at least this, in metres.
 const CLEARANCE_M: f64 = 0.004;
 
 /// A taught posture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Taught {
+pub struct TaughtPosture {
     /// The visual field that the finger is then seen in.
     pub field: usize,
     /// The joint positions, whole multiples of [`JOINT_RESOLUTION`].
@@ -31,16 +31,16 @@ pub struct Taught {
 
 /// A push in the repertoire.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pushing {
+pub struct TaughtPush {
     /// Where the finger is set down, in whole multiples of [`JOINT_RESOLUTION`].
     pub from: JointPositions,
-    /// Where it ends, likewise.
+    /// Where the push ends, in whole multiples of [`JOINT_RESOLUTION`].
     pub to: JointPositions,
 }
 
 /// A place for a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct TablePlace {
     /// The visual field that a block there is seen in.
     pub field: usize,
     /// The block's centre on the table in metres: x, y.
@@ -49,26 +49,26 @@ pub struct Place {
     pub within_reach: bool,
 }
 
-/// Everything fixed about a world.
+/// Everything in a world that does not change.
 #[derive(Clone, Debug)]
 pub struct Workspace {
-    /// The file it came from.
+    /// The world file.
     pub file: WorldFile,
-    /// The arm.
-    pub arm: Arm,
-    /// Where its finger tip works.
+    /// The geometry of the arm.
+    pub arm: Kinematics,
+    /// The manifold that the finger tip works on.
     pub manifold: Manifold,
-    /// The eye's geometry.
+    /// The geometry of the camera.
     pub camera: Camera,
-    /// The eye's fields.
+    /// The visual fields of the camera's picture.
     pub fields: VisualFields,
     /// One posture for each reachable field, ordered by field.
-    pub taught: Vec<Taught>,
+    pub taught: Vec<TaughtPosture>,
     /// The pushes that the file lists.
-    pub pushes: Vec<Pushing>,
+    pub pushes: Vec<TaughtPush>,
     /// Places for blocks: those within reach first, then those beyond, each ordered by field; then those that
     /// the file lists.
-    pub places: Vec<Place>,
+    pub places: Vec<TablePlace>,
 }
 
 impl Workspace {
@@ -77,12 +77,12 @@ impl Workspace {
     /// # Errors
     /// When the parts do not fit together, or the fields and places do not come out in the numbers that
     /// the file states.
-    pub fn new(name: &str, file: WorldFile) -> Result<Self, WorldError> {
-        Self::build(file).map_err(|problem| WorldError::Inconsistent { name: name.to_owned(), problem })
+    pub fn new(name: &str, file: WorldFile) -> Result<Self, FileError> {
+        Self::build(file).map_err(|problem| WORLD_FILE.inconsistent(name, None, problem))
     }
 
     fn build(file: WorldFile) -> Result<Self, String> {
-        let arm = Arm::new(&file.arm);
+        let arm = Kinematics::new(&file.arm);
         let (reach_centre_m, reach_radius_m) = arm.reach_m();
         let manifold = Manifold::new(ManifoldSetup {
             tip_height_m: file.manifold.tip_height_mm.metres(),
@@ -95,9 +95,8 @@ impl Workspace {
         })?;
         check_arm(&file, &arm, &manifold)?;
         let camera = camera(&file)?;
-        let pitch_px = file.vision.field_pitch_px.get();
         let (width_px, height_px) = (camera.setup().width_px, camera.setup().height_px);
-        let fields = VisualFields::new(width_px, height_px, pitch_px).map_err(|e| e.to_string())?;
+        let fields = file.vision.fields(width_px, height_px).map_err(|e| e.to_string())?;
         let mut workspace = Self {
             file,
             arm,
@@ -125,7 +124,7 @@ impl Workspace {
 
     /// The posture taught for a field.
     #[must_use]
-    pub fn taught_for(&self, field: usize) -> Option<&Taught> {
+    pub fn taught_for(&self, field: usize) -> Option<&TaughtPosture> {
         self.taught.binary_search_by_key(&field, |taught| taught.field).ok().map(|index| &self.taught[index])
     }
 
@@ -146,21 +145,21 @@ impl Workspace {
     }
 
     /// Shows the arm, field by field, the posture in which its finger is at the field's centre.
-    fn teach(&self) -> Vec<Taught> {
+    fn teach(&self) -> Vec<TaughtPosture> {
         let edge_px = self.file.repertoire.edge_px.get();
         let taught = self.fields.centres_px().iter().enumerate().filter_map(|(field, &(u, v))| {
             if !self.inside_px(u, v, edge_px) {
                 return None;
             }
             let joints = rounded(self.manifold.joints(self.manifold.seen_at(&self.camera, u, v)?));
-            // Rounded, it may have left the rim's end.
+            // Rounded joint positions may lie beyond the end of the rim.
             let point = self.manifold.at(joints).filter(|_| joints.are_commandable())?;
-            Some(Taught { field, joints, flat: self.manifold.is_flat(point) })
+            Some(TaughtPosture { field, joints, flat: self.manifold.is_flat(point) })
         });
         taught.collect()
     }
 
-    fn pushing(&self, push: &Push) -> Result<Pushing, String> {
+    fn pushing(&self, push: &PushEntry) -> Result<TaughtPush, String> {
         let joints = |point_mm: &PointMm| {
             let (x_m, y_m) = (point_mm[0].metres(), point_mm[1].metres());
             let joints = rounded(self.manifold.square.joints((x_m, y_m)));
@@ -178,10 +177,10 @@ impl Workspace {
                 self.manifold.square.nearest_m * 1e3
             ))
         };
-        Ok(Pushing { from: joints(&push.from_mm)?, to: joints(&push.to_mm)? })
+        Ok(TaughtPush { from: joints(&push.from_mm)?, to: joints(&push.to_mm)? })
     }
 
-    fn lay_places(&self) -> Result<Vec<Place>, String> {
+    fn lay_places(&self) -> Result<Vec<TablePlace>, String> {
         let positions = &self.file.positions;
         let within = self.candidates(|taught| taught.flat, true);
         let beyond = self.candidates(|taught| !taught.flat, false);
@@ -195,7 +194,7 @@ impl Workspace {
                     "{what} is {wanted}, but there is no such field; make it 0 or change the set-up"
                 ));
             }
-            // Spread evenly over all there are. Of more places than fields, some share a field.
+            // Spread evenly over all candidates. When there are more places than fields, some share a field.
             places.extend((0..wanted).map(|index| candidates[index * candidates.len() / wanted]));
         }
         for point_mm in &positions.at_mm {
@@ -205,13 +204,13 @@ impl Workspace {
     }
 
     /// A place that the file lists.
-    fn listed(&self, point_mm: &PointMm) -> Result<Place, String> {
+    fn listed(&self, point_mm: &PointMm) -> Result<TablePlace, String> {
         let (x, y) = (point_mm[0].metres(), point_mm[1].metres());
         let apparent = Point3::new(x, y, self.block_side_m_max() * SEEN_HEIGHT_SHARE);
         let seen = self.camera.project(&apparent).and_then(|(u, v)| self.fields.field_at(u, v));
         let place = seen.map(|field| {
             let within_reach = (x * x + y * y).sqrt() <= self.manifold.flat_reach_m;
-            Place { field, centre_m: (x, y), within_reach }
+            TablePlace { field, centre_m: (x, y), within_reach }
         });
         place.filter(|place| self.on_table(place, self.block_side_m_max() / 2.0)).ok_or_else(|| {
             format!(
@@ -223,16 +222,16 @@ impl Workspace {
     }
 
     /// Places for the largest block at the centre of taught fields.
-    fn candidates(&self, wanted: impl Fn(&Taught) -> bool, within_reach: bool) -> Vec<Place> {
+    fn candidates(&self, wanted: impl Fn(&TaughtPosture) -> bool, within_reach: bool) -> Vec<TablePlace> {
         let block_m = self.block_side_m_max();
         let edge_px = self.file.positions.block_edge_px.get();
-        let at_field = |taught: &Taught| {
+        let at_field = |taught: &TaughtPosture| {
             let (u, v) = self.fields.centres_px()[taught.field];
             if !self.inside_px(u, v, edge_px) {
                 return None;
             }
             let centre = self.camera.on_plane(u, v, block_m * SEEN_HEIGHT_SHARE)?;
-            let place = Place { field: taught.field, centre_m: (centre.x, centre.y), within_reach };
+            let place = TablePlace { field: taught.field, centre_m: (centre.x, centre.y), within_reach };
             let possible = if within_reach { self.clear_of_rest(&place) } else { self.out_of_reach(&place) };
             (possible && self.on_table(&place, block_m)).then_some(place)
         };
@@ -240,14 +239,14 @@ impl Workspace {
     }
 
     /// Whether a block there keeps clear of the finger at rest.
-    fn clear_of_rest(&self, place: &Place) -> bool {
+    fn clear_of_rest(&self, place: &TablePlace) -> bool {
         let (x, y) = place.centre_m;
         let apart = (x * x + (y - self.manifold.square.rest_m) * (y - self.manifold.square.rest_m)).sqrt();
         apart > self.meeting_distance_m() + CLEARANCE_M
     }
 
     /// Whether the finger passes over a block there wherever it could meet it.
-    fn out_of_reach(&self, place: &Place) -> bool {
+    fn out_of_reach(&self, place: &TablePlace) -> bool {
         let (x, y) = place.centre_m;
         let first_m = (x * x + y * y).sqrt() - self.meeting_distance_m();
         let lowest_m = self.block_side_m_max() + self.file.finger.ball_radius_mm.metres() + CLEARANCE_M;
@@ -266,7 +265,7 @@ impl Workspace {
     }
 
     /// Whether a place is on the table, at least `margin_m` from its edge.
-    fn on_table(&self, place: &Place, margin_m: f64) -> bool {
+    fn on_table(&self, place: &TablePlace, margin_m: f64) -> bool {
         let table = &self.file.table;
         let front_m = table.depth_mm.metres() - table.behind_mm.metres();
         place.centre_m.0.abs() + margin_m < table.width_mm.metres() / 2.0
@@ -298,8 +297,9 @@ fn camera(file: &WorldFile) -> Result<Camera, String> {
     .map_err(|error| error.to_string())
 }
 
-/// The arm reaches its whole manifold, keeps its joints above the table, and the ball does not scrape it.
-fn check_arm(file: &WorldFile, arm: &Arm, manifold: &Manifold) -> Result<(), String> {
+/// Checks that the arm reaches its whole manifold, that its joints stay above the table, and that the ball does not
+/// scrape the table.
+fn check_arm(file: &WorldFile, arm: &Kinematics, manifold: &Manifold) -> Result<(), String> {
     if file.finger.ball_radius_mm.get() >= file.manifold.tip_height_mm.get() {
         return Err(
             "finger.ball_radius_mm must be less than manifold.tip_height_mm, or it scrapes the table".into(),
@@ -383,7 +383,7 @@ mod tests {
         assert!(error.contains("224 fields") && error.contains("states 100"), "{error}");
     }
 
-    /// What came of replacing some of a shipped world's text.
+    /// The refusal of a shipped world in which a text was replaced.
     fn refused(world: &str, from: &str, to: &str) -> String {
         assert!(world.contains(from), "the shipped world has no {from:?} any more");
         let file = WorldFile::parse("test", &world.replacen(from, to, 1)).unwrap();

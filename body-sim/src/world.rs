@@ -1,5 +1,5 @@
-//! The physics: blocks on a table and the finger that meets them, in rapier. The only file that names
-//! rapier, whose own vectors stay within it.
+//! The physics: blocks on a table and the finger that meets them, in rapier. This is the only file that names rapier,
+//! and rapier's own vectors stay within it.
 //!
 //! The finger is kinematic: it goes exactly where the arm's motion puts it, as a stiffly controlled arm does.
 //! The other links are not solid here, because the work space is checked to keep them above every block.
@@ -18,29 +18,29 @@ pub const STEPS_PER_S: u32 = 240;
 pub const STEP_S: f64 = 1.0 / STEPS_PER_S as f64;
 /// A block that has fallen this far below the table is lost.
 const LOST_BELOW_M: f64 = 0.05;
-/// Slower than this, a block rests: metres and radians a second.
+/// A block slower than this rests, in metres and radians a second.
 const STILL_M_PER_S: f32 = 0.002;
 const STILL_RAD_PER_S: f32 = 0.05;
 /// Density of blocks in kg/m3: beech.
 const DENSITY: f32 = 700.0;
-/// How far from the finger contacts are looked for, in metres.
+/// Distance from the finger within which contacts are looked for, in metres.
 const LOOK_M: f64 = 0.005;
-/// How fast a rolling ball slows down, in 1/s: felt under the table's paper.
+/// Damping of a rolling ball, in 1/s: as on felt under the table's paper.
 const ROLLING_DAMPING: f32 = 0.8;
 const TABLE_THICKNESS_M: f64 = 0.04;
 
-/// What a world is built from, in metres.
+/// The lengths that a world is built from, in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldSetup {
     /// Extent of the table along x, centred on 0.
     pub table_width_m: f64,
     /// First and last y of the table.
     pub table_y_m: (f64, f64),
-    /// Friction of everything.
+    /// Coefficient of friction of everything.
     pub friction: f64,
     /// Radius of the finger's ball, whose centre is the finger's origin.
     pub ball_radius_m: f64,
-    /// Radius of its shaft.
+    /// Radius of the finger's shaft.
     pub shaft_radius_m: f64,
     /// Where the shaft ends at the wrist, in the finger's frame.
     pub wrist_from_tip_m: Vector3<f64>,
@@ -48,7 +48,7 @@ pub struct WorldSetup {
     pub blocks: Vec<Form>,
 }
 
-/// How the finger and one block stand to each other.
+/// The gap between the finger and one block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
     /// Index of the block.
@@ -140,7 +140,7 @@ impl World {
         self.blocks[block].form
     }
 
-    /// Where a block's centre is and how it is turned; None when it is not there.
+    /// The pose of a block's centre. None when the block is not on the table.
     #[must_use]
     pub fn block(&self, block: usize) -> Option<Isometry3<f64>> {
         let block = self.blocks.get(block).filter(|block| block.present)?;
@@ -168,14 +168,14 @@ impl World {
         self.physics.bodies[block.body].set_enabled(false);
     }
 
-    /// Advances everything by one step, the finger to `finger`, and does nothing else.
-    pub(crate) fn step_alone(&mut self, finger: &Isometry3<f64>) {
+    /// Advances everything by one step of the physics, the finger to `finger`. Lost blocks are not looked for.
+    pub fn step_alone(&mut self, finger: &Isometry3<f64>) {
         self.physics.bodies[self.finger].set_next_kinematic_position(pose(finger));
         self.physics.step();
     }
 
-    /// Puts blocks and finger where they are in another world that was built alike.
-    pub(crate) fn be_as(&mut self, other: &Self) {
+    /// Puts blocks and finger where they are in another world that was built from the same setup.
+    pub fn be_as(&mut self, other: &Self) {
         for (own, others) in self.blocks.iter_mut().zip(&other.blocks) {
             own.present = others.present;
             let at = *other.physics.bodies[others.body].position();
@@ -189,13 +189,13 @@ impl World {
         self.physics.bodies[self.finger].set_position(finger, true);
     }
 
-    /// Advances everything by one step, the finger to `finger`. Returns blocks lost in it.
+    /// Advances everything by one step, the finger to `finger`. Returns the indexes of the blocks that were lost in it.
     pub fn step(&mut self, finger: &Isometry3<f64>) -> Vec<usize> {
         self.step_alone(finger);
         let lost = |world: &Self, index: usize| {
             let block = &world.blocks[index];
             let at = world.physics.bodies[block.body].translation();
-            // Also what is not finite counts as lost.
+            // A block whose position is not finite counts as lost, too.
             block.present && !(at.is_finite() && f64::from(at.z) > -LOST_BELOW_M)
         };
         let gone: Vec<usize> = (0..self.blocks.len()).filter(|&index| lost(self, index)).collect();
@@ -233,7 +233,7 @@ impl World {
         present.map(|at| (at.translation.vector - tip.coords).norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// Blocks within a few millimetres of the finger where it is now, by index.
+    /// The gaps to the blocks within a few millimetres of the finger, in the order of the blocks.
     #[must_use]
     pub fn gaps(&self) -> Vec<Gap> {
         (0..self.blocks.len()).filter_map(|index| self.gap(index)).collect()

@@ -3,16 +3,16 @@
 
 use crate::classify::NO_COLOUR;
 
-/// Blobs reported of one picture; of more, the largest.
+/// Blobs reported of one picture. When there are more, the largest are reported.
 pub const BLOBS_MAX: usize = 256;
 
-/// What counts as a blob.
+/// The rules that decide which pixels make a blob.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BlobRules {
     /// Smallest area in pixels; anything smaller is noise.
     pub area_px_min: u32,
-    /// Blobs of one colour whose boxes are at most this far apart are one: something thin, a finger's
-    /// shaft, lies across it.
+    /// Two blobs of one colour whose boxes are at most this far apart are one: something thin, as a finger's shaft,
+    /// lies across it.
     pub gap_px_max: u32,
 }
 
@@ -46,7 +46,7 @@ struct Run {
     class: u8,
 }
 
-/// Sums from which a blob is made; sums of two parts add.
+/// Sums over the pixels of a region, from which its blob is worked out. The sums of two parts add.
 #[derive(Clone, Copy, Debug)]
 struct Region {
     class: u8,
@@ -58,7 +58,7 @@ struct Region {
 }
 
 impl BlobFinder {
-    /// A finder without memory yet.
+    /// A finder that has not looked at a picture yet.
     #[must_use]
     pub fn new() -> Self {
         Self::default()

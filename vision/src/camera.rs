@@ -12,7 +12,7 @@ use crate::image::SIDE_PX_MAX;
 /// Points nearer than this in front of the camera, or behind it, are not projected.
 const DEPTH_M_MIN: f64 = 1e-6;
 
-/// Where a camera is, how it is turned, and how wide it sees.
+/// Position, direction and field of view of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraSetup {
     /// The pinhole in the world, in metres.
@@ -37,11 +37,11 @@ pub enum CameraError {
         "the camera's {what} is {value}: it must be {expected}; correct it in the world or camera configuration"
     )]
     OutOfRange {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
-        /// What it is.
+        /// Its value.
         value: f64,
-        /// What it may be.
+        /// The values it may have.
         expected: &'static str,
     },
 }
@@ -84,14 +84,14 @@ impl Camera {
         Ok(Self { setup, world_from_camera: world_from_camera(setup.pan_rad, setup.tilt_rad) })
     }
 
-    /// The set-up it was made from.
+    /// The set-up that the camera was made from.
     #[must_use]
     pub fn setup(&self) -> &CameraSetup {
         &self.setup
     }
 
-    /// Where in the picture a point of the world is seen: (u, v) in pixels, possibly beyond the picture's
-    /// edges. None when the point is not in front of the camera.
+    /// The position in the picture at which a point of the world is seen: (u, v) in pixels, possibly beyond the
+    /// picture's edges. None when the point is not in front of the camera.
     #[must_use]
     pub fn project(&self, point_m: &Point3<f64>) -> Option<(f64, f64)> {
         let in_camera = self.world_from_camera.transpose() * (point_m - self.setup.position_m);

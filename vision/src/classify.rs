@@ -43,10 +43,10 @@ impl ColourRange {
 /// Why colour ranges cannot be told apart.
 #[derive(Debug, Error, PartialEq)]
 pub enum ClassifyError {
-    /// None, or too many.
+    /// There are no colours, or too many.
     #[error("{0} colours: there must be 1 to {COLOURS_MAX}")]
     Count(usize),
-    /// A number of a range is outside what it may be.
+    /// A number of a range is out of bounds.
     #[error("colour {name}: hues must be in 0..=360 degrees, saturation_min and value_min in 0..=1")]
     Range {
         /// The colour.

@@ -16,12 +16,12 @@ pub struct Eye {
     finger_colour: usize,
 }
 
-/// What is in a picture.
+/// The finger and the objects that one picture shows.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Seen {
+pub struct Sighting {
     /// The finger's ball: the largest blob of its colour.
     pub finger: Option<Blob>,
-    /// Everything else, with the index of its colour.
+    /// All other blobs, each with the index of its colour.
     pub objects: Vec<(usize, Blob)>,
 }
 
@@ -46,18 +46,18 @@ impl Eye {
     }
 
     /// Looks at a picture.
-    pub fn look(&mut self, image: &RgbImage) -> Seen {
+    pub fn look(&mut self, image: &RgbImage) -> Sighting {
         self.classifier.classify(image, &mut self.classes);
         self.see(image)
     }
 
-    /// Looks at a picture that differs from the one looked at last in these ranges of pixels alone. Sees what
-    /// [`Self::look`] sees, sooner.
+    /// Looks at a picture that differs from the one looked at last in these ranges of pixels alone. The result is that
+    /// of [`Self::look`], and comes sooner.
     pub fn look_again<'a>(
         &mut self,
         image: &RgbImage,
         changed: impl Iterator<Item = &'a Range<usize>>,
-    ) -> Seen {
+    ) -> Sighting {
         if self.classes.len() != image.pixels().len() {
             return self.look(image);
         }
@@ -65,8 +65,8 @@ impl Eye {
         self.see(image)
     }
 
-    fn see(&mut self, image: &RgbImage) -> Seen {
-        let mut seen = Seen::default();
+    fn see(&mut self, image: &RgbImage) -> Sighting {
+        let mut seen = Sighting::default();
         for blob in self.finder.find(&self.classes, image.width_px(), self.rules) {
             let Some(colour) = usize::from(blob.class).checked_sub(1) else { continue };
             if colour != self.finger_colour {

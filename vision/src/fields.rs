@@ -11,7 +11,7 @@ pub const FIELDS_MAX: usize = 16_384;
 
 /// Height of a row of the grid relative to the pitch: the square root of 3/4.
 const ROW_PER_PITCH: f64 = 0.866_025_403_784_438_6;
-/// Radius that closes all holes, relative to the pitch: 1 over the square root of 3.
+/// Radius at which the circles leave no holes, relative to the pitch: 1 over the square root of 3.
 const RADIUS_PER_PITCH: f64 = 0.577_350_269_189_625_8;
 
 /// Why a grid of fields cannot be laid.

@@ -1,40 +1,40 @@
-//! What comes and goes on the line: answers wait here until they may leave, at the pace of the line and with its faults.
+//! The traffic of the line: answers wait here until they may leave, at the pace of the line and with its faults.
 
 use std::collections::VecDeque;
 use std::io;
 use std::time::{Duration, Instant};
 
-use crate::faults::Faults;
+use crate::faults::LineFaults;
 use crate::pty::Pty;
 
-/// Bytes that may wait to leave. Beyond it, what a controller writes is lost.
+/// Bytes that may wait to leave. Further ones are lost.
 const WAITING_MAX: usize = 64 * 1024;
 /// Bits of a character on the line: start, eight, stop.
 const BITS: u32 = 10;
 
-/// The line with what waits to leave on it.
+/// The line, with the answers that wait to leave on it.
 pub(crate) struct Line {
     pty: Pty,
-    pub(crate) faults: Faults,
+    pub(crate) faults: LineFaults,
     pub(crate) faulty: bool,
     baud: Option<u32>,
-    waiting: VecDeque<Leaving>,
+    waiting: VecDeque<QueuedBytes>,
     waiting_bytes: usize,
-    /// When the last character has gone, should the line be paced.
+    /// When the last character that left has gone, if the line is paced.
     free_at: Instant,
-    /// Likewise of those that come in.
+    /// When the last character that came in has come, if the line is paced.
     heard_until: Instant,
     plug_at: Option<Instant>,
 }
 
-struct Leaving {
+struct QueuedBytes {
     at: Instant,
     bytes: Vec<u8>,
     unplug: Option<Duration>,
 }
 
 impl Line {
-    pub(crate) fn new(pty: Pty, faults: Faults, baud: Option<u32>, now: Instant) -> Self {
+    pub(crate) fn new(pty: Pty, faults: LineFaults, baud: Option<u32>, now: Instant) -> Self {
         Self {
             pty,
             faults,
@@ -57,21 +57,21 @@ impl Line {
         self.baud.map_or(Duration::ZERO, |baud| Duration::from_secs(1) * BITS * bytes / baud)
     }
 
-    /// Has an answer leave.
+    /// Takes an answer that is to leave.
     pub(crate) fn say(&mut self, text: &str, now: Instant) {
         let sent = if self.faulty {
             self.faults.answer(text)
         } else {
-            crate::faults::Sent { bytes: text.as_bytes().to_vec(), ..Default::default() }
+            crate::faults::Transmission { bytes: text.as_bytes().to_vec(), ..Default::default() }
         };
         if self.waiting_bytes + sent.bytes.len() > WAITING_MAX {
             tracing::warn!("what the controller says is lost: nobody reads");
             return;
         }
-        // A line has no overtaking.
+        // No answer overtakes another.
         let at = (now + sent.late).max(self.waiting.back().map_or(now, |last| last.at));
         self.waiting_bytes += sent.bytes.len();
-        self.waiting.push_back(Leaving { at, bytes: sent.bytes, unplug: sent.unplug });
+        self.waiting.push_back(QueuedBytes { at, bytes: sent.bytes, unplug: sent.unplug });
     }
 
     /// Pulls the plug, for a time.
@@ -82,13 +82,13 @@ impl Line {
         self.plug_at = Some(now + time);
     }
 
-    /// When there is next something to do here; none while nothing waits.
+    /// The time of the next thing to do. None while nothing waits.
     pub(crate) fn due(&self) -> Option<Instant> {
         let next = self.waiting.front().map(|next| next.at.max(self.free_at));
         [next, self.plug_at].into_iter().flatten().min()
     }
 
-    /// Lets leave what may.
+    /// Lets the answers leave that may.
     pub(crate) fn flush(&mut self, now: Instant) -> io::Result<()> {
         if self.plug_at.is_some_and(|at| at <= now) {
             self.plug_at = None;
@@ -100,20 +100,20 @@ impl Line {
                 self.unplug(time, now);
                 return Ok(());
             }
-            // At a pace, a few characters at a time.
+            // A paced line takes a few characters at a time.
             let chunk = if self.baud.is_some() { next.bytes.len().min(8) } else { next.bytes.len() };
             let rest = next.bytes.split_off(chunk);
             self.waiting_bytes = self.waiting_bytes.saturating_sub(chunk);
             self.free_at = now + self.takes(chunk);
             self.pty.write(&next.bytes)?;
             if !rest.is_empty() {
-                self.waiting.push_front(Leaving { at: next.at, bytes: rest, unplug: None });
+                self.waiting.push_front(QueuedBytes { at: next.at, bytes: rest, unplug: None });
             }
         }
         Ok(())
     }
 
-    /// What has come in, with the line's faults; and how long it took to come, for a line that is paced.
+    /// The bytes that have come in, with the faults of the line. On a paced line they come a few at a time.
     pub(crate) fn hear(&mut self, now: Instant) -> io::Result<Vec<u8>> {
         if self.heard_until > now {
             return Ok(Vec::new());

@@ -1,22 +1,22 @@
 //! The arm and its controller's state: power, calibration, emergency stop, softstops, one motion at a time. It knows
-//! no text and no line; the monitor and the server program are two ways to drive it.
+//! no text and no line: the monitor and the server program are two ways to drive it.
 //!
-//! Behind it is body-sim's world: the same arm, table, blocks and camera as the simulated body's. The trajectory is
-//! this controller's own.
+//! Behind the machine is the world of `pschema-sim`: the same arm, table, blocks and camera as the simulated body's.
+//! The trajectory is this controller's own.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use pschema_arm::Side;
+use pschema_arm::{FileError, Side};
 use pschema_protocol::body::Outcome;
 use pschema_sim::body::SimBody;
-use pschema_sim::config::{WorldError, WorldFile};
+use pschema_sim::config::WorldFile;
 use pschema_sim::world::STEP_S;
 use pschema_vision::image::RgbImage;
 
-use crate::messages::{self, Message};
-use crate::path::{JOINTS, Joints, Leg, Path};
-use crate::record::Record;
+use crate::messages::{self, VPlusMessage};
+use crate::path::{JOINTS, JointPath, Joints, Leg};
+use crate::record::EmulatorRecord;
 
 /// Softstops of the emulated robot, in degrees: first and last value of each joint. Wider than its work space, as
 /// those of a real one are.
@@ -26,39 +26,39 @@ pub const SOFTSTOPS_DEG: [(f64, f64); JOINTS] =
 pub(crate) const POWER_UP_S: f64 = 2.0;
 /// Time that calibration takes, in seconds. From memory; a real one also moves the arm a little.
 pub(crate) const CALIBRATION_S: f64 = 3.0;
-/// Deeper than this in what it meets, the arm has not followed, in metres.
+/// When the finger is deeper than this in an obstacle, the arm has not followed its path, in metres.
 const ENVELOPE_M: f64 = 0.006;
-/// The finger's ball this near to the table scrapes it, in metres.
+/// When the finger's ball is nearer to the table than this, it scrapes the table, in metres.
 const SCRAPE_M: f64 = 0.0005;
-/// Steps that blocks are given to come to rest after a motion.
+/// Longest wait for blocks to come to rest after a motion, in steps.
 const SETTLE_STEPS_MAX: u32 = 240;
 /// The first of the digital inputs that the touch pads are wired to; the others follow in the order of [`Side::ALL`].
 pub(crate) const FIRST_SIGNAL: u16 = 1001;
 
 /// High power to the motors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Power {
+pub(crate) enum PowerState {
     Off,
-    /// Coming up; seconds that are left.
+    /// Power is coming up; the seconds that are left.
     Coming(f64),
     On,
 }
 
 /// How a motion ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum End {
+pub(crate) enum MotionEnd {
     Arrived,
     /// A touch signal came on.
     Touched,
     /// Stopped by order.
     Stopped,
     /// An error, after which power is off.
-    Error(Message),
+    Error(VPlusMessage),
 }
 
-/// What ends a guarded motion.
+/// The touch signals that end a motion before its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Guard {
+pub(crate) enum TouchGuard {
     None,
     /// A touch signal that comes on.
     On,
@@ -67,23 +67,23 @@ pub(crate) enum Guard {
 }
 
 struct Motion {
-    path: Path,
-    guard: Guard,
+    path: JointPath,
+    guard: TouchGuard,
     signals: u8,
-    why: Option<End>,
+    why: Option<MotionEnd>,
 }
 
-/// What is there besides orders: things that happen by themselves.
+/// An event that no order brought about at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Happened {
+pub(crate) enum MachineEvent {
     /// A motion ended.
-    Ended(End),
+    Ended(MotionEnd),
     /// Power is up.
     PowerUp,
     /// Calibration is done.
     Calibrated,
     /// Power coming up, or a calibration, has ended before its time.
-    Interrupted(Message),
+    Interrupted(VPlusMessage),
 }
 
 /// The controller with its arm.
@@ -93,21 +93,21 @@ pub(crate) struct Machine {
     inverted: bool,
     joints: Joints,
     speeds_deg_per_s: Joints,
-    power: Power,
-    /// Seconds of calibration that are left.
+    power: PowerState,
+    /// The seconds of calibration that are left.
     calibrating: Option<f64>,
     calibrated: bool,
     e_stop: bool,
     motion: Option<Motion>,
-    happened: Vec<Happened>,
-    /// Time that is not a whole step yet, in seconds.
+    events: Vec<MachineEvent>,
+    /// Time that has passed and is not a whole step yet, in seconds.
     over_s: f64,
-    record: Arc<Mutex<Record>>,
+    record: Arc<Mutex<EmulatorRecord>>,
 }
 
 impl Machine {
     /// A controller that has just been switched on, its arm at rest in a world.
-    pub(crate) fn new(world: &str, seed: u64) -> Result<Self, WorldError> {
+    pub(crate) fn new(world: &str, seed: u64) -> Result<Self, FileError> {
         let body = SimBody::new("emulated", WorldFile::load(world)?, world, seed, false)?;
         let joints = body.posture().angles_rad.map(f64::to_degrees);
         let full = body.workspace().file.arm.joint_speed_max_deg_per_s.get();
@@ -116,14 +116,14 @@ impl Machine {
             inverted: false,
             joints,
             speeds_deg_per_s: [full; JOINTS],
-            power: Power::Off,
+            power: PowerState::Off,
             calibrating: None,
             calibrated: false,
             e_stop: false,
             motion: None,
-            happened: Vec::new(),
+            events: Vec::new(),
             over_s: 0.0,
-            record: Arc::new(Mutex::new(Record::new(joints))),
+            record: Arc::new(Mutex::new(EmulatorRecord::new(joints))),
         })
     }
 
@@ -131,7 +131,7 @@ impl Machine {
         &self.body
     }
 
-    /// Where the arm is, in degrees.
+    /// The joints of the arm, in degrees.
     pub(crate) fn joints(&self) -> Joints {
         self.joints
     }
@@ -141,31 +141,31 @@ impl Machine {
     }
 
     pub(crate) fn has_power(&self) -> bool {
-        self.power == Power::On
+        self.power == PowerState::On
     }
 
     pub(crate) fn is_stopped(&self) -> bool {
         self.e_stop
     }
 
-    /// Whether anything goes on that takes time.
+    /// Whether a motion, a calibration or power coming up is under way.
     pub(crate) fn is_busy(&self) -> bool {
-        self.motion.is_some() || self.calibrating.is_some() || matches!(self.power, Power::Coming(_))
+        self.motion.is_some() || self.calibrating.is_some() || matches!(self.power, PowerState::Coming(_))
     }
 
     /// Whether power comes up or the arm is being calibrated.
     pub(crate) fn is_preparing(&self) -> bool {
-        self.calibrating.is_some() || matches!(self.power, Power::Coming(_))
+        self.calibrating.is_some() || matches!(self.power, PowerState::Coming(_))
     }
 
     /// `STATE(1)` of V+, as far as it is emulated.
     pub(crate) fn overall_state(&self) -> u8 {
         match self.power {
-            Power::Off => 2,
-            Power::Coming(_) => 3,
-            Power::On if self.calibrating.is_some() => 5,
-            Power::On if self.calibrated => 7,
-            Power::On => 8,
+            PowerState::Off => 2,
+            PowerState::Coming(_) => 3,
+            PowerState::On if self.calibrating.is_some() => 5,
+            PowerState::On if self.calibrated => 7,
+            PowerState::On => 8,
         }
     }
 
@@ -177,38 +177,38 @@ impl Machine {
     /// The touch pads' inputs as bits, the first signal lowest.
     pub(crate) fn signals(&self) -> u8 {
         let bit = |side: &Side| Side::ALL.iter().position(|other| other == side).map_or(0, |at| 1 << at);
-        let touched = self.body.felt().sides.iter().map(bit).fold(0, |all, bit| all | bit);
+        let touched = self.body.contact().sides.iter().map(bit).fold(0, |all, bit| all | bit);
         if self.inverted { !touched & 0b1111 } else { touched }
     }
 
-    /// A digital input: of the touch pads; any other is off.
+    /// A digital input. Those of the touch pads are emulated, all others are off.
     pub(crate) fn signal(&self, number: u16) -> bool {
         number.checked_sub(FIRST_SIGNAL).is_some_and(|at| at < 4 && self.signals() & (1 << at) != 0)
     }
 
-    /// Has power come up.
-    pub(crate) fn enable_power(&mut self) -> Result<(), Message> {
+    /// Begins to bring power up.
+    pub(crate) fn enable_power(&mut self) -> Result<(), VPlusMessage> {
         if self.e_stop {
             return Err(messages::E_STOP);
         }
-        if self.power == Power::Off {
-            self.power = Power::Coming(POWER_UP_S);
+        if self.power == PowerState::Off {
+            self.power = PowerState::Coming(POWER_UP_S);
             self.record().power_ups += 1;
         }
         Ok(())
     }
 
-    /// Takes power away: the brakes stop whatever moves.
+    /// Takes power away. The brakes stop a motion.
     pub(crate) fn disable_power(&mut self) {
-        self.power = Power::Off;
+        self.power = PowerState::Off;
         self.record().powered = false;
         self.calibrating = None;
-        self.stop_for(End::Stopped);
+        self.stop_for(MotionEnd::Stopped);
     }
 
     /// Begins to calibrate.
-    pub(crate) fn calibrate(&mut self) -> Result<(), Message> {
-        if self.power != Power::On {
+    pub(crate) fn calibrate(&mut self) -> Result<(), VPlusMessage> {
+        if self.power != PowerState::On {
             return Err(messages::POWER_OFF);
         }
         self.calibrated = false;
@@ -217,35 +217,36 @@ impl Machine {
         Ok(())
     }
 
-    /// Presses the emergency stop, or pulls it out again. Power stays off until it is enabled anew; calibration is kept.
+    /// Presses the emergency stop, or pulls it out again. Power stays off until it is enabled anew; calibration is
+    /// kept.
     pub(crate) fn press(&mut self, pressed: bool) {
         if pressed && !self.e_stop {
             self.record().e_stops += 1;
             if self.is_preparing() {
-                self.happened.push(Happened::Interrupted(messages::E_STOP));
+                self.events.push(MachineEvent::Interrupted(messages::E_STOP));
             }
-            self.power = Power::Off;
+            self.power = PowerState::Off;
             self.record().powered = false;
             self.calibrating = None;
-            self.stop_for(End::Error(messages::E_STOP));
+            self.stop_for(MotionEnd::Error(messages::E_STOP));
         }
         self.e_stop = pressed;
     }
 
-    /// Switches the controller off and on again: it forgets everything but where the arm is, for the brakes hold it.
+    /// Switches the controller off and on again. It forgets everything; the brakes hold the arm where it is.
     pub(crate) fn cycle(&mut self) {
         self.disable_power();
         self.finish_motion();
         self.calibrated = false;
-        self.happened.clear();
+        self.events.clear();
     }
 
     /// Begins a motion.
-    pub(crate) fn start(&mut self, legs: &[Leg], guard: Guard) -> Result<(), Message> {
+    pub(crate) fn start(&mut self, legs: &[Leg], guard: TouchGuard) -> Result<(), VPlusMessage> {
         if self.e_stop {
             return Err(messages::E_STOP);
         }
-        if self.power != Power::On {
+        if self.power != PowerState::On {
             return Err(messages::POWER_OFF);
         }
         if !self.calibrated || self.calibrating.is_some() {
@@ -255,24 +256,24 @@ impl Machine {
             return Err(messages::OUT_OF_RANGE);
         }
         self.record().motion(legs);
-        let path = Path::new(self.joints, legs, self.speeds_deg_per_s);
+        let path = JointPath::new(self.joints, legs, self.speeds_deg_per_s);
         self.motion = Some(Motion { path, guard, signals: self.signals(), why: None });
         Ok(())
     }
 
-    /// Brakes what moves; a calibration that is cut short is none.
+    /// Brakes a motion. A calibration that is cut short does not count.
     pub(crate) fn stop(&mut self) {
         self.calibrating = None;
-        self.stop_for(End::Stopped);
+        self.stop_for(MotionEnd::Stopped);
     }
 
-    fn stop_for(&mut self, why: End) {
+    fn stop_for(&mut self, why: MotionEnd) {
         if self.motion.is_some() {
             self.record().stops += 1;
         }
         if let Some(motion) = &mut self.motion {
-            // An error weighs more than what stopped it before.
-            if motion.why.is_none() || matches!(why, End::Error(_)) {
+            // An error weighs more than the reason that stopped the motion before.
+            if motion.why.is_none() || matches!(why, MotionEnd::Error(_)) {
                 motion.why = Some(why);
             }
             motion.path.brake();
@@ -281,12 +282,12 @@ impl Machine {
 
     /// Lets time pass.
     pub(crate) fn advance(&mut self, time_s: f64) {
-        if let Power::Coming(left_s) = self.power {
-            self.power = Power::Coming(left_s - time_s);
+        if let PowerState::Coming(left_s) = self.power {
+            self.power = PowerState::Coming(left_s - time_s);
             if left_s <= time_s {
-                self.power = Power::On;
+                self.power = PowerState::On;
                 self.record().powered = true;
-                self.happened.push(Happened::PowerUp);
+                self.events.push(MachineEvent::PowerUp);
             }
         }
         if let Some(left_s) = self.calibrating {
@@ -294,14 +295,14 @@ impl Machine {
             if self.calibrating.is_none() {
                 self.calibrated = true;
                 self.record().calibrations += 1;
-                self.happened.push(Happened::Calibrated);
+                self.events.push(MachineEvent::Calibrated);
             }
         }
         self.over_s += time_s;
         while self.over_s >= STEP_S {
             self.over_s -= STEP_S;
             if self.motion.is_none() {
-                // What came to rest stays so.
+                // A world at rest stays at rest.
                 self.over_s = 0.0;
                 return;
             }
@@ -309,9 +310,9 @@ impl Machine {
         }
     }
 
-    /// What happened since this was asked last.
-    pub(crate) fn happened(&mut self) -> Vec<Happened> {
-        std::mem::take(&mut self.happened)
+    /// The events since the last call.
+    pub(crate) fn events(&mut self) -> Vec<MachineEvent> {
+        std::mem::take(&mut self.events)
     }
 
     /// One step of a motion.
@@ -329,38 +330,38 @@ impl Machine {
         }
     }
 
-    /// The reflex of a guarded motion, and the error of one that does not get on.
+    /// The reflex of a guarded motion, and the error of a motion that an obstacle holds up.
     fn feel(&mut self) {
-        let felt = self.body.felt();
+        let felt = self.body.contact();
         let signals = self.signals();
         let file = &self.body.workspace().file;
         let scrapes = self.body.posture().tip_m.z < file.finger.ball_radius_mm.metres() + SCRAPE_M;
         if felt.overlap_m > ENVELOPE_M || scrapes {
             let braking =
-                self.motion.as_ref().is_some_and(|motion| matches!(motion.why, Some(End::Error(_))));
+                self.motion.as_ref().is_some_and(|motion| matches!(motion.why, Some(MotionEnd::Error(_))));
             if !braking {
-                self.power = Power::Off;
+                self.power = PowerState::Off;
                 self.record().powered = false;
                 self.record().envelope_errors += 1;
-                self.stop_for(End::Error(messages::ENVELOPE));
+                self.stop_for(MotionEnd::Error(messages::ENVELOPE));
             }
             return;
         }
         let Some(motion) = &mut self.motion else { return };
-        // As REACTI: a signal that comes on, not one that is on.
+        // As REACTI does: a signal that comes on counts, not one that is on.
         let touched = match motion.guard {
-            Guard::None => false,
-            Guard::On => signals & !motion.signals != 0,
-            Guard::Off => motion.signals & !signals != 0,
+            TouchGuard::None => false,
+            TouchGuard::On => signals & !motion.signals != 0,
+            TouchGuard::Off => motion.signals & !signals != 0,
         };
         motion.signals = signals;
         if touched && motion.why.is_none() {
-            motion.why = Some(End::Touched);
+            motion.why = Some(MotionEnd::Touched);
             motion.path.brake();
         }
     }
 
-    /// The motion is over, and so is what it set going.
+    /// Ends the motion, and waits until the blocks that it set going rest.
     fn finish_motion(&mut self) {
         let Some(motion) = self.motion.take() else { return };
         let posture = *self.body.posture();
@@ -370,8 +371,9 @@ impl Machine {
             waited += 1;
         }
         let arrived = motion.path.has_arrived();
-        let end = motion.why.filter(|why| !arrived || *why != End::Stopped).unwrap_or(End::Arrived);
-        self.happened.push(Happened::Ended(end));
+        let end =
+            motion.why.filter(|why| !arrived || *why != MotionEnd::Stopped).unwrap_or(MotionEnd::Arrived);
+        self.events.push(MachineEvent::Ended(end));
     }
 
     /// Takes a picture.
@@ -379,7 +381,7 @@ impl Machine {
         self.body.look().0
     }
 
-    /// Puts an object down, as a person does who can see that the arm is out of the way.
+    /// Puts an object down, as a person does who sees that the arm is out of the way.
     pub(crate) fn put(&mut self, object: &str, position: usize) -> Result<(), String> {
         if self.is_moving() {
             return Err("the arm is moving".to_owned());
@@ -415,18 +417,18 @@ impl Machine {
         })
     }
 
-    /// What the arm was made to do.
-    pub(crate) fn record(&self) -> MutexGuard<'_, Record> {
+    /// The record of the motions and of everything else that happened.
+    pub(crate) fn record(&self) -> MutexGuard<'_, EmulatorRecord> {
         self.record.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The same, for whoever watches.
-    pub(crate) fn watched(&self) -> Arc<Mutex<Record>> {
+    /// The same record, for another thread.
+    pub(crate) fn watched(&self) -> Arc<Mutex<EmulatorRecord>> {
         Arc::clone(&self.record)
     }
 }
 
-/// Whether every joint is where it may be. NaN is nowhere.
+/// Whether every joint is within its softstops. NaN is not.
 pub(crate) fn within_softstops(joints: &Joints) -> bool {
     joints.iter().zip(SOFTSTOPS_DEG).all(|(value, (first, last))| (first..=last).contains(value))
 }

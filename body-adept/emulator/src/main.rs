@@ -17,7 +17,7 @@ const NAME: &str = "pschema-vplus-emulator";
 struct Cli {
     #[command(flatten)]
     args: Option<EmulatorArgs>,
-    /// Print the tables that teaching the arm in this world gives, for an arm's file, and end.
+    /// Print the tables that come of teaching the arm in this world, for an arm file, and end.
     #[arg(long, value_name = "WORLD", exclusive = true)]
     teach: Option<String>,
 }

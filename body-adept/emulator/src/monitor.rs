@@ -2,39 +2,43 @@
 //!
 //! From the vendor's documents: the prompt is a period at the beginning of a line; commands may be abbreviated;
 //! messages stand between asterisks; `SPEED` is a percentage of at most 100; precision points are `#name`, one value a
-//! joint; calibrating asks first. From a driver that works: commands end in CR LF, `DO SET #P=#PPOINT(…)`, `DO MOVE #P`,
-//! `HERE #P` prints values and asks a question that an empty line answers, `PANIC` stops.
+//! joint; calibrating asks first. From a driver that works: commands end in CR LF, `DO SET #P=#PPOINT(…)`, `DO MOVE
+//! #P`, `HERE #P` prints values and asks a question that an empty line answers, `PANIC` stops.
 //!
-//! **From memory, not verified**: that the monitor echoes what is typed (`--echo off` for one that does not); the columns
-//! of `WHERE`, `HERE` and `LISTL`; that `SPEED(1)` and `SPEED(2)` tell the speeds that the monitor and a program have set;
-//! that `PANIC` ends a calibration; that `DO MOVE` returns the prompt before the motion ends and `DO BREAK` waits for its
-//! end; that `PANIC` keeps power and `ESTOP` takes it away; that a motion asked for during another waits for it; that
-//! `LISTR` prints each value on a line of its own; what the controller says when it is switched on.
+//! **From memory, not verified**: that the monitor echoes the bytes that are typed (`--no-echo` for one that does not);
+//! the columns of `WHERE`, `HERE` and `LISTL`; that `SPEED(1)` and `SPEED(2)` tell the speeds that the monitor and a
+//! program have set; that `PANIC` ends a calibration; that `DO MOVE` returns the prompt before the motion ends and `DO
+//! BREAK` waits for its end; that `PANIC` keeps power and `ESTOP` takes it away; that a motion asked for during another
+//! waits for it; that `LISTR` prints each value on a line of its own; the text of a controller that was just switched
+//! on.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::time::Instant;
 
-use crate::machine::{End, Guard, Happened, Machine};
-use crate::messages::{self, Message};
+use crate::console::Console;
+use crate::decimal::decimal;
+use crate::machine::{Machine, MachineEvent, MotionEnd, TouchGuard};
+use crate::messages::{self, VPlusMessage};
 use crate::path::{JOINTS, Joints, Leg};
 
-/// Longest line taken, in bytes; what comes beyond is an overrun.
+/// Longest line taken, in bytes; a longer one is an overrun.
 const LINE_BYTES_MAX: usize = 256;
-/// Points remembered.
+/// Points that are remembered.
 const POINTS_MAX: usize = 256;
 /// Bytes typed ahead while a command takes its time.
 const TYPED_AHEAD_MAX: usize = 1024;
 /// The byte that ends the waiting of a command: Ctrl-C.
 const BREAK_BYTE: u8 = 3;
-/// What V+ calls true.
+/// The number that V+ calls true.
 const TRUE: f64 = -1.0;
 
-/// What the controller says when it is switched on.
-pub(crate) const START_UP: &str =
+/// The text of a controller that was just switched on.
+const START_UP: &str =
     "\r\n\r\nAdept V+ (emulated by pschema)\r\nNo robot attached to this line but a simulated one\r\n";
 
-/// What the monitor waits for before it prompts again.
+/// The event or answer that the monitor waits for before it prompts again.
 #[derive(Clone, Debug, PartialEq)]
-enum Waiting {
+enum PendingCommand {
     /// Power to come up.
     Power,
     /// Calibration to end.
@@ -43,7 +47,7 @@ enum Waiting {
     Motion,
     /// The motion to end, before another one begins.
     Next(Leg),
-    /// A yes to calibrating.
+    /// A yes to the question whether to calibrate.
     Sure,
     /// Other values for a point, or none.
     Change(String),
@@ -55,10 +59,12 @@ pub(crate) struct Monitor {
     line: Vec<u8>,
     overrun: bool,
     after_return: bool,
-    waiting: Option<Waiting>,
+    waiting: Option<PendingCommand>,
     ahead: VecDeque<u8>,
     speed_percent: f64,
     points: BTreeMap<String, Joints>,
+    /// Text that has not gone out on the line yet.
+    said: String,
 }
 
 impl Monitor {
@@ -72,31 +78,32 @@ impl Monitor {
             ahead: VecDeque::new(),
             speed_percent: 100.0,
             points: BTreeMap::new(),
+            said: String::new(),
         }
     }
 
-    /// The first prompt.
-    pub(crate) fn prompt(out: &mut String) {
-        out.push_str("\r\n.");
+    /// The monitor of a controller that was just switched on, with its first text and prompt.
+    pub(crate) fn switched_on(echo: bool) -> Self {
+        let mut monitor = Self::new(echo);
+        monitor.said.push_str(START_UP);
+        monitor.prompt();
+        monitor
     }
 
-    /// Takes bytes from the line.
-    pub(crate) fn take(&mut self, bytes: &[u8], machine: &mut Machine, out: &mut String) {
-        for byte in bytes {
-            self.typed(*byte, machine, out);
-        }
+    fn prompt(&mut self) {
+        self.said.push_str("\r\n.");
     }
 
-    fn typed(&mut self, byte: u8, machine: &mut Machine, out: &mut String) {
+    fn typed(&mut self, byte: u8, machine: &mut Machine) {
         if byte == BREAK_BYTE {
             self.line.clear();
             self.ahead.clear();
             if self.waiting.take().is_some() {
-                Self::prompt(out);
+                self.prompt();
             }
             return;
         }
-        let asked = matches!(self.waiting, Some(Waiting::Sure | Waiting::Change(_)));
+        let asked = matches!(self.waiting, Some(PendingCommand::Sure | PendingCommand::Change(_)));
         if self.waiting.is_some() && !asked {
             if self.ahead.len() < TYPED_AHEAD_MAX {
                 self.ahead.push_back(byte);
@@ -109,15 +116,15 @@ impl Monitor {
             b'\n' if line_feed_of_return => {}
             b'\r' | b'\n' => {
                 if self.echo {
-                    out.push_str("\r\n");
+                    self.said.push_str("\r\n");
                 }
                 let line = std::mem::take(&mut self.line);
                 machine.record().lines += 1;
                 if std::mem::take(&mut self.overrun) {
-                    return self.answered(Err(messages::OVERRUN), out);
+                    return self.answered(Err(messages::OVERRUN));
                 }
                 let line = String::from_utf8_lossy(&line).trim().to_owned();
-                self.entered(&line, machine, out);
+                self.entered(&line, machine);
             }
             8 | 127 => drop(self.line.pop()),
             byte => {
@@ -126,79 +133,44 @@ impl Monitor {
                 } else {
                     self.line.push(byte);
                     if self.echo {
-                        out.push(char::from(byte));
+                        self.said.push(char::from(byte));
                     }
                 }
             }
         }
     }
 
-    /// What happened by itself: it may be what a command waits for.
-    pub(crate) fn happened(&mut self, happened: Happened, machine: &mut Machine, out: &mut String) {
-        let done = match (happened, self.waiting.take()) {
-            (Happened::PowerUp, Some(Waiting::Power))
-            | (Happened::Calibrated, Some(Waiting::Calibration)) => Some(Ok(())),
-            (Happened::Ended(End::Error(message)), waiting) => {
-                out.push_str(&format!("\r\n{}", message.starred()));
-                match waiting {
-                    Some(asked @ (Waiting::Sure | Waiting::Change(_))) => {
-                        self.waiting = Some(asked);
-                        None
-                    }
-                    _ => Some(Ok(())),
-                }
-            }
-            (Happened::Interrupted(message), Some(Waiting::Power | Waiting::Calibration)) => {
-                Some(Err(message))
-            }
-            (Happened::Ended(_), Some(Waiting::Motion)) => Some(Ok(())),
-            (Happened::Ended(_), Some(Waiting::Next(leg))) => Some(machine.start(&[leg], Guard::None)),
-            (_, waiting) => {
-                self.waiting = waiting;
-                None
-            }
-        };
-        if let Some(done) = done {
-            self.answered(done, out);
-        }
-        while self.waiting.is_none()
-            && let Some(byte) = self.ahead.pop_front()
-        {
-            self.typed(byte, machine, out);
-        }
-    }
-
-    fn answered(&mut self, done: Result<(), Message>, out: &mut String) {
+    fn answered(&mut self, done: Result<(), VPlusMessage>) {
         if let Err(message) = done {
-            out.push_str(&message.starred());
+            self.said.push_str(&message.starred());
         }
         if self.waiting.is_none() {
-            Self::prompt(out);
+            self.prompt();
         }
     }
 
-    fn entered(&mut self, line: &str, machine: &mut Machine, out: &mut String) {
+    fn entered(&mut self, line: &str, machine: &mut Machine) {
         let done = match self.waiting.take() {
-            Some(Waiting::Sure) => {
+            Some(PendingCommand::Sure) => {
                 if !line.eq_ignore_ascii_case("y") {
                     Ok(())
                 } else {
                     let begun = machine.calibrate();
-                    self.waiting = begun.is_ok().then_some(Waiting::Calibration);
+                    self.waiting = begun.is_ok().then_some(PendingCommand::Calibration);
                     begun
                 }
             }
-            Some(Waiting::Change(point)) => match (line.is_empty(), joints(line)) {
+            Some(PendingCommand::Change(point)) => match (line.is_empty(), joints(line)) {
                 (true, _) => Ok(()),
                 (_, Some(values)) => self.remember(&point, values),
                 _ => Err(messages::ILLEGAL_VALUE),
             },
-            _ => self.command(line, machine, out),
+            _ => self.command(line, machine),
         };
-        self.answered(done, out);
+        self.answered(done);
     }
 
-    fn command(&mut self, line: &str, machine: &mut Machine, out: &mut String) -> Result<(), Message> {
+    fn command(&mut self, line: &str, machine: &mut Machine) -> Result<(), VPlusMessage> {
         if line.is_empty() {
             return Ok(());
         }
@@ -206,32 +178,33 @@ impl Monitor {
         let (verb, rest) = (verb.to_ascii_uppercase(), rest.trim());
         let is = |name: &str| verb.len() >= 2 && name.starts_with(&verb);
         match () {
-            () if is("DO") => self.instruction(rest, machine, out),
+            () if is("DO") => self.instruction(rest, machine),
             () if is("ENABLE") => self.switch(rest, true, machine),
             () if is("DISABLE") => self.switch(rest, false, machine),
             () if is("CALIBRATE") => {
                 if !machine.has_power() {
                     return Err(messages::POWER_OFF);
                 }
-                out.push_str("Are you sure (Y/N)? ");
-                self.waiting = Some(Waiting::Sure);
+                self.said.push_str("Are you sure (Y/N)? ");
+                self.waiting = Some(PendingCommand::Sure);
                 Ok(())
             }
             () if is("SPEED") => self.speed(rest),
             () if is("WHERE") => {
-                out.push_str(&self.whereabouts(machine));
+                self.said.push_str(&self.whereabouts(machine));
                 Ok(())
             }
-            () if is("HERE") => self.here(rest, machine, out),
-            () if is("LISTL") => self.list_point(rest, out),
-            () if is("LISTR") => self.list_values(rest, machine, out),
+            () if is("HERE") => self.here(rest, machine),
+            () if is("LISTL") => self.list_point(rest),
+            () if is("LISTR") => self.list_values(rest, machine),
             () if is("STATUS") => {
                 let moving = if machine.is_moving() { "moving" } else { "in position" };
-                out.push_str(&format!("Task 0: idle; robot 1 {moving}; speed {}\r\n", self.speed_percent));
+                self.said
+                    .push_str(&format!("Task 0: idle; robot 1 {moving}; speed {}\r\n", self.speed_percent));
                 Ok(())
             }
             () if is("ID") => {
-                out.push_str("Software: 12.1 (emulated)  Controller: 0  Robot 1: 4 joints\r\n");
+                self.said.push_str("Software: 12.1 (emulated)  Controller: 0  Robot 1: 4 joints\r\n");
                 Ok(())
             }
             () if is("PANIC") || is("ABORT") => {
@@ -246,7 +219,7 @@ impl Monitor {
         }
     }
 
-    fn switch(&mut self, name: &str, on: bool, machine: &mut Machine) -> Result<(), Message> {
+    fn switch(&mut self, name: &str, on: bool, machine: &mut Machine) -> Result<(), VPlusMessage> {
         let name = name.to_ascii_uppercase();
         if name == "CP" || name == "ECHO" {
             return Ok(());
@@ -256,21 +229,21 @@ impl Monitor {
         }
         if on {
             machine.enable_power()?;
-            self.waiting = (!machine.has_power()).then_some(Waiting::Power);
+            self.waiting = (!machine.has_power()).then_some(PendingCommand::Power);
         } else {
             machine.disable_power();
         }
         Ok(())
     }
 
-    fn speed(&mut self, text: &str) -> Result<(), Message> {
-        let percent = crate::decimal(text).filter(|percent| *percent > 0.0).ok_or(messages::ILLEGAL_VALUE)?;
+    fn speed(&mut self, text: &str) -> Result<(), VPlusMessage> {
+        let percent = decimal(text).filter(|percent| *percent > 0.0).ok_or(messages::ILLEGAL_VALUE)?;
         // Documented: more than 100 is taken for 100.
         self.speed_percent = percent.min(100.0);
         Ok(())
     }
 
-    fn instruction(&mut self, text: &str, machine: &mut Machine, out: &mut String) -> Result<(), Message> {
+    fn instruction(&mut self, text: &str, machine: &mut Machine) -> Result<(), VPlusMessage> {
         let (verb, rest) = text.split_once(' ').unwrap_or((text, ""));
         let rest = rest.trim();
         match verb.to_ascii_uppercase().as_str() {
@@ -286,13 +259,13 @@ impl Monitor {
                 let to = *self.points.get(&name).ok_or(messages::UNDEFINED)?;
                 let leg = Leg { to, speed: self.speed_percent / 100.0 };
                 if machine.is_moving() {
-                    self.waiting = Some(Waiting::Next(leg));
+                    self.waiting = Some(PendingCommand::Next(leg));
                     return Ok(());
                 }
-                machine.start(&[leg], Guard::None)
+                machine.start(&[leg], TouchGuard::None)
             }
             "BREAK" => {
-                self.waiting = machine.is_moving().then_some(Waiting::Motion);
+                self.waiting = machine.is_moving().then_some(PendingCommand::Motion);
                 Ok(())
             }
             "BRAKE" => {
@@ -307,15 +280,15 @@ impl Monitor {
             "ENABLE" => self.switch(rest, true, machine),
             "DISABLE" => self.switch(rest, false, machine),
             "TYPE" => {
-                out.push_str(rest.trim_matches('"'));
-                out.push_str("\r\n");
+                self.said.push_str(rest.trim_matches('"'));
+                self.said.push_str("\r\n");
                 Ok(())
             }
             _ => Err(messages::ILLEGAL_INSTRUCTION),
         }
     }
 
-    fn remember(&mut self, point: &str, values: Joints) -> Result<(), Message> {
+    fn remember(&mut self, point: &str, values: Joints) -> Result<(), VPlusMessage> {
         if self.points.len() >= POINTS_MAX && !self.points.contains_key(point) {
             return Err(messages::OVERRUN);
         }
@@ -323,23 +296,23 @@ impl Monitor {
         Ok(())
     }
 
-    fn here(&mut self, text: &str, machine: &Machine, out: &mut String) -> Result<(), Message> {
+    fn here(&mut self, text: &str, machine: &Machine) -> Result<(), VPlusMessage> {
         let name = point_name(text)?;
         self.remember(&name, machine.joints())?;
-        out.push_str(&listing(&machine.joints()));
-        out.push_str("Change? ");
-        self.waiting = Some(Waiting::Change(name));
+        self.said.push_str(&listing(&machine.joints()));
+        self.said.push_str("Change? ");
+        self.waiting = Some(PendingCommand::Change(name));
         Ok(())
     }
 
-    fn list_point(&self, text: &str, out: &mut String) -> Result<(), Message> {
+    fn list_point(&mut self, text: &str) -> Result<(), VPlusMessage> {
         let name = point_name(text)?;
         let values = self.points.get(&name).ok_or(messages::UNDEFINED)?;
-        out.push_str(&listing(values));
+        self.said.push_str(&listing(values));
         Ok(())
     }
 
-    /// `WHERE`: where the tool is in the world, then the joints.
+    /// The listing of `WHERE`: the position of the tool in the world, then the joints.
     fn whereabouts(&self, machine: &Machine) -> String {
         let tip = machine.body().posture().tip_m * 1000.0;
         let joints = machine.joints();
@@ -351,16 +324,16 @@ impl Monitor {
         )
     }
 
-    fn list_values(&self, text: &str, machine: &Machine, out: &mut String) -> Result<(), Message> {
+    fn list_values(&mut self, text: &str, machine: &Machine) -> Result<(), VPlusMessage> {
         for expression in text.split(',') {
             let value = self.value(expression.trim(), machine)?;
-            out.push_str(&format!("{value}\r\n"));
+            self.said.push_str(&format!("{value}\r\n"));
         }
         Ok(())
     }
 
     /// The real-valued functions that a driver asks for.
-    fn value(&self, expression: &str, machine: &Machine) -> Result<f64, Message> {
+    fn value(&self, expression: &str, machine: &Machine) -> Result<f64, VPlusMessage> {
         let upper = expression.to_ascii_uppercase();
         let truth = |holds: bool| if holds { TRUE } else { 0.0 };
         let argument =
@@ -378,7 +351,7 @@ impl Monitor {
         }
         if let Some(number) = argument("SPEED") {
             return match number {
-                // From memory: 1 is the monitor's, 2 what a program has set for all its motions.
+                // From memory: 1 is the speed of the monitor, 2 the speed that a program has set for all its motions.
                 "1" => Ok(self.speed_percent),
                 "2" => Ok(100.0),
                 _ => Err(messages::ILLEGAL_VALUE),
@@ -388,10 +361,11 @@ impl Monitor {
             return match number {
                 // Bit 3: an emergency stop is pressed; used so by working programs.
                 "4" => Ok(if machine.is_stopped() { 4.0 } else { 0.0 }),
-                // 1: a trajectory is evaluated, 2: stopped at a planned place (documented). What it says of a motion that was
-                // braked is not emulated.
+                // 1: a trajectory is evaluated, 2: stopped at a planned place (documented). Its value
+                // after a motion that was braked is not emulated.
                 "2" => Ok(if machine.is_moving() { 1.0 } else { 2.0 }),
-                // Documented: 2 waits for power, 3 has just got it, 5 calibrates, 7 under program control, 8 not calibrated.
+                // Documented: 2 waits for power, 3 has just got it, 5 calibrates, 7 under program control, 8 not
+                // calibrated.
                 "1" => Ok(f64::from(machine.overall_state())),
                 _ => Err(messages::ILLEGAL_VALUE),
             };
@@ -400,7 +374,56 @@ impl Monitor {
     }
 }
 
-fn point_name(text: &str) -> Result<String, Message> {
+impl Console for Monitor {
+    fn take(&mut self, bytes: &[u8], machine: &mut Machine, _: Instant) {
+        for byte in bytes {
+            self.typed(*byte, machine);
+        }
+    }
+
+    fn tell(&mut self, event: MachineEvent, machine: &mut Machine) {
+        let done = match (event, self.waiting.take()) {
+            (MachineEvent::PowerUp, Some(PendingCommand::Power))
+            | (MachineEvent::Calibrated, Some(PendingCommand::Calibration)) => Some(Ok(())),
+            (MachineEvent::Ended(MotionEnd::Error(message)), waiting) => {
+                self.said.push_str(&format!("\r\n{}", message.starred()));
+                match waiting {
+                    Some(asked @ (PendingCommand::Sure | PendingCommand::Change(_))) => {
+                        self.waiting = Some(asked);
+                        None
+                    }
+                    _ => Some(Ok(())),
+                }
+            }
+            (
+                MachineEvent::Interrupted(message),
+                Some(PendingCommand::Power | PendingCommand::Calibration),
+            ) => Some(Err(message)),
+            (MachineEvent::Ended(_), Some(PendingCommand::Motion)) => Some(Ok(())),
+            (MachineEvent::Ended(_), Some(PendingCommand::Next(leg))) => {
+                Some(machine.start(&[leg], TouchGuard::None))
+            }
+            (_, waiting) => {
+                self.waiting = waiting;
+                None
+            }
+        };
+        if let Some(done) = done {
+            self.answered(done);
+        }
+        while self.waiting.is_none()
+            && let Some(byte) = self.ahead.pop_front()
+        {
+            self.typed(byte, machine);
+        }
+    }
+
+    fn said(&mut self) -> Vec<String> {
+        Some(std::mem::take(&mut self.said)).filter(|said| !said.is_empty()).into_iter().collect()
+    }
+}
+
+fn point_name(text: &str) -> Result<String, VPlusMessage> {
     let name = text.trim().strip_prefix('#').ok_or(messages::BAD_SYNTAX)?;
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '.' || c == '_';
     if name.is_empty() || name.len() > 15 || !name.chars().all(plain) {
@@ -411,8 +434,7 @@ fn point_name(text: &str) -> Result<String, Message> {
 
 /// One value a joint, with commas between.
 fn joints(text: &str) -> Option<Joints> {
-    let values: Vec<f64> =
-        text.split(',').map(|value| crate::decimal(value.trim())).collect::<Option<_>>()?;
+    let values: Vec<f64> = text.split(',').map(|value| decimal(value.trim())).collect::<Option<_>>()?;
     values.try_into().ok()
 }
 
@@ -450,20 +472,18 @@ mod tests {
         }
 
         fn typed(&mut self, text: &str) -> String {
-            let mut out = String::new();
-            self.monitor.take(text.as_bytes(), &mut self.machine, &mut out);
-            out
+            self.monitor.take(text.as_bytes(), &mut self.machine, Instant::now());
+            self.monitor.said().concat()
         }
 
         fn wait(&mut self, time_s: f64) -> String {
-            let mut out = String::new();
             for _ in 0..(time_s / 0.01) as usize {
                 self.machine.advance(0.01);
-                for happened in self.machine.happened() {
-                    self.monitor.happened(happened, &mut self.machine, &mut out);
+                for event in self.machine.events() {
+                    self.monitor.tell(event, &mut self.machine);
                 }
             }
-            out
+            self.monitor.said().concat()
         }
     }
 
@@ -552,9 +572,8 @@ mod tests {
         let mut bench = Bench::ready();
         let said = bench.typed(&format!("{}\r\n", "DO MOVE #P ".repeat(100)));
         assert_eq!(said, "*Communications overrun*\r\n.");
-        let mut out = String::new();
-        bench.monitor.take(&[0, 255, 128, b'\r'], &mut bench.machine, &mut out);
-        assert_eq!(out, "*Illegal monitor command*\r\n.");
+        bench.monitor.take(&[0, 255, 128, b'\r'], &mut bench.machine, Instant::now());
+        assert_eq!(bench.monitor.said(), ["*Illegal monitor command*\r\n."]);
         assert_eq!(bench.machine.record().motions, 0);
     }
 }

@@ -1,5 +1,5 @@
-//! How the arm goes from one precision point through others to the last: as V+ moves joints, all of them
-//! beginning and ending together, with continuous path on, so that speed does not drop at the points between.
+//! The way of the arm from one precision point through others to the last. As in V+, all joints begin and end together,
+//! and continuous path is on, so that the speed does not drop at the points between.
 //!
 //! Corners are not rounded off here as a controller rounds them; the points are passed exactly.
 
@@ -13,13 +13,13 @@ pub type Joints = [f64; JOINTS];
 const ACCELERATION_S: f64 = 0.15;
 /// Time from full speed to standing still when braking, in seconds.
 const BRAKING_S: f64 = 0.06;
-/// The slowest rate at which the last bit of a path is gone, as a share of the speed asked for.
+/// The slowest speed at the very end of a path, as a share of the speed asked for.
 const RATE_MIN: f64 = 0.02;
 
 /// One part of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Leg {
-    /// Where it ends.
+    /// The point where it ends.
     pub(crate) to: Joints,
     /// Share of full joint speed, above 0, at most 1.
     pub(crate) speed: f64,
@@ -27,7 +27,7 @@ pub(crate) struct Leg {
 
 /// A path being followed.
 #[derive(Clone, Debug)]
-pub(crate) struct Path {
+pub(crate) struct JointPath {
     points: Vec<Joints>,
     /// When each point would be passed if speed never had to change, in seconds.
     due_s: Vec<f64>,
@@ -36,7 +36,7 @@ pub(crate) struct Path {
     braking: bool,
 }
 
-impl Path {
+impl JointPath {
     /// A path from `from`, standing still. `speeds_deg_per_s` are the joints' full speeds.
     pub(crate) fn new(from: Joints, legs: &[Leg], speeds_deg_per_s: Joints) -> Self {
         let (mut points, mut due_s) = (vec![from], vec![0.0]);
@@ -52,17 +52,17 @@ impl Path {
         Self { points, due_s, at_s: 0.0, rate: 0.0, braking: false }
     }
 
-    /// Comes to rest as soon as it can.
+    /// Brakes: comes to rest as soon as it can.
     pub(crate) fn brake(&mut self) {
         self.braking = true;
     }
 
-    /// Whether it stands still for good.
+    /// Whether the arm stands still for good.
     pub(crate) fn is_over(&self) -> bool {
         (self.braking && self.rate <= 0.0) || self.at_s >= self.end_s()
     }
 
-    /// Whether its end was reached.
+    /// Whether the last point was reached.
     pub(crate) fn has_arrived(&self) -> bool {
         self.at_s >= self.end_s()
     }
@@ -71,13 +71,13 @@ impl Path {
         self.due_s.last().copied().unwrap_or(0.0)
     }
 
-    /// Goes on for `time_s`; returns where it is then.
+    /// Goes on for `time_s`. Returns the joints after that.
     pub(crate) fn advance(&mut self, time_s: f64) -> Joints {
         let left_s = (self.end_s() - self.at_s).max(0.0);
         if self.braking {
             self.rate = (self.rate - time_s / BRAKING_S).max(0.0);
         } else {
-            // The rate from which it can just come to rest at the end.
+            // The rate from which the arm can just come to rest at the end.
             let stopping = (2.0 * left_s / ACCELERATION_S).sqrt();
             let faster = (self.rate + time_s / ACCELERATION_S).min(1.0);
             self.rate = faster.min(stopping).max(RATE_MIN);
@@ -109,7 +109,7 @@ mod tests {
     const FULL: Joints = [100.0, 50.0, 50.0, 100.0];
     const DT: f64 = 1.0 / 240.0;
 
-    fn followed(mut path: Path) -> Vec<Joints> {
+    fn followed(mut path: JointPath) -> Vec<Joints> {
         let mut way = Vec::new();
         while !path.is_over() {
             way.push(path.advance(DT));
@@ -126,7 +126,7 @@ mod tests {
             Leg { to: [30.0, -12.0, -10.0, 5.0], speed: 1.0 },
             Leg { to: [31.0, -12.0, -11.0, 4.0], speed: 0.1 },
         ];
-        let way = followed(Path::new(from, &legs, FULL));
+        let way = followed(JointPath::new(from, &legs, FULL));
         assert_eq!(way.last(), Some(&legs[2].to));
         let corner = way.iter().map(|at| (at[1] - 12.0).abs() + (at[0] - 30.0).abs());
         assert!(corner.fold(f64::INFINITY, f64::min) < 0.5, "it passes the point between");
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn braked_it_stops_within_a_moment_and_has_not_arrived() {
-        let mut path = Path::new([0.0; 4], &[Leg { to: [90.0, 0.0, 0.0, 0.0], speed: 1.0 }], FULL);
+        let mut path = JointPath::new([0.0; 4], &[Leg { to: [90.0, 0.0, 0.0, 0.0], speed: 1.0 }], FULL);
         for _ in 0..120 {
             path.advance(DT);
         }
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn a_path_to_where_it_is_ends_at_once() {
-        let path = Path::new([1.0; 4], &[Leg { to: [1.0; 4], speed: 0.2 }], FULL);
+        let path = JointPath::new([1.0; 4], &[Leg { to: [1.0; 4], speed: 0.2 }], FULL);
         assert!(path.is_over() && path.has_arrived());
     }
 }

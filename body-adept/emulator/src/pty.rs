@@ -29,7 +29,7 @@ impl Pty {
         Ok(pty)
     }
 
-    /// Plugs it in.
+    /// Plugs the line in.
     pub(crate) fn plug(&mut self) -> io::Result<()> {
         let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         grantpt(&ours)?;
@@ -40,7 +40,7 @@ impl Pty {
             OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC,
             Mode::empty(),
         )?;
-        // As a serial port is: nothing is echoed, changed or kept until the line's end.
+        // Like a serial port: no byte is echoed, changed, or kept until the end of a line.
         let mut settings = tcgetattr(&theirs)?;
         settings.make_raw();
         tcsetattr(&theirs, OptionalActions::Now, &settings)?;
@@ -60,12 +60,12 @@ impl Pty {
         }
     }
 
-    /// To wait for; none while unplugged.
+    /// The file descriptor to wait for. None while the line is unplugged.
     pub(crate) fn fd(&self) -> Option<BorrowedFd<'_>> {
         self.ends.as_ref().map(|ends| ends.ours.as_fd())
     }
 
-    /// Reads what has come; 0 when nothing has.
+    /// Reads the bytes that have come. Returns how many; 0 when none has.
     pub(crate) fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         let Some(ends) = &self.ends else { return Ok(0) };
         match rustix::io::read(&ends.ours, into) {
@@ -74,7 +74,7 @@ impl Pty {
         }
     }
 
-    /// Writes. What nobody takes is lost, as on a real line.
+    /// Writes bytes. Those that nobody takes are lost, as on a real line.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         let Some(ends) = &self.ends else { return Ok(()) };
         let mut left = bytes;
@@ -96,7 +96,7 @@ impl Drop for Pty {
     }
 }
 
-/// Removes a link, and nothing that is none.
+/// Removes a symbolic link, and nothing else.
 fn remove_link(link: &Path) -> io::Result<()> {
     match link.symlink_metadata() {
         Ok(found) if found.file_type().is_symlink() => std::fs::remove_file(link),

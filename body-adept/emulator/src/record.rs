@@ -1,19 +1,19 @@
-//! What the emulated arm was made to do, kept apart from what it says about it: for tests that want to know whether a
-//! motion was ever asked for, or taken, beyond some limit.
+//! The record of the emulated arm's motions, apart from its answers on the line: for tests that want to know whether a
+//! motion was ever asked for, or carried out, beyond some limit.
 
 use crate::path::{JOINTS, Joints, Leg};
 
-/// Targets kept; of more, only the extremes are known.
+/// Targets that are recorded. Of further ones only the extremes are known.
 const TARGETS_MAX: usize = 200_000;
 
-/// What the arm did since it was switched on first.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Record {
+/// The motions of the arm and other events since the emulator was started.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EmulatorRecord {
     /// Motions begun.
     pub motions: u64,
-    /// Where they were to go, legs included, in degrees; the latest are left out when there are too many.
+    /// The ends of all legs of those motions, in degrees. When there are too many, the latest are left out.
     pub targets: Vec<Joints>,
-    /// Where the joints are now, in degrees.
+    /// The joints now, in degrees.
     pub joints: Joints,
     /// The highest share of full speed asked for.
     pub speed_max: f64,
@@ -25,7 +25,7 @@ pub struct Record {
     pub stops: u64,
     /// Times the emergency stop was pressed.
     pub e_stops: u64,
-    /// Times the arm met what does not give way.
+    /// Times the arm met an obstacle that does not give way.
     pub envelope_errors: u64,
     /// Lines that came in.
     pub lines: u64,
@@ -45,27 +45,11 @@ pub struct Record {
     pub calibrations: u64,
 }
 
-impl Record {
+impl EmulatorRecord {
+    /// The record of an arm that stands and has done nothing yet.
     pub(crate) fn new(joints: Joints) -> Self {
-        Self {
-            motions: 0,
-            targets: Vec::new(),
-            joints,
-            speed_max: 0.0,
-            extremes: joints.map(|value| (value, value)),
-            tip_m_min: f64::INFINITY,
-            stops: 0,
-            e_stops: 0,
-            envelope_errors: 0,
-            lines: 0,
-            watchdog_stops: 0,
-            pictures: 0,
-            faults: 0,
-            powered: false,
-            power_ups: 0,
-            calibrations_begun: 0,
-            calibrations: 0,
-        }
+        let extremes = joints.map(|value| (value, value));
+        Self { joints, extremes, tip_m_min: f64::INFINITY, ..Self::default() }
     }
 
     pub(crate) fn motion(&mut self, legs: &[Leg]) {

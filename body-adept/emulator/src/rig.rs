@@ -1,35 +1,35 @@
 //! Line, controller, sockets and time together: one loop, one wait.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use crate::faults::{FaultRates, Faults};
+use crate::args::{Dialect, EmulatorArgs, EmulatorError};
+use crate::console::Console;
+use crate::faults::{FaultRates, LineFaults};
 use crate::line::Line;
-use crate::machine::{Happened, Machine};
-use crate::monitor::{Monitor, START_UP};
+use crate::machine::Machine;
+use crate::monitor::Monitor;
 use crate::pty::Pty;
+use crate::record::EmulatorRecord;
 use crate::server_program::ServerProgram;
 use crate::sockets::{Socket, ppm};
-use crate::{EmulatorArgs, EmulatorError, IDLE, Record, Speaks};
 
-/// Most simulated time between two looks at the line, in seconds: so that the stop of an arm that is emulated faster than
-/// in truth comes as soon, in its own time, as an arm's.
+/// Most simulated time between two looks at the line, in seconds. An arm that is emulated faster than a real one then
+/// stops as soon, in its own time, as a real one.
 const SLICE_S: f64 = 0.02;
 /// Time lost beyond this, because the machine was busy, is not caught up with.
 const LAG_MAX: Duration = Duration::from_millis(100);
 
-enum Console {
-    Monitor(Monitor),
-    Program(ServerProgram),
-}
+/// Longest wait for something to do, after which the flag that ends the emulator is looked at.
+const IDLE: Duration = Duration::from_millis(20);
 
-/// Everything there is.
+/// The whole emulator.
 pub(crate) struct Rig {
     machine: Machine,
-    console: Console,
+    console: Box<dyn Console>,
     args: EmulatorArgs,
     line: Line,
     camera: Option<Socket>,
@@ -43,25 +43,19 @@ impl Rig {
         let now = Instant::now();
         let mut machine = Machine::new(&args.world, args.seed)?;
         machine.invert(args.touch_inverted);
-        let mut rates = FaultRates::default();
-        args.fault.iter().for_each(|setting| rates.set(setting));
-        let faults = Faults::new(rates, args.fault_seed, args.faults_max);
+        let faults = LineFaults::new(FaultRates::new(&args.fault), args.fault_seed, args.faults_max);
         let place = |what, path: &Path| {
             let path = path.to_owned();
             move |source| EmulatorError::Place { what, path, source }
         };
-        let socket = |what, path: &Option<_>| {
-            let path: &std::path::PathBuf = match path {
-                Some(path) => path,
-                None => return Ok(None),
-            };
-            Socket::bind(path).map(Some).map_err(place(what, path))
+        let socket = |what, path: &Option<PathBuf>| {
+            path.as_ref().map(|path| Socket::bind(path).map_err(place(what, path))).transpose()
         };
         let camera = socket("the camera's socket", &args.camera)?;
         let operator = socket("the operator's socket", &args.operator)?;
         let pty = Pty::new(&args.link).map_err(place("the line", &args.link))?;
         let mut rig = Self {
-            console: Self::console(args, now),
+            console: console(args, now),
             machine,
             args: args.clone(),
             line: Line::new(pty, faults, args.baud, now),
@@ -70,30 +64,13 @@ impl Rig {
             fast: args.fast,
             looked: now,
         };
-        rig.switched_on(now);
+        rig.say(now);
         Ok(rig)
     }
 
-    /// What the arm is made to do, to be looked at from elsewhere.
-    pub(crate) fn watched(&self) -> Arc<Mutex<Record>> {
+    /// The record of the arm, for another thread.
+    pub(crate) fn watched(&self) -> Arc<Mutex<EmulatorRecord>> {
         self.machine.watched()
-    }
-
-    fn console(args: &EmulatorArgs, now: Instant) -> Console {
-        match args.speaks {
-            Speaks::Monitor => Console::Monitor(Monitor::new(!args.no_echo)),
-            Speaks::Program => {
-                Console::Program(ServerProgram::new(Duration::from_millis(args.watchdog_ms), now))
-            }
-        }
-    }
-
-    fn switched_on(&mut self, now: Instant) {
-        if let Console::Monitor(_) = self.console {
-            let mut text = START_UP.to_owned();
-            Monitor::prompt(&mut text);
-            self.line.say(&text, now);
-        }
     }
 
     /// Waits for something to do, and does it.
@@ -103,24 +80,28 @@ impl Rig {
         let passed = now.saturating_duration_since(self.looked).min(LAG_MAX);
         self.looked = now;
         let heard = self.line.hear(now).map_err(EmulatorError::Failed)?;
-        self.take(&heard, now);
+        self.console.take(&heard, &mut self.machine, now);
+        self.say(now);
         if self.machine.is_busy() {
             let time_s = (passed.as_secs_f64() * self.fast).min(SLICE_S.max(passed.as_secs_f64()));
             self.machine.advance(time_s);
         }
-        self.tell(now);
+        for event in self.machine.events() {
+            self.console.tell(event, &mut self.machine);
+            self.say(now);
+        }
         self.serve(now);
         self.line.flush(now).map_err(EmulatorError::Failed)?;
         self.machine.record().faults = self.line.faults.injected();
         Ok(())
     }
 
-    /// At most until the next thing is due.
+    /// Waits for bytes or clients, at most until the next thing is due.
     fn wait(&self) -> Result<(), EmulatorError> {
         let until_due = self.line.due().map(|due| due.saturating_duration_since(Instant::now()));
         let mut time = until_due.unwrap_or(IDLE).min(IDLE);
         if self.machine.is_busy() {
-            // In slow time, steps are worth waiting for.
+            // At a slow pace the steps of the arm are far enough apart to wait for them.
             time = time.min(if self.fast > 4.0 { Duration::ZERO } else { Duration::from_millis(2) });
         }
         if self.args.baud.is_some() {
@@ -142,56 +123,10 @@ impl Rig {
         }
     }
 
-    fn take(&mut self, heard: &[u8], now: Instant) {
-        match &mut self.console {
-            Console::Monitor(monitor) => {
-                let mut text = String::new();
-                monitor.take(heard, &mut self.machine, &mut text);
-                if !text.is_empty() {
-                    self.line.say(&text, now);
-                }
-            }
-            Console::Program(program) => {
-                let mut answers = Vec::new();
-                program.take(heard, &mut self.machine, now, &mut answers);
-                program.watch(&mut self.machine, now, &mut answers);
-                answers.iter().for_each(|answer| self.line.say(&line_of(answer), now));
-            }
-        }
-    }
-
-    /// An error of V+ in the program that serves the line.
-    fn trip(&mut self, now: Instant) -> Result<(), String> {
-        let Console::Program(program) = &mut self.console else {
-            return Err("no program runs there".to_owned());
-        };
-        let mut answers = Vec::new();
-        program.trip(&mut self.machine, &mut answers);
-        answers.iter().for_each(|answer| self.line.say(&line_of(answer), now));
-        Ok(())
-    }
-
-    /// Tells on the line what happened by itself.
-    fn tell(&mut self, now: Instant) {
-        for happened in self.machine.happened() {
-            self.tell_one(happened, now);
-        }
-    }
-
-    fn tell_one(&mut self, happened: Happened, now: Instant) {
-        match &mut self.console {
-            Console::Monitor(monitor) => {
-                let mut text = String::new();
-                monitor.happened(happened, &mut self.machine, &mut text);
-                if !text.is_empty() {
-                    self.line.say(&text, now);
-                }
-            }
-            Console::Program(program) => {
-                let mut answers = Vec::new();
-                program.happened(happened, &mut answers);
-                answers.iter().for_each(|answer| self.line.say(&line_of(answer), now));
-            }
+    /// Sends the texts that the console has to say.
+    fn say(&mut self, now: Instant) {
+        for text in self.console.said() {
+            self.line.say(&text, now);
         }
     }
 
@@ -215,7 +150,7 @@ impl Rig {
         }
     }
 
-    /// What a person in the room does.
+    /// Carries out a deed of the person in the room.
     fn asked(&mut self, line: &str, now: Instant) -> Result<String, String> {
         let words: Vec<&str> = line.split_whitespace().collect();
         match words.as_slice() {
@@ -227,13 +162,16 @@ impl Rig {
             ["remove", object] => self.machine.take_away(object)?,
             // As with a pendant: the arm stands, and keeps its power.
             ["halt"] => self.machine.stop(),
-            ["trip"] => self.trip(now)?,
+            ["trip"] => {
+                self.console.trip(&mut self.machine)?;
+                self.say(now);
+            }
             ["estop", "press"] => self.machine.press(true),
             ["estop", "release"] => self.machine.press(false),
             ["power", "cycle"] => {
                 self.machine.cycle();
-                self.console = Self::console(&self.args, now);
-                self.switched_on(now);
+                self.console = console(&self.args, now);
+                self.say(now);
             }
             ["unplug", ms] => {
                 let ms: u64 = ms.parse().map_err(|_| format!("{ms} is no number of milliseconds"))?;
@@ -251,7 +189,10 @@ impl Rig {
     }
 }
 
-/// A line of the program: with its sum, and as `WRITE` ends it.
-fn line_of(answer: &str) -> String {
-    format!("{}\r\n", crate::sum::summed(answer))
+/// The console of a controller that was just switched on.
+fn console(args: &EmulatorArgs, now: Instant) -> Box<dyn Console> {
+    match args.speaks {
+        Dialect::Monitor => Box::new(Monitor::switched_on(!args.no_echo)),
+        Dialect::Program => Box::new(ServerProgram::new(Duration::from_millis(args.watchdog_ms), now)),
+    }
 }

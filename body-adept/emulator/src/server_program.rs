@@ -1,10 +1,13 @@
 //! The program `pschema.v2` as it runs on the controller, on a user serial line: lines that end in LF, no echo, no line
-//! editing, every line with a sum. Its words are explained in `vplus/pschema.v2`, whose behaviour this follows.
+//! editing, every line with a sum. Its words are explained in `vplus/pschema.v2`, which this
+//! module follows.
 
 use std::time::{Duration, Instant};
 
-use crate::machine::{End, Guard, Happened, Machine};
-use crate::messages;
+use crate::console::Console;
+use crate::decimal::decimal;
+use crate::machine::{Machine, MachineEvent, MotionEnd, TouchGuard};
+use crate::messages::{self, VPlusMessage};
 use crate::path::{JOINTS, Joints, Leg};
 use crate::sum;
 
@@ -17,23 +20,29 @@ const NUMBER_MAX: u32 = 999_999;
 /// The byte that stops the arm without being part of a line: Ctrl-C.
 const STOP_BYTE: u8 = 3;
 
-/// What the program itself refuses.
+/// Refusals of the program itself, with its own numbers, which are positive.
 mod refusal {
-    pub(super) const BUSY: (i32, &str) = (10, "busy");
-    pub(super) const LATCHED: (i32, &str) = (11, "latched");
-    pub(super) const VALUES: (i32, &str) = (12, "values");
-    pub(super) const TOO_MANY: (i32, &str) = (14, "too many points");
-    pub(super) const UNKNOWN: (i32, &str) = (15, "unknown");
-    pub(super) const CHECKSUM: (i32, &str) = (16, "checksum");
-    pub(super) const REPEATED: (i32, &str) = (17, "repeated");
-    pub(super) const STOPPED: (i32, &str) = (18, "stopped");
+    use crate::messages::VPlusMessage;
+
+    const fn refusal(code: i32, text: &'static str) -> VPlusMessage {
+        VPlusMessage { code, text }
+    }
+
+    pub(super) const BUSY: VPlusMessage = refusal(10, "busy");
+    pub(super) const LATCHED: VPlusMessage = refusal(11, "latched");
+    pub(super) const VALUES: VPlusMessage = refusal(12, "values");
+    pub(super) const TOO_MANY: VPlusMessage = refusal(14, "too many points");
+    pub(super) const UNKNOWN: VPlusMessage = refusal(15, "unknown");
+    pub(super) const CHECKSUM: VPlusMessage = refusal(16, "checksum");
+    pub(super) const REPEATED: VPlusMessage = refusal(17, "repeated");
+    pub(super) const STOPPED: VPlusMessage = refusal(18, "stopped");
 }
 
-/// What a request leads to: an answer, none yet, or a refusal.
-type Answer = Result<Option<String>, (i32, &'static str)>;
+/// The answer to a request, None when it comes later, or the refusal.
+type Answer = Result<Option<String>, VPlusMessage>;
 
-/// How a motion ended, in the program's numbers.
-mod ended {
+/// The ways in which a motion ended, in the numbers of the program.
+mod end {
     pub(super) const ARRIVED: i32 = 0;
     pub(super) const TOUCHED: i32 = 1;
     pub(super) const STOPPED: i32 = 2;
@@ -46,19 +55,21 @@ pub(crate) struct ServerProgram {
     line: Vec<u8>,
     /// Whether the line under way is too long to be taken.
     overlong: bool,
-    /// When the last line came whose sum was right.
+    /// When the last line with a right sum came.
     fed_at: Instant,
     vias: Vec<Leg>,
     /// The number of the motion under way, or the last one.
     moving: u32,
     last_ended: (u32, i32),
-    /// Set by whatever stopped the arm that a person should know about; moves are refused until `RESET`.
+    /// Set when a person should know why the arm stopped. Moves are refused until `RESET`.
     latched: bool,
-    /// Whether it was stopped by the program itself, which END tells.
+    /// Whether the program itself stopped the motion, which END tells.
     fell: bool,
     /// Requests that are answered when power or calibration are done.
     awaiting_power: Option<u32>,
     awaiting_calibration: Option<u32>,
+    /// Lines without their sums that have not gone out yet.
+    said: Vec<String>,
 }
 
 impl ServerProgram {
@@ -70,61 +81,29 @@ impl ServerProgram {
             fed_at: now,
             vias: Vec::new(),
             moving: 0,
-            last_ended: (0, ended::ARRIVED),
+            last_ended: (0, end::ARRIVED),
             latched: false,
             fell: false,
             awaiting_power: None,
             awaiting_calibration: None,
-        }
-    }
-
-    /// Takes bytes from the line; answers go to `out`, one after the other.
-    pub(crate) fn take(&mut self, bytes: &[u8], machine: &mut Machine, now: Instant, out: &mut Vec<String>) {
-        for byte in bytes {
-            match *byte {
-                STOP_BYTE => {
-                    self.stop(machine, out);
-                    // What it cut short may lack its end alone: no line end may make an order of it.
-                    self.line = vec![b'?'];
-                }
-                b'\n' => {
-                    let line = std::mem::take(&mut self.line);
-                    let overlong = std::mem::take(&mut self.overlong);
-                    machine.record().lines += 1;
-                    if overlong {
-                        out.push(refused(0, refusal::CHECKSUM));
-                    } else {
-                        let answer = self.line(&line, machine, now, out);
-                        out.extend(answer);
-                    }
-                }
-                b'\r' => {}
-                _ if self.line.len() >= LINE_BYTES_MAX => self.overlong = true,
-                byte => self.line.push(byte),
-            }
+            said: Vec::new(),
         }
     }
 
     /// Stops a motion, or power coming up, or a calibration, for which no line comes any more.
-    pub(crate) fn watch(&mut self, machine: &mut Machine, now: Instant, out: &mut Vec<String>) {
+    fn watch(&mut self, machine: &mut Machine, now: Instant) {
         if self.is_busy(machine)
             && now.saturating_duration_since(self.fed_at) > self.watchdog
             && !self.latched
         {
             machine.record().watchdog_stops += 1;
-            self.fall(machine, out);
+            self.fall(machine);
         }
     }
 
-    /// An error of V+ in the task that serves the line: it stops the arm, latches, tells, and goes on.
-    pub(crate) fn trip(&mut self, machine: &mut Machine, out: &mut Vec<String>) {
-        self.fall(machine, out);
-        out.push(error(0, messages::OVERRUN.code, messages::OVERRUN.text));
-    }
-
-    fn fall(&mut self, machine: &mut Machine, out: &mut Vec<String>) {
+    fn fall(&mut self, machine: &mut Machine) {
         self.fell = machine.is_moving();
-        self.stop(machine, out);
+        self.stop(machine);
         self.latched = true;
     }
 
@@ -132,83 +111,41 @@ impl ServerProgram {
         machine.is_moving() || machine.is_preparing()
     }
 
-    /// Tells what happened by itself.
-    pub(crate) fn happened(&mut self, happened: Happened, out: &mut Vec<String>) {
-        match happened {
-            Happened::PowerUp => out.extend(self.awaiting_power.take().map(ok)),
-            Happened::Calibrated => out.extend(self.awaiting_calibration.take().map(ok)),
-            Happened::Interrupted(message) => {
-                self.latched = true;
-                let asked = [self.awaiting_power.take(), self.awaiting_calibration.take()];
-                out.extend(
-                    asked.into_iter().flatten().map(|number| error(number, message.code, message.text)),
-                );
-            }
-            Happened::Ended(end) => {
-                let code = match end {
-                    End::Stopped if std::mem::take(&mut self.fell) => ended::WATCHDOG,
-                    End::Arrived => ended::ARRIVED,
-                    End::Touched => ended::TOUCHED,
-                    End::Stopped => ended::STOPPED,
-                    End::Error(message) => {
-                        self.latched = true;
-                        message.code
-                    }
-                };
-                self.last_ended = (self.moving, code);
-                out.push(format!("END {} {code}", self.moving));
-            }
-        }
-    }
-
-    fn stop(&mut self, machine: &mut Machine, out: &mut Vec<String>) {
+    fn stop(&mut self, machine: &mut Machine) {
         self.vias.clear();
         let asked = [self.awaiting_power.take(), self.awaiting_calibration.take()];
         if machine.is_preparing() || asked.iter().any(Option::is_some) {
-            // Braking ends one of a calibration's own motions, not the calibration: without power it is over.
+            // Braking ends one of a calibration's own motions, not the calibration. Only without power is that over.
             machine.disable_power();
         }
         machine.stop();
-        out.extend(asked.into_iter().flatten().map(|number| refused(number, refusal::STOPPED)));
+        self.said.extend(asked.into_iter().flatten().map(|number| error(number, refusal::STOPPED)));
     }
 
     /// The answer to a line; none when it comes later.
-    fn line(
-        &mut self,
-        line: &[u8],
-        machine: &mut Machine,
-        now: Instant,
-        out: &mut Vec<String>,
-    ) -> Option<String> {
+    fn line(&mut self, line: &[u8], machine: &mut Machine, now: Instant) -> Option<String> {
         let line = String::from_utf8_lossy(line);
         if line.trim() == "STOP" {
             // Stopping needs no proof.
-            self.stop(machine, out);
+            self.stop(machine);
             return Some(ok(0));
         }
-        let Some(text) = sum::checked(&line) else { return Some(refused(0, refusal::CHECKSUM)) };
+        let Some(text) = sum::checked(&line) else { return Some(error(0, refusal::CHECKSUM)) };
         // Noise feeds no watchdog: it says nothing of the host.
         self.fed_at = now;
         let mut words = text.split(' ');
         let verb = words.next().unwrap_or_default();
         let Some(number) = words.next().and_then(number).filter(|number| *number <= NUMBER_MAX) else {
-            return Some(refused(0, refusal::VALUES));
+            return Some(error(0, refusal::VALUES));
         };
         let values: Vec<&str> = words.collect();
-        match self.obey(verb, number, &values, machine, out) {
+        match self.obey(verb, number, &values, machine) {
             Ok(answer) => answer,
-            Err((code, text)) => Some(error(number, code, text)),
+            Err(message) => Some(error(number, message)),
         }
     }
 
-    fn obey(
-        &mut self,
-        verb: &str,
-        number: u32,
-        values: &[&str],
-        machine: &mut Machine,
-        out: &mut Vec<String>,
-    ) -> Answer {
+    fn obey(&mut self, verb: &str, number: u32, values: &[&str], machine: &mut Machine) -> Answer {
         let none = |answer: String| if values.is_empty() { Ok(Some(answer)) } else { Err(refusal::VALUES) };
         match verb {
             "HELLO" => {
@@ -222,23 +159,19 @@ impl ServerProgram {
                 none(format!("OK {number} {}", joints.join(" ")))
             }
             "STOP" => {
-                self.stop(machine, out);
+                self.stop(machine);
                 Ok(Some(ok(number)))
             }
             "RESET" if self.is_busy(machine) => Err(refusal::BUSY),
             "RESET" => {
                 self.latched = machine.is_stopped();
-                if self.latched {
-                    Err((messages::E_STOP.code, messages::E_STOP.text))
-                } else {
-                    none(ok(number))
-                }
+                if self.latched { Err(messages::E_STOP) } else { none(ok(number)) }
             }
             "POWER" | "CAL" if self.is_busy(machine) && values != ["0"] => Err(refusal::BUSY),
             "POWER" | "CAL" if self.latched && values != ["0"] => Err(refusal::LATCHED),
-            "POWER" => self.power(number, values, machine, out),
+            "POWER" => self.power(number, values, machine),
             "CAL" => {
-                machine.calibrate().map_err(|message| (message.code, message.text))?;
+                machine.calibrate()?;
                 self.awaiting_calibration = Some(number);
                 Ok(None)
             }
@@ -261,9 +194,9 @@ impl ServerProgram {
 
     fn begin(&mut self, number: u32, values: &[&str], machine: &mut Machine) -> Answer {
         let (guard, values) = match values.split_first() {
-            Some((&"0", rest)) => (Guard::None, rest),
-            Some((&"1", rest)) => (Guard::On, rest),
-            Some((&"2", rest)) => (Guard::Off, rest),
+            Some((&"0", rest)) => (TouchGuard::None, rest),
+            Some((&"1", rest)) => (TouchGuard::On, rest),
+            Some((&"2", rest)) => (TouchGuard::Off, rest),
             _ => return Err(refusal::VALUES),
         };
         let last = leg(values)?;
@@ -277,27 +210,21 @@ impl ServerProgram {
             return Err(refusal::REPEATED);
         }
         self.vias.push(last);
-        machine.start(&self.vias, guard).map_err(|message| (message.code, message.text))?;
+        machine.start(&self.vias, guard)?;
         self.moving = number;
         Ok(Some(ok(number)))
     }
 
-    fn power(
-        &mut self,
-        number: u32,
-        values: &[&str],
-        machine: &mut Machine,
-        out: &mut Vec<String>,
-    ) -> Answer {
+    fn power(&mut self, number: u32, values: &[&str], machine: &mut Machine) -> Answer {
         match values {
             ["0"] => {
-                self.stop(machine, out);
+                self.stop(machine);
                 machine.disable_power();
                 Ok(Some(ok(number)))
             }
             ["1"] if machine.has_power() => Ok(Some(ok(number))),
             ["1"] => {
-                machine.enable_power().map_err(|message| (message.code, message.text))?;
+                machine.enable_power()?;
                 self.awaiting_power = Some(number);
                 Ok(None)
             }
@@ -311,7 +238,7 @@ impl ServerProgram {
         format!(
             "OK {number} {} {} {} {} {} {} {last} {code}",
             bit(machine.has_power()),
-            // As STATE(1) tells it, which without power cannot.
+            // As STATE(1) tells it, which it cannot without power.
             bit(machine.overall_state() == 7),
             bit(machine.is_stopped()),
             bit(self.is_busy(machine)),
@@ -321,26 +248,90 @@ impl ServerProgram {
     }
 }
 
+impl Console for ServerProgram {
+    fn take(&mut self, bytes: &[u8], machine: &mut Machine, now: Instant) {
+        for byte in bytes {
+            match *byte {
+                STOP_BYTE => {
+                    self.stop(machine);
+                    // The line that it cut short may lack nothing but its end: no line end may make an order of it.
+                    self.line = vec![b'?'];
+                }
+                b'\n' => {
+                    let line = std::mem::take(&mut self.line);
+                    let overlong = std::mem::take(&mut self.overlong);
+                    machine.record().lines += 1;
+                    if overlong {
+                        self.said.push(error(0, refusal::CHECKSUM));
+                    } else {
+                        let answer = self.line(&line, machine, now);
+                        self.said.extend(answer);
+                    }
+                }
+                b'\r' => {}
+                _ if self.line.len() >= LINE_BYTES_MAX => self.overlong = true,
+                byte => self.line.push(byte),
+            }
+        }
+        self.watch(machine, now);
+    }
+
+    fn tell(&mut self, event: MachineEvent, _: &mut Machine) {
+        match event {
+            MachineEvent::PowerUp => self.said.extend(self.awaiting_power.take().map(ok)),
+            MachineEvent::Calibrated => self.said.extend(self.awaiting_calibration.take().map(ok)),
+            MachineEvent::Interrupted(message) => {
+                self.latched = true;
+                let asked = [self.awaiting_power.take(), self.awaiting_calibration.take()];
+                self.said.extend(asked.into_iter().flatten().map(|number| error(number, message)));
+            }
+            MachineEvent::Ended(end) => {
+                let code = match end {
+                    MotionEnd::Stopped if std::mem::take(&mut self.fell) => end::WATCHDOG,
+                    MotionEnd::Arrived => end::ARRIVED,
+                    MotionEnd::Touched => end::TOUCHED,
+                    MotionEnd::Stopped => end::STOPPED,
+                    MotionEnd::Error(message) => {
+                        self.latched = true;
+                        message.code
+                    }
+                };
+                self.last_ended = (self.moving, code);
+                self.said.push(format!("END {} {code}", self.moving));
+            }
+        }
+    }
+
+    /// Each line with its sum and the end that `WRITE` gives it.
+    fn said(&mut self) -> Vec<String> {
+        self.said.drain(..).map(|line| format!("{}\r\n", sum::summed(&line))).collect()
+    }
+
+    /// An error of V+ in the task that serves the line. The program stops the arm, latches, tells the host, and goes
+    /// on.
+    fn trip(&mut self, machine: &mut Machine) -> Result<(), String> {
+        self.fall(machine);
+        self.said.push(error(0, messages::OVERRUN));
+        Ok(())
+    }
+}
+
 fn ok(number: u32) -> String {
     format!("OK {number}")
 }
 
-fn error(number: u32, code: i32, text: &str) -> String {
+fn error(number: u32, VPlusMessage { code, text }: VPlusMessage) -> String {
     format!("ERR {number} {code} {text}")
 }
 
-fn refused(number: u32, (code, text): (i32, &str)) -> String {
-    error(number, code, text)
-}
-
-/// A whole number of digits alone.
+/// A whole number that is written in digits alone.
 fn number(text: &str) -> Option<u32> {
     let plain = !text.is_empty() && text.len() <= 9 && text.bytes().all(|byte| byte.is_ascii_digit());
     if plain { text.parse().ok() } else { None }
 }
 
 /// Speed and one value a joint, all decimal numbers as V+ reads them: no `nan`, no `inf`, no exponents.
-fn leg(values: &[&str]) -> Result<Leg, (i32, &'static str)> {
+fn leg(values: &[&str]) -> Result<Leg, VPlusMessage> {
     let [speed, joints @ ..] = values else { return Err(refusal::VALUES) };
     if joints.len() != JOINTS {
         return Err(refusal::VALUES);
@@ -348,7 +339,7 @@ fn leg(values: &[&str]) -> Result<Leg, (i32, &'static str)> {
     let speed = number(speed).filter(|speed| (1..=100).contains(speed)).ok_or(refusal::VALUES)?;
     let mut to: Joints = [0.0; JOINTS];
     for (value, text) in to.iter_mut().zip(joints) {
-        *value = crate::decimal(text).ok_or(refusal::VALUES)?;
+        *value = decimal(text).ok_or(refusal::VALUES)?;
     }
     Ok(Leg { to, speed: f64::from(speed) / 100.0 })
 }

@@ -26,7 +26,7 @@ struct Client {
 }
 
 impl Socket {
-    /// Listens at `path`, which only its owner may use. What a dead process left there is replaced.
+    /// Listens at `path`, which only its owner may use. A socket that a dead process left there is replaced.
     pub(crate) fn bind(path: &Path) -> io::Result<Self> {
         if path.exists()
             && UnixStream::connect(path).is_err_and(|error| error.kind() == ErrorKind::ConnectionRefused)
@@ -39,12 +39,12 @@ impl Socket {
         Ok(Self { path: path.to_owned(), listener, clients: Vec::new() })
     }
 
-    /// To wait for.
+    /// The file descriptors to wait for.
     pub(crate) fn fds(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         std::iter::once(self.listener.as_fd()).chain(self.clients.iter().map(|client| client.stream.as_fd()))
     }
 
-    /// Serves whoever has something to say; `answer` makes the bytes of an answer.
+    /// Serves the clients that have sent a line; `answer` makes the bytes of the answer to a line.
     pub(crate) fn serve(&mut self, mut answer: impl FnMut(&str) -> Vec<u8>) {
         while let Ok((stream, _)) = self.listener.accept() {
             // Answers are written whole; a client that does not read them is waited for a moment only.

@@ -33,7 +33,8 @@ mod tests {
 
     #[test]
     fn no_slip_of_one_byte_goes_unnoticed() {
-        // Worked out by hand: 80, 80+73=153, 153+78=231, 231+71=302 mod 255 = 47; the second: 80, 233, 464 mod 255 = 209, 256 mod 255 = 1.
+        // Worked out by hand: 80, 80+73=153, 153+78=231, 231+71=302 mod 255 = 47; the second: 80, 233, 464 mod 255 =
+        // 209, 256 mod 255 = 1.
         assert_eq!(sum(b"PING"), 256 + 47);
         let line = summed("MOVE 12 1 5 10.000 -45.250 90.000 -80.125");
         assert_eq!(checked(&line), Some("MOVE 12 1 5 10.000 -45.250 90.000 -80.125"));

@@ -1,8 +1,9 @@
-//! Teaching the emulated arm, as a person does a real one with the pendant: the precision points over its work space,
-//! where objects are put, which postures it tries. What comes out is the second half of `arms/emulated.toml`.
+//! Teaching the emulated arm, as a person teaches a real one with the pendant: the precision points over its work
+//! space, the places for objects, and the postures that it tries. The result is the second half of
+//! `arms/emulated.toml`.
 
-use pschema_arm::{JointPositions, Square};
-use pschema_sim::config::{WorldError, WorldFile};
+use pschema_arm::{FileError, JointPositions, Square};
+use pschema_sim::config::WorldFile;
 use pschema_sim::manifold::OnManifold;
 use pschema_sim::workspace::Workspace;
 
@@ -13,11 +14,11 @@ const SPACING_M: f64 = 0.03;
 /// Heights over the manifold at which points are taught, in metres; the second is that of a carried finger.
 const LIFTS: usize = 2;
 
-/// What is taught, as tables for an arm's file.
+/// The taught points, places and postures, as tables for an arm file.
 ///
 /// # Errors
 /// When the world cannot be used.
-pub fn tables(world: &str) -> Result<String, WorldError> {
+pub fn tables(world: &str) -> Result<String, FileError> {
     let workspace = Workspace::new(world, WorldFile::load(world)?)?;
     Ok(lines(world, &workspace).join("\n") + "\n")
 }
@@ -75,7 +76,7 @@ fn point(joints: &Option<Joints>) -> String {
     format!("[{}]", values.join(", "))
 }
 
-/// The taught points: `[layer][row outwards][column across]`, none where the arm does not reach.
+/// The taught points: `[layer][row outwards][column across]`, None where the arm does not reach.
 pub(crate) struct Grid {
     pub(crate) j1: Vec<f64>,
     pub(crate) j2: Vec<f64>,
@@ -111,7 +112,7 @@ impl Grid {
         Self { j1, j2, lift_m, points }
     }
 
-    /// Between the four taught points around: as a driver finds its precision points.
+    /// The joints at a place between four taught points, as a driver works them out.
     #[cfg(test)]
     fn between(&self, layer: usize, joints: JointPositions) -> Option<Joints> {
         let cell = |values: &[f64], at: f64| {

@@ -1,5 +1,5 @@
-//! The emulated controller from outside: text on a line, pictures and a person's deeds, and nothing else. No code of the
-//! driver is used here.
+//! The emulated controller from outside: text on a line, pictures and a person's deeds, and nothing else. No code of
+//! the driver is used here.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
@@ -8,7 +8,7 @@ use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use pschema_vplus_emulator::{Emulator, EmulatorArgs, Speaks};
+use pschema_vplus_emulator::{Dialect, Emulator, EmulatorArgs};
 use serialport::SerialPort;
 
 const DEADLINE: Duration = Duration::from_secs(30);
@@ -208,7 +208,7 @@ fn a_paced_line_takes_as_long_as_its_characters_do() {
 #[test]
 fn the_monitor_prompts_echoes_and_asks() {
     let mut room = Room::new();
-    room.args.speaks = Speaks::Monitor;
+    room.args.speaks = Dialect::Monitor;
     let _emulator = Emulator::start(room.args.clone()).unwrap();
     let mut port = open(&room.args.link);
     let mut until = |typed: &str, wanted: &str| {

@@ -1,30 +1,30 @@
-//! Enabling: power comes up and the arm may be calibrated, both at a person's word. They take seconds, in which it may move by
-//! itself, so that they are watched over and stopped like a motion.
+//! Enabling: power comes up and the arm may be calibrated, both at a person's word. Both take seconds, in which the arm
+//! may move by itself, so that they are watched over and stopped like a motion.
 
 use std::mem;
 use std::sync::atomic::Ordering;
 
 use super::{Arm, Phase};
-use crate::controller::{Fault, State};
-use crate::switch::Pressed;
+use crate::controller::{ControllerError, ControllerState, Result};
+use crate::switch::StopCause;
 use crate::taught::Joints;
 
 impl Arm {
-    pub(super) fn enable_now(&mut self) -> Result<(), Fault> {
+    pub(super) fn enable_now(&mut self) -> Result<()> {
         if !self.may.moves {
             self.phase = Phase::Active;
             return Ok(());
         }
-        // A person has just agreed: what was stopped before is over.
+        // A person has just agreed: an earlier stop is over.
         self.switch.release();
         let watched = self.watch.command();
         let ready = match (self.make_ready(), self.switch.pressed_by()) {
-            // That it was stopped is why, whatever the controller makes of it.
-            (Err(Fault::Refused(_)), Some(by)) => Err(Fault::Stopped(by)),
+            // The stop is the cause, whatever the controller makes of it.
+            (Err(ControllerError::Refused(_)), Some(by)) => Err(ControllerError::Stopped(by)),
             (ready, _) => ready,
         };
         let ready = ready.and_then(|(state, joints)| match self.unfit(&state, &joints) {
-            Some(why) => Err(Fault::Other(why)),
+            Some(why) => Err(ControllerError::Other(why)),
             None => Ok(joints),
         });
         if let Err(fault) = &ready {
@@ -39,16 +39,16 @@ impl Arm {
         Ok(())
     }
 
-    /// Clears what was latched, turns power on and, where that is allowed, calibrates. What takes seconds ends at once when
-    /// the process shall.
-    fn make_ready(&mut self) -> Result<(State, Joints), Fault> {
+    /// Clears what the controller latched, turns power on and, where that is allowed, calibrates. The steps that take
+    /// seconds end at once when the process is to end.
+    fn make_ready(&mut self) -> Result<(ControllerState, Joints)> {
         let Some(controller) = &mut self.controller else {
-            return Err(Fault::Other("nobody answers on the line".to_owned()));
+            return Err(ControllerError::Other("nobody answers on the line".to_owned()));
         };
         let (switch, stop) = (&self.switch, &self.watch.signs().stop);
         let go_on = || match switch.pressed_by() {
-            Some(by) => Err(Fault::Stopped(by)),
-            None if stop.load(Ordering::SeqCst) => Err(Fault::Stopped(Pressed::Asked)),
+            Some(by) => Err(ControllerError::Stopped(by)),
+            None if stop.load(Ordering::SeqCst) => Err(ControllerError::Stopped(StopCause::Asked)),
             None => Ok(()),
         };
         go_on()?;
@@ -57,14 +57,15 @@ impl Arm {
         }
         if !controller.state()?.power {
             go_on()?;
-            // Ours from here on: power that was asked for may come after nobody waits for it any more.
+            // This process answers for power from here on: it may come up after nobody waits for it any more.
             self.powered_by_us = true;
             controller.power(true)?;
         }
         if self.may.home && !controller.state()?.calibrated {
             go_on()?;
             tracing::warn!("calibrating: the arm moves by itself");
-            // Ours as well: braking ends one of a calibration's own motions, only without power it is over for sure.
+            // It answers for power now, too: braking ends one of a calibration's own motions, and only without power is
+            // the calibration over for sure.
             (self.powered_by_us, self.homing) = (true, true);
             controller.calibrate()?;
             self.homing = false;
@@ -73,11 +74,11 @@ impl Arm {
         Ok((controller.state()?, controller.joints()?))
     }
 
-    /// Stops the arm, whatever it was about to do, and takes the power away that this process answers for.
+    /// Stops the arm, and takes the power away that this process answers for.
     fn make_safe(&mut self) {
-        self.switch.press(Pressed::Trouble);
+        self.switch.press(StopCause::Trouble);
         if mem::take(&mut self.homing) {
-            // Before it is known to stand, which takes seconds in which it may go on by itself.
+            // Before the arm is known to stand: that takes seconds, in which it may go on by itself.
             self.take_power();
         }
         let Some(controller) = &mut self.controller else { return };

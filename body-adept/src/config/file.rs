@@ -1,63 +1,61 @@
 //! The keys of an arm file, each value checked as it is read.
 
-use pschema_arm::{PointMm, Side, Within};
+use pschema_arm::{PointMm, Side, VisionSection, Within};
 use serde::Deserialize;
 use toml::Spanned;
-
-use crate::calibration::Calibration;
 
 /// An arm file. Its keys are explained in `arms/emulated.toml`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArmFile {
     /// The serial line.
-    pub line: Line,
+    pub line: LineSection,
     /// The joints, in the controller's order.
-    pub joints: Vec<Spanned<Joint>>,
+    pub joints: Vec<Spanned<JointEntry>>,
     /// Speeds.
-    pub speed: Speed,
+    pub speed: SpeedSection,
     /// How moves go.
-    pub motion: Motion,
-    /// What the joint positions mean on the table.
-    pub plane: PlaneFile,
+    pub motion: MotionSection,
+    /// The square that the joint positions span on the table.
+    pub plane: PlaneSection,
     /// The touch sensors.
-    pub touch: Touch,
+    pub touch: TouchSection,
     /// The camera's picture.
-    pub camera: Camera,
-    /// From pixels to fields.
-    pub vision: Vision,
+    pub camera: CameraSection,
+    /// How pixels become fields.
+    pub vision: VisionSection,
     /// The finger.
-    pub finger: Finger,
-    /// Colours told apart.
-    pub colours: Vec<Colour>,
-    /// Things that can be placed.
-    pub objects: Objects,
-    /// Where they can be placed.
-    pub places: Places,
+    pub finger: FingerSection,
+    /// The colours that are told apart.
+    pub colours: Vec<ColourEntry>,
+    /// The objects that can be placed.
+    pub objects: ObjectsSection,
+    /// The places for objects.
+    pub places: PlacesSection,
     /// The taught grid.
-    pub taught: TaughtFile,
+    pub taught: TaughtSection,
     /// Taught postures that babbling draws from.
-    pub repertoire: Repertoire,
-    /// What `calibrate` found, if it was run.
-    pub calibration: Option<Calibration>,
+    pub repertoire: RepertoireSection,
+    /// The map that `calibrate` wrote, if it was run.
+    pub calibration: Option<CalibrationSection>,
 }
 
 /// The serial line.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Line {
-    /// Who answers there.
-    pub mode: Mode,
-    /// Bits a second.
+pub struct LineSection {
+    /// The program that answers on the line.
+    pub mode: LineMode,
+    /// Speed in bits a second.
     pub baud: Within<300, 115_200>,
     /// Longest wait for an answer.
     pub answer_ms: Within<50, 10_000>,
 }
 
-/// Who answers on the line.
+/// The program that answers on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Mode {
+pub enum LineMode {
     /// The controller's own monitor. Nothing stops the arm when this process dies.
     Monitor,
     /// The program `vplus/pschema.v2`, which has a watchdog.
@@ -67,26 +65,26 @@ pub enum Mode {
 /// A joint.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Joint {
-    /// Its name, for messages.
+pub struct JointEntry {
+    /// Its name, used in messages.
     pub name: String,
     /// Lowest value, in degrees or millimetres.
     pub min: Within<-100_000, 100_000>,
     /// Highest value.
     pub max: Within<-100_000, 100_000>,
-    /// How far it may be from where it should be.
+    /// Largest distance of the joint from where it should be.
     pub tolerance: Within<0, 100>,
 }
 
 /// Speeds, in percent of the arm's full speed.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Speed {
-    /// Through the air.
+pub struct SpeedSection {
+    /// Speed through the air.
     pub percent: Spanned<Within<1, 100>>,
-    /// Where something may be met.
+    /// Speed where the finger may meet an object.
     pub approach_percent: Within<1, 100>,
-    /// Says that a speed above 20 % is meant.
+    /// Confirms a speed above 20 %.
     #[serde(default)]
     pub above_20_percent_is_meant: bool,
 }
@@ -94,23 +92,23 @@ pub struct Speed {
 /// How moves go.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Motion {
+pub struct MotionSection {
     /// How high over the manifold the finger is carried.
     pub lift_mm: Within<0, 500>,
     /// How far before its goal the finger is set down.
     pub approach_mm: Within<0, 500>,
-    /// Farthest that two points of a path are apart.
+    /// Largest distance between two points of a path.
     pub step_mm: Within<2, 200>,
-    /// Longest that a move may take.
+    /// Longest time that a move may take.
     pub time_max_s: Within<1, 600>,
-    /// Longest that the daemon, or this process, may be silent while the arm moves.
+    /// Longest silence of the daemon, or of this process, while the arm moves.
     pub heartbeat_ms: Within<100, 10_000>,
 }
 
-/// What the joint positions mean on the table.
+/// The square that the joint positions span on the table.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct PlaneFile {
+pub struct PlaneSection {
     /// How far `j1` goes from 0 to 1; half-way is straight ahead.
     pub across_mm: Within<10, 10_000>,
     /// Distance from the base's axis at `j2` = 0.
@@ -122,10 +120,10 @@ pub struct PlaneFile {
 /// The touch sensors.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Touch {
+pub struct TouchSection {
     /// The controller's digital inputs, four. In mode server they are those of `pschema.v2`, in its order.
     pub signals: [Within<1, 9999>; 4],
-    /// Which side of the finger each is on.
+    /// The side of the finger that each input belongs to.
     pub sides: [Side; 4],
     /// The inputs are on when nothing is touched.
     #[serde(default)]
@@ -135,40 +133,28 @@ pub struct Touch {
 /// The camera's picture.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Camera {
+pub struct CameraSection {
     /// Width of the picture.
     pub width_px: Within<64, 2048>,
     /// Height of the picture.
     pub height_px: Within<64, 2048>,
 }
 
-/// From pixels to fields.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Vision {
-    /// Distance between centres of neighbouring visual fields.
-    pub field_pitch_px: Within<4, 1000>,
-    /// Smaller blobs are noise.
-    pub blob_area_px_min: Within<1, 100_000>,
-    /// Parts of one colour at most this far apart are one blob.
-    pub blob_gap_px_max: Within<0, 100>,
-}
-
 /// The finger.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Finger {
-    /// Its colour: one of the colours.
+pub struct FingerSection {
+    /// The finger's colour: one of the colours of the file.
     pub colour: String,
 }
 
 /// A colour.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Colour {
+pub struct ColourEntry {
     /// Its name, the symbol in observations.
     pub name: String,
-    /// Hues seen as this colour: from, to. From above to: the range passes through 360.
+    /// First and last hue that are seen as this colour. When the first is above the last, the range passes through 360.
     pub hue_deg: [Within<0, 360>; 2],
     /// Smallest saturation, 0 (grey) to 1 (pure).
     pub saturation_min: Within<0, 1>,
@@ -176,26 +162,26 @@ pub struct Colour {
     pub value_min: Within<0, 1>,
 }
 
-/// Things that can be placed.
+/// The objects that can be placed.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Objects {
+pub struct ObjectsSection {
     /// Their names, the symbols in scene commands.
     pub names: Vec<String>,
 }
 
-/// Where things can be placed.
+/// The places for objects.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Places {
-    /// x (to the right) and y (outwards) of each, from the base's axis on the table.
+pub struct PlacesSection {
+    /// The place's x (to the right) and y (outwards) on the table, from the base's axis.
     pub at_mm: Vec<PointMm>,
 }
 
 /// The taught grid.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct TaughtFile {
+pub struct TaughtSection {
     /// Joint positions of the posture to rest in, out of the camera's sight.
     pub rest: [Within<-1, 2>; 2],
     /// First joint position of each column.
@@ -211,7 +197,23 @@ pub struct TaughtFile {
 /// Taught postures.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Repertoire {
-    /// Joint positions of each.
+pub struct RepertoireSection {
+    /// Joint positions of each posture.
     pub postures: Vec<Spanned<[Within<0, 1>; 2]>>,
+}
+
+/// A map from the square that the joint positions span to the picture, fitted to the places where the finger was seen.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CalibrationSection {
+    /// The projective map from (across, outwards) in millimetres to (u, v) in pixels, row by row.
+    pub px_from_mm: [f64; 9],
+    /// Mean distance of the finger from where the map puts it, in pixels.
+    pub residual_px: f64,
+    /// The same distance on the table, in millimetres.
+    pub residual_mm: f64,
+    /// The largest such distance, in millimetres.
+    pub residual_mm_max: f64,
+    /// How many postures fitted.
+    pub points: usize,
 }

@@ -1,89 +1,55 @@
-//! `arm.toml`: what arm it is, where it may go, how it sees and feels. Checked value by value as it is read, and then
-//! one against the other; an error names line and column where there is one.
+//! `arm.toml`: the joints and limits of an arm, its line, its manifold, its camera and its touch sensors. The file is
+//! checked value by value as it is read, and then each value against the others. An error names line and column where
+//! it can.
 
 mod file;
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use pschema_arm::route::{RouteSetup, Waypoint};
-use pschema_arm::{FingerArm, JointPositions, Square, Within};
-use pschema_vision::blobs::BlobRules;
+use pschema_arm::{FileError, FileKind, FingerArm, JointPositions, Square, Within, check_names};
 use pschema_vision::classify::ColourRange;
 use pschema_vision::eye::Eye;
 use pschema_vision::fields::VisualFields;
-use thiserror::Error;
 use toml::Spanned;
 
 pub use file::*;
 
 use crate::gate::{Gate, JointLimits};
-use crate::taught::{GridSetup, Taught};
+use crate::taught::{GridSetup, TaughtGrid};
 use crate::v_plus::JOINTS_MAX;
 
 /// The emulated arm, as shipped.
 pub const EMULATED: &str = include_str!("../../arms/emulated.toml");
 
-/// Largest arm file read, in bytes.
-const FILE_BYTES_MAX: u64 = 8 << 20;
+/// Arm files among the kinds of files.
+const ARM_FILE: FileKind = FileKind {
+    name: "arm file",
+    bytes_max: 8 << 20,
+    advice: "name a readable file, as body-adept/arms/emulated.toml",
+};
 /// Postures one repertoire may have, and places one file may list.
 const LISTED_MAX: usize = 4096;
 /// Colours and objects one file may name.
 const NAMED_MAX: usize = 16;
 /// World coordinates of a place, as the monitor prints them beside the joints.
 const WORLD_COORDINATES: usize = 6;
-/// Percent of full speed above which the file must say that it is meant.
+/// Percent of full speed above which the file must confirm the speed.
 const SPEED_UNCONFIRMED_MAX: f64 = 20.0;
-
-/// Why an arm file cannot be used.
-#[derive(Debug, Error)]
-pub enum ArmFileError {
-    /// The file cannot be read.
-    #[error("cannot read arm file {path}: {source}; name a readable file, as body-adept/arms/emulated.toml")]
-    Read {
-        /// Which file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// The file is too large to be one.
-    #[error("arm file {path} is larger than {FILE_BYTES_MAX} bytes: this is not an arm file")]
-    TooLarge {
-        /// Which file.
-        path: PathBuf,
-    },
-    /// The text is not an arm file: syntax, unknown key, or value out of range.
-    #[error("arm file {name}: {source}")]
-    Parse {
-        /// Which file.
-        name: String,
-        /// What is wrong, with line and column.
-        source: Box<toml::de::Error>,
-    },
-    /// Each value is allowed, but together they make no arm.
-    #[error("arm file {name}{place}: {problem}")]
-    Inconsistent {
-        /// Which file.
-        name: String,
-        /// Line and column, when one place is to blame.
-        place: String,
-        /// What does not fit, with figures, and what to change.
-        problem: String,
-    },
-}
 
 /// An arm file with all that follows from it.
 #[derive(Clone, Debug)]
-pub struct Setup {
+pub struct ArmSetup {
     /// The file.
     pub file: ArmFile,
     /// The gate with its limits and the taught grid.
     pub gate: Gate,
-    /// What the joint positions mean on the table.
+    /// The square that the joint positions span on the table.
     pub plane: Square,
     /// The rest posture.
     pub rest: JointPositions,
-    /// The eye's fields.
+    /// The visual fields of the camera's picture.
     pub fields: VisualFields,
     /// The postures that babbling draws from.
     pub repertoire: Vec<JointPositions>,
@@ -92,15 +58,15 @@ pub struct Setup {
 /// A problem, and the place in the file that is to blame.
 type Problem = (Option<Range<usize>>, String);
 
-impl Setup {
+impl ArmSetup {
     /// Reads an arm file: `emulated`, or a path to a file.
     ///
     /// # Errors
-    /// When it cannot be read or is none.
-    pub fn load(name: &str) -> Result<Self, ArmFileError> {
+    /// When the file cannot be read, or is no arm file.
+    pub fn load(name: &str) -> Result<Self, FileError> {
         match name {
             "emulated" => Self::parse(name, EMULATED),
-            path => Self::parse(path, &read(Path::new(path))?),
+            path => Self::parse(path, &ARM_FILE.read(Path::new(path))?),
         }
     }
 
@@ -108,17 +74,14 @@ impl Setup {
     ///
     /// # Errors
     /// When the text is no arm file.
-    pub fn parse(name: &str, text: &str) -> Result<Self, ArmFileError> {
-        let file: ArmFile = toml::from_str(text)
-            .map_err(|source| ArmFileError::Parse { name: name.to_owned(), source: Box::new(source) })?;
-        Self::build(file).map_err(|(span, problem)| {
-            let place = span.map(|span| place(text, span.start)).unwrap_or_default();
-            ArmFileError::Inconsistent { name: name.to_owned(), place, problem }
+    pub fn parse(name: &str, text: &str) -> Result<Self, FileError> {
+        Self::build(ARM_FILE.parse(name, text)?).map_err(|(span, problem)| {
+            ARM_FILE.inconsistent(name, span.map(|span| (text, span.start)), problem)
         })
     }
 
     fn build(file: ArmFile) -> Result<Self, Problem> {
-        check_names(&file).map_err(|problem| (None, problem))?;
+        check_lists(&file).map_err(|problem| (None, problem))?;
         let speed = file.speed.percent.get_ref().get();
         if speed > SPEED_UNCONFIRMED_MAX && !file.speed.above_20_percent_is_meant {
             let problem = format!(
@@ -130,7 +93,7 @@ impl Setup {
             let problem = "speed.approach_percent must be at most speed.percent".to_owned();
             return Err((Some(file.speed.percent.span()), problem));
         }
-        if file.line.mode == Mode::Monitor && file.joints.len() == WORLD_COORDINATES {
+        if file.line.mode == LineMode::Monitor && file.joints.len() == WORLD_COORDINATES {
             let problem = "an arm of six joints in mode monitor: WHERE prints six world coordinates beside the six joints, and \
                            which is which is not documented; use mode = \"server\"";
             return Err((None, problem.to_owned()));
@@ -160,9 +123,8 @@ impl Setup {
             repertoire.push(joints);
         }
         let (width_px, height_px) = (file.camera.width_px.count(), file.camera.height_px.count());
-        let fields = VisualFields::new(width_px, height_px, file.vision.field_pitch_px.get())
-            .map_err(|error| (None, error.to_string()))?;
-        // The cap is what the file says, and nothing else can raise it.
+        let fields = file.vision.fields(width_px, height_px).map_err(|error| (None, error.to_string()))?;
+        // The speed cap comes from the file alone; nothing else can raise it.
         let gate = Gate::new(limits, percent(speed), taught);
         Ok(Self { gate, plane, rest, fields, repertoire, file })
     }
@@ -174,7 +136,7 @@ impl Setup {
         RouteSetup { lift_m: motion.lift_mm.metres(), approach_m: motion.approach_mm.metres() }
     }
 
-    /// Percent of full speed: through the air, and where something may be met.
+    /// Speeds in percent of full speed: through the air, and where the finger may meet an object.
     #[must_use]
     pub fn speeds(&self) -> (u8, u8) {
         (percent(self.file.speed.percent.get_ref().get()), percent(self.file.speed.approach_percent.get()))
@@ -189,9 +151,9 @@ impl Setup {
     /// The eye for the colours.
     ///
     /// # Errors
-    /// When they cannot be told apart.
+    /// When the colours cannot be told apart.
     pub fn eye(&self) -> Result<Eye, String> {
-        let range = |colour: &Colour| ColourRange {
+        let range = |colour: &ColourEntry| ColourRange {
             name: colour.name.clone(),
             hue_from_deg: colour.hue_deg[0].get(),
             hue_to_deg: colour.hue_deg[1].get(),
@@ -199,15 +161,11 @@ impl Setup {
             value_min: colour.value_min.get(),
         };
         let colours: Vec<ColourRange> = self.file.colours.iter().map(range).collect();
-        let px = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
-        let rules = BlobRules {
-            area_px_min: px(self.file.vision.blob_area_px_min.count()),
-            gap_px_max: px(self.file.vision.blob_gap_px_max.count()),
-        };
-        Eye::new(&colours, self.finger_colour(), rules).map_err(|error| error.to_string())
+        Eye::new(&colours, self.finger_colour(), self.file.vision.blob_rules())
+            .map_err(|error| error.to_string())
     }
 
-    /// What the body declares.
+    /// The properties that the body declares.
     #[must_use]
     pub fn declaration(&self, name: &str) -> FingerArm {
         let colours = self.file.colours.iter().map(|colour| colour.name.clone());
@@ -233,8 +191,8 @@ fn joint_limits(file: &ArmFile) -> Result<Vec<JointLimits>, Problem> {
     if file.joints.is_empty() || file.joints.len() > JOINTS_MAX {
         return Err((None, format!("{} [[joints]]: there must be 1 to {JOINTS_MAX}", file.joints.len())));
     }
-    let limits = |joint: &Spanned<Joint>| {
-        let Joint { name, min, max, tolerance } = joint.get_ref();
+    let limits = |joint: &Spanned<JointEntry>| {
+        let JointEntry { name, min, max, tolerance } = joint.get_ref();
         let (min, max, tolerance) = (min.get(), max.get(), tolerance.get());
         if min >= max || tolerance <= 0.0 || tolerance > (max - min) / 2.0 {
             let problem = format!(
@@ -247,7 +205,7 @@ fn joint_limits(file: &ArmFile) -> Result<Vec<JointLimits>, Problem> {
     file.joints.iter().map(limits).collect()
 }
 
-fn taught(file: &ArmFile, limits: &[JointLimits]) -> Result<Taught, Problem> {
+fn taught(file: &ArmFile, limits: &[JointLimits]) -> Result<TaughtGrid, Problem> {
     let of = &file.taught;
     let mut nodes = Vec::new();
     if of.points.len() != of.lift_mm.len() || of.points.iter().any(|rows| rows.len() != of.j2.len()) {
@@ -286,27 +244,17 @@ fn taught(file: &ArmFile, limits: &[JointLimits]) -> Result<Taught, Problem> {
         let problem = "motion.lift_mm must be at most the last of taught.lift_mm".to_owned();
         return Err((None, problem));
     }
-    Taught::new(GridSetup { j1: numbers(&of.j1), j2: numbers(&of.j2), lift_m, nodes }, limits.len())
+    TaughtGrid::new(GridSetup { j1: numbers(&of.j1), j2: numbers(&of.j2), lift_m, nodes }, limits.len())
         .map_err(|problem| (None, problem))
 }
 
-fn check_names(file: &ArmFile) -> Result<(), String> {
-    let counts = [
-        ("colours", file.colours.iter().map(|colour| &colour.name).collect::<Vec<_>>()),
-        ("objects", file.objects.names.iter().collect()),
-    ];
-    for (what, names) in counts {
-        if names.is_empty() || names.len() > NAMED_MAX {
-            return Err(format!("{} {what}: there must be 1 to {NAMED_MAX}", names.len()));
-        }
-        for (index, name) in names.iter().enumerate() {
-            if name.is_empty() || names.iter().take(index).any(|other| other == name) {
-                return Err(format!("{what}: the name {name:?} is empty or given twice"));
-            }
-            if name.chars().any(char::is_whitespace) {
-                return Err(format!("{what}: the name {name:?} holds a space"));
-            }
-        }
+fn check_lists(file: &ArmFile) -> Result<(), String> {
+    let colours: Vec<_> = file.colours.iter().map(|colour| &colour.name).collect();
+    let objects: Vec<_> = file.objects.names.iter().collect();
+    check_names("colours", &colours, NAMED_MAX)?;
+    check_names("objects", &objects, NAMED_MAX)?;
+    if let Some(name) = colours.iter().chain(&objects).find(|name| name.chars().any(char::is_whitespace)) {
+        return Err(format!("the name {name:?} holds a space"));
     }
     if !file.colours.iter().any(|colour| colour.name == file.finger.colour) {
         return Err(format!("finger.colour {:?} is not among [[colours]]", file.finger.colour));
@@ -325,22 +273,6 @@ fn check_names(file: &ArmFile) -> Result<(), String> {
     Ok(())
 }
 
-/// Line and column of a byte of a text, as it is put into messages.
-fn place(text: &str, byte: usize) -> String {
-    let before = text.get(..byte).unwrap_or(text);
-    let line = before.matches('\n').count() + 1;
-    let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
-    format!(" at line {line}, column {column}")
-}
-
-fn read(path: &Path) -> Result<String, ArmFileError> {
-    let failed = |source| ArmFileError::Read { path: path.to_owned(), source };
-    if std::fs::metadata(path).map_err(failed)?.len() > FILE_BYTES_MAX {
-        return Err(ArmFileError::TooLarge { path: path.to_owned() });
-    }
-    std::fs::read_to_string(path).map_err(failed)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -349,7 +281,7 @@ mod tests {
 
     fn broken(from: &str, to: &str) -> String {
         assert!(EMULATED.contains(from), "the shipped arm file has no {from:?} any more");
-        Setup::parse("test", &EMULATED.replacen(from, to, 1)).unwrap_err().to_string()
+        ArmSetup::parse("test", &EMULATED.replacen(from, to, 1)).unwrap_err().to_string()
     }
 
     /// The number of the line that holds a text.
@@ -360,18 +292,19 @@ mod tests {
 
     #[test]
     fn shipped_files_are_arms() {
-        let emulated = Setup::load("emulated").unwrap();
+        let emulated = ArmSetup::load("emulated").unwrap();
         assert_eq!(emulated.repertoire.len(), 112);
-        let cobra = Setup::parse("cobra", COBRA).unwrap();
+        let cobra = ArmSetup::parse("cobra", COBRA).unwrap();
         assert_eq!((cobra.gate.taught().joints(), cobra.speeds()), (4, (5, 2)));
         emulated.eye().unwrap();
         cobra.eye().unwrap();
     }
 
-    /// The emulated arm declares what the simulated one of the same world does, so that memory goes over.
+    /// The emulated arm declares the same as the simulated one of the same world, so that memory goes from one to the
+    /// other.
     #[test]
     fn the_emulated_arm_declares_what_the_simulated_one_does() {
-        let (emulated, _) = Setup::load("emulated").unwrap().declaration("arm").declare();
+        let (emulated, _) = ArmSetup::load("emulated").unwrap().declaration("arm").declare();
         let file = pschema_sim::config::WorldFile::load("narrow").unwrap();
         let workspace = pschema_sim::workspace::Workspace::new("narrow", file).unwrap();
         let (mut simulated, _) = pschema_sim::declare::declare("arm", &workspace);
@@ -420,9 +353,9 @@ mod tests {
         let two_more = "[[joints]]\nname = \"more\"\nmin = -1.0\nmax = 1.0\ntolerance = 0.1\n\n".repeat(2);
         let six = EMULATED.replacen("[speed]", &format!("{two_more}[speed]"), 1);
         let monitor = six.replacen("mode = \"server\"", "mode = \"monitor\"", 1);
-        let refused = Setup::parse("test", &monitor).unwrap_err().to_string();
+        let refused = ArmSetup::parse("test", &monitor).unwrap_err().to_string();
         assert!(refused.contains("use mode = \"server\""), "{refused}");
-        let server = Setup::parse("test", &six).unwrap_err().to_string();
+        let server = ArmSetup::parse("test", &six).unwrap_err().to_string();
         assert!(server.contains("one value a joint"), "its points were not taught: {server}");
     }
 }

@@ -1,6 +1,7 @@
-//! The line to the controller: bytes out, bytes in, each wait with its end.
+//! The line to the controller: bytes go out and come in, and every wait ends.
 
 pub mod record;
+pub mod recorder;
 pub mod serial;
 
 use std::io;
@@ -13,28 +14,28 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LineError {
-    /// It cannot be opened.
+    /// The line cannot be opened.
     #[error("cannot open serial line {path}: {problem}")]
     Open {
-        /// Which.
+        /// Path of the port.
         path: PathBuf,
-        /// Why, and what to do.
+        /// The cause, and advice.
         problem: String,
     },
-    /// It has gone: unplugged, or the other end closed it.
+    /// The line has gone: it was unplugged, or the other end closed it.
     #[error(
         "the serial line is gone ({0}): check cable and adapter; it is opened again as soon as it is back"
     )]
     Gone(io::Error),
-    /// It took no bytes for too long.
+    /// The line took no bytes for too long.
     #[error("the serial line takes no bytes: check that flow control is off at both ends")]
     Stuck,
-    /// The recording being replayed says otherwise.
+    /// The driver did not do the same as in the recording that is replayed.
     #[error("line {line} of the recording: {problem}")]
     Replay {
-        /// Which line.
+        /// Number of the line in the recording.
         line: usize,
-        /// What does not agree.
+        /// The difference.
         problem: String,
     },
 }
@@ -47,19 +48,19 @@ pub trait Line: Send {
     /// When the line is gone or stuck.
     fn send(&mut self, bytes: &[u8]) -> Result<(), LineError>;
 
-    /// Receives what has come, or comes within `wait`. Returns how many bytes; 0 when none came.
+    /// Receives the bytes that have come, or come within `wait`. Returns how many; 0 when none came.
     ///
     /// # Errors
     /// When the line is gone.
     fn receive(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, LineError>;
 
-    /// Throws away what has come and was not received.
+    /// Throws away the bytes that have come and were not received.
     ///
     /// # Errors
     /// When the line is gone.
     fn discard(&mut self) -> Result<(), LineError>;
 
-    /// A way to send an order to stop at once, from any thread, before anything not yet sent.
+    /// A way to send an order to stop at once, from any thread, before all bytes that were not sent yet.
     ///
     /// # Errors
     /// When the line is gone.
@@ -68,14 +69,14 @@ pub trait Line: Send {
 
 /// Sends an order to stop, whatever else the line is doing.
 pub trait Stopper: Send {
-    /// Drops what waits to be sent, and sends `bytes`.
+    /// Drops the bytes that wait to be sent, and sends `bytes`.
     ///
     /// # Errors
     /// When the line is gone or stuck.
     fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError>;
 
-    /// Where it is to be recorded that it was sent: by whoever has sent it, once nothing waits for that any more.
-    fn recorder(&self) -> record::Recorder {
-        record::Recorder::default()
+    /// The recorder for the bytes that were sent. The caller records them when nothing waits for the stop any more.
+    fn recorder(&self) -> recorder::LineRecorder {
+        recorder::LineRecorder::default()
     }
 }

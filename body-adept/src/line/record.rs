@@ -1,84 +1,32 @@
 //! Recording every exchange with the controller, and replaying it: a test of the driver without an arm.
 //!
-//! A recording is text, one event a line: seconds since its beginning, then `order TEXT` and `outcome TEXT` for what the
-//! driver was asked and how it went, `> "BYTES"` and `< "BYTES"` for what it sent and received, `stop "BYTES"` for what
-//! was sent to stop the arm, and `gone TEXT` when the line was lost. Bytes are written as Rust writes them.
+//! A recording is text, one event a line: seconds since its beginning, then `order TEXT` and `outcome TEXT` for an
+//! order to the driver and its outcome, `> "BYTES"` and `< "BYTES"` for bytes sent and received, `stop "BYTES"` for
+//! bytes sent to stop the arm, and `gone TEXT` when the line was lost. Bytes are written as Rust writes them.
 
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, BufWriter, Write};
+use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use super::recorder::LineRecorder;
 use super::{Line, LineError, Stopper};
 
 /// Longest recording replayed, in lines.
 const LINES_MAX: usize = 10_000_000;
-/// Longest recording written, in bytes; after that nothing more is recorded.
-const BYTES_MAX: u64 = 1 << 30;
-
-struct Writing {
-    file: BufWriter<File>,
-    since: Instant,
-    bytes: u64,
-}
-
-/// Writes a recording; clones write the same one. Without a file it does nothing.
-#[derive(Clone, Default)]
-pub struct Recorder(Option<Arc<Mutex<Writing>>>);
-
-impl Recorder {
-    /// Begins a recording; a file of that name is overwritten.
-    ///
-    /// # Errors
-    /// When the file cannot be made.
-    pub fn create(path: &Path) -> io::Result<Self> {
-        let file = BufWriter::new(File::create(path)?);
-        Ok(Self(Some(Arc::new(Mutex::new(Writing { file, since: Instant::now(), bytes: 0 })))))
-    }
-
-    /// Records one event.
-    pub fn event(&self, what: &str, text: &str) {
-        let Some(writing) = &self.0 else { return };
-        let mut writing = writing.lock().unwrap_or_else(PoisonError::into_inner);
-        if writing.bytes > BYTES_MAX {
-            return;
-        }
-        let line =
-            format!("{:.6} {what} {}\n", writing.since.elapsed().as_secs_f64(), text.replace('\n', " "));
-        writing.bytes = writing.bytes.saturating_add(line.len() as u64);
-        // To the disk at once: what matters most is what came just before the end.
-        if let Err(error) = writing.file.write_all(line.as_bytes()).and_then(|()| writing.file.flush()) {
-            tracing::error!(%error, "the recording cannot be written and ends");
-            writing.bytes = u64::MAX;
-        } else if writing.bytes > BYTES_MAX {
-            tracing::warn!("the recording has reached 1 GiB and ends");
-        }
-    }
-
-    /// Records that the order to stop was sent.
-    pub(crate) fn stopped(&self, bytes: &[u8]) {
-        self.bytes("stop", bytes);
-    }
-
-    fn bytes(&self, what: &str, bytes: &[u8]) {
-        if self.0.is_some() {
-            self.event(what, &format!("\"{}\"", bytes.escape_ascii()));
-        }
-    }
-}
 
 /// A line whose exchanges are recorded.
-pub struct Recorded {
+pub struct RecordingLine {
     line: Box<dyn Line>,
-    recorder: Recorder,
+    recorder: LineRecorder,
 }
 
-impl Recorded {
+impl RecordingLine {
     /// Records a line.
     #[must_use]
-    pub fn new(line: Box<dyn Line>, recorder: Recorder) -> Self {
+    pub fn new(line: Box<dyn Line>, recorder: LineRecorder) -> Self {
         Self { line, recorder }
     }
 
@@ -87,9 +35,9 @@ impl Recorded {
     }
 }
 
-impl Line for Recorded {
+impl Line for RecordingLine {
     fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
-        // Sent first: a disk that is slow must not have an order come after the stop that it was meant to come before.
+        // Sent before it is recorded: a slow disk may not delay an order until after the stop that should follow it.
         let sent = self.line.send(bytes);
         self.recorder.bytes(">", bytes);
         self.noted(sent)
@@ -109,45 +57,45 @@ impl Line for Recorded {
     }
 
     fn stopper(&self) -> Result<Box<dyn Stopper>, LineError> {
-        Ok(Box::new(RecordedStopper { stopper: self.line.stopper()?, recorder: self.recorder.clone() }))
+        Ok(Box::new(RecordingStopper { stopper: self.line.stopper()?, recorder: self.recorder.clone() }))
     }
 }
 
-struct RecordedStopper {
+struct RecordingStopper {
     stopper: Box<dyn Stopper>,
-    recorder: Recorder,
+    recorder: LineRecorder,
 }
 
-impl Stopper for RecordedStopper {
+impl Stopper for RecordingStopper {
     fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError> {
         self.stopper.stop(bytes)
     }
 
-    fn recorder(&self) -> Recorder {
+    fn recorder(&self) -> LineRecorder {
         self.recorder.clone()
     }
 }
 
 /// An event of a recording.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event {
-    /// The driver was asked for something.
+pub enum LineEvent {
+    /// The driver got an order.
     Order(String),
-    /// How it went.
+    /// The outcome of the order.
     Outcome(String),
-    /// It sent bytes.
+    /// The driver sent bytes.
     Sent(Vec<u8>),
-    /// It received bytes.
+    /// The driver received bytes.
     Received(Vec<u8>),
     /// The line was lost.
     Gone(String),
 }
 
-/// A recording read back: events with their line numbers.
+/// A recording that was read back: its events with their line numbers.
 #[derive(Clone, Default)]
-pub struct Recording(Arc<Mutex<VecDeque<(usize, Event)>>>);
+pub struct LineRecording(Arc<Mutex<VecDeque<(usize, LineEvent)>>>);
 
-impl Recording {
+impl LineRecording {
     /// Reads a recording.
     ///
     /// # Errors
@@ -168,22 +116,22 @@ impl Recording {
     /// The next order, if that is the next event.
     #[must_use]
     pub fn next_order(&self) -> Option<(usize, String)> {
-        self.next_if(|event| if let Event::Order(text) = event { Some(text.clone()) } else { None })
+        self.next_if(|event| if let LineEvent::Order(text) = event { Some(text.clone()) } else { None })
     }
 
     /// The next outcome, if that is the next event.
     #[must_use]
     pub fn next_outcome(&self) -> Option<(usize, String)> {
-        self.next_if(|event| if let Event::Outcome(text) = event { Some(text.clone()) } else { None })
+        self.next_if(|event| if let LineEvent::Outcome(text) = event { Some(text.clone()) } else { None })
     }
 
-    /// The next event and its line, left where it is.
+    /// The next event and its line number. The event stays the next one.
     #[must_use]
-    pub fn peek(&self) -> Option<(usize, Event)> {
+    pub fn peek(&self) -> Option<(usize, LineEvent)> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).front().cloned()
     }
 
-    fn next_if<T>(&self, wanted: impl Fn(&Event) -> Option<T>) -> Option<(usize, T)> {
+    fn next_if<T>(&self, wanted: impl Fn(&LineEvent) -> Option<T>) -> Option<(usize, T)> {
         let mut events = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let (line, event) = events.front()?;
         let found = (*line, wanted(event)?);
@@ -192,24 +140,24 @@ impl Recording {
     }
 }
 
-/// Reads a line. None when it is none; an event that is not replayed is an empty one.
-fn event(line: &str) -> Option<Option<Event>> {
+/// Reads a line. The outer None: the line is no event. The inner None: the event is not replayed.
+fn event(line: &str) -> Option<Option<LineEvent>> {
     let mut parts = line.splitn(3, ' ');
     let (seconds, what, text) = (parts.next()?, parts.next()?, parts.next()?);
     seconds.parse::<f64>().ok()?;
     Some(match what {
-        "order" => Some(Event::Order(text.to_owned())),
-        "outcome" => Some(Event::Outcome(text.to_owned())),
-        ">" => Some(Event::Sent(unescaped(text)?)),
-        "<" => Some(Event::Received(unescaped(text)?)),
-        "gone" => Some(Event::Gone(text.to_owned())),
-        // Pressed by another thread, in its own time.
+        "order" => Some(LineEvent::Order(text.to_owned())),
+        "outcome" => Some(LineEvent::Outcome(text.to_owned())),
+        ">" => Some(LineEvent::Sent(unescaped(text)?)),
+        "<" => Some(LineEvent::Received(unescaped(text)?)),
+        "gone" => Some(LineEvent::Gone(text.to_owned())),
+        // Another thread pressed the switch, in its own time.
         "stop" => None,
         _ => return None,
     })
 }
 
-/// The bytes that `escape_ascii` wrote, in quotes.
+/// The bytes of a text in quotes that `escape_ascii` wrote.
 fn unescaped(text: &str) -> Option<Vec<u8>> {
     let inner = text.strip_prefix('"')?.strip_suffix('"')?;
     let (mut bytes, mut rest) = (Vec::new(), inner.bytes());
@@ -232,26 +180,26 @@ fn unescaped(text: &str) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// A line that answers as a recording says, and checks that the driver says what it said then.
-pub struct Replayed {
-    recording: Recording,
+/// A line that answers as in a recording, and checks that the driver sends the same bytes as then.
+pub struct ReplayLine {
+    recording: LineRecording,
     held: VecDeque<u8>,
 }
 
-impl Replayed {
+impl ReplayLine {
     /// A line that replays a recording.
     #[must_use]
-    pub fn new(recording: Recording) -> Self {
+    pub fn new(recording: LineRecording) -> Self {
         Self { recording, held: VecDeque::new() }
     }
 }
 
-impl Line for Replayed {
+impl Line for ReplayLine {
     fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
-        // What came late then, and was received by the next wait, is in the way now.
+        // An event of the recording that must come before these bytes is an error.
         let sent = self.recording.next_if(|event| match event {
-            Event::Sent(sent) => Some(Ok(sent.clone())),
-            Event::Gone(why) => Some(Err(why.clone())),
+            LineEvent::Sent(sent) => Some(Ok(sent.clone())),
+            LineEvent::Gone(why) => Some(Err(why.clone())),
             _ => None,
         });
         match sent {
@@ -266,7 +214,7 @@ impl Line for Replayed {
                 ),
             }),
             None => {
-                let (line, next) = self.recording.peek().unwrap_or((0, Event::Gone("the end".into())));
+                let (line, next) = self.recording.peek().unwrap_or((0, LineEvent::Gone("the end".into())));
                 let problem =
                     format!("the driver sent \"{}\" where there was {next:?}", bytes.escape_ascii());
                 Err(LineError::Replay { line, problem })
@@ -277,14 +225,14 @@ impl Line for Replayed {
     fn receive(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, LineError> {
         if self.held.is_empty() {
             let received = self.recording.next_if(|event| match event {
-                Event::Received(bytes) => Some(Ok(bytes.clone())),
-                Event::Gone(why) => Some(Err(why.clone())),
+                LineEvent::Received(bytes) => Some(Ok(bytes.clone())),
+                LineEvent::Gone(why) => Some(Err(why.clone())),
                 _ => None,
             });
             match received {
                 Some((_, Ok(bytes))) => self.held.extend(bytes),
                 Some((_, Err(why))) => return Err(LineError::Gone(io::Error::other(why))),
-                // Nothing came then, so nothing comes now, and the wait is the driver's own.
+                // No bytes came then, so none come now, and the driver waits in vain.
                 None => std::thread::sleep(wait),
             }
         }
@@ -305,7 +253,7 @@ impl Line for Replayed {
     }
 }
 
-/// Stops nothing: in a replay nothing moves.
+/// Stops nothing, because in a replay nothing moves.
 struct NoStopper;
 
 impl Stopper for NoStopper {
@@ -353,8 +301,8 @@ mod tests {
     fn what_was_recorded_is_replayed_and_a_difference_is_told_with_its_line() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("recording");
-        let recorder = Recorder::create(&path).unwrap();
-        let mut line = Recorded::new(Box::new(Pong(false)), recorder.clone());
+        let recorder = LineRecorder::create(&path).unwrap();
+        let mut line = RecordingLine::new(Box::new(Pong(false)), recorder.clone());
         recorder.event("order", "where");
         let answer = exchange(&mut line, b"WHERE\r\n").unwrap();
         let mut stopper = line.stopper().unwrap();
@@ -363,8 +311,8 @@ mod tests {
         recorder.event("outcome", "fine");
         assert_eq!(exchange(&mut line, b"ID\r\n").unwrap(), answer);
 
-        let recording = Recording::read(&path).unwrap();
-        let mut replayed = Replayed::new(recording.clone());
+        let recording = LineRecording::read(&path).unwrap();
+        let mut replayed = ReplayLine::new(recording.clone());
         assert_eq!(recording.next_order(), Some((1, "where".to_owned())));
         assert_eq!(exchange(&mut replayed, b"WHERE\r\n").unwrap(), answer);
         assert_eq!(recording.next_outcome(), Some((5, "fine".to_owned())));
@@ -378,7 +326,7 @@ mod tests {
         let path = directory.path().join("recording");
         for text in ["0.1 > \"a\"\nx > \"a\"\n", "0.1 > \"a\"\n0.2 > a\n", "0.1 > \"a\"\n0.2 < \"\\x4\"\n"] {
             std::fs::write(&path, text).unwrap();
-            let error = Recording::read(&path).err().unwrap().to_string();
+            let error = LineRecording::read(&path).err().unwrap().to_string();
             assert!(error.contains("line 2"), "{error}");
         }
     }

@@ -42,7 +42,7 @@ fn gone(error: serialport::Error) -> LineError {
     LineError::Gone(error.into())
 }
 
-/// Writes it all, or says why not.
+/// Writes all bytes.
 fn write(port: &mut TTYPort, bytes: &[u8]) -> Result<(), LineError> {
     match port.write_all(bytes) {
         Ok(()) => Ok(()),
@@ -60,7 +60,7 @@ impl Line for SerialLine {
     fn receive(&mut self, buffer: &mut [u8], wait: Duration) -> Result<usize, LineError> {
         self.port.set_timeout(wait).map_err(gone)?;
         match self.port.read(buffer) {
-            // Readable and yet nothing there: the other end has closed it.
+            // The port is readable and has no bytes: the other end has closed it.
             Ok(0) => Err(LineError::Gone(io::Error::from(ErrorKind::UnexpectedEof))),
             Ok(read) => Ok(read),
             Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => Ok(0),
@@ -85,9 +85,9 @@ struct SerialStopper {
 
 impl Stopper for SerialStopper {
     fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError> {
-        // An order may have been on its way, cut short here anywhere, at worst just before its line end: the bytes to stop
-        // begin with one that spoils what came of it, so that no line end completes it. A port that cannot drop it sends
-        // it first.
+        // This may cut short an order on its way, at worst just before its line end. The bytes that stop begin with one
+        // that spoils the rest of such an order, so that no line end completes it. A port that cannot drop the order
+        // sends it first.
         self.port.clear(ClearBuffer::Output).ok();
         write(&mut self.port, bytes)
     }

@@ -7,17 +7,17 @@ use std::time::Instant;
 
 use pschema_vision::image::RgbImage;
 
-use super::{FrameSource, PICTURE_WAIT, SightError};
+use super::source::{FrameSource, PICTURE_WAIT, SightError};
 
-/// The newest picture, and how many there were.
+/// The newest picture, and how many pictures came so far.
 #[derive(Default)]
-struct Newest {
+struct LatestPicture {
     count: u64,
     bytes: Vec<u8>,
     ended: bool,
 }
 
-type Shared = Arc<(Mutex<Newest>, Condvar)>;
+type Shared = Arc<(Mutex<LatestPicture>, Condvar)>;
 
 pub(super) struct Exec {
     command: String,
@@ -27,10 +27,10 @@ pub(super) struct Exec {
 }
 
 impl Exec {
-    /// Starts the command; a shell takes it apart.
+    /// Starts the command, which a shell splits into words.
     pub(super) fn start(command: &str, size_px: (usize, usize)) -> Result<Self, SightError> {
         let failed = |source| SightError::Io { place: format!("exec:{command}"), source };
-        // `exec`, so that it is the command itself that is ended in the end.
+        // `exec` makes the command replace the shell, so that ending the child ends the command.
         let mut child = Command::new("sh")
             .args(["-c", &format!("exec {command}")])
             .stdin(Stdio::null())

@@ -7,7 +7,8 @@ use std::time::{Duration, Instant, SystemTime};
 
 use pschema_vision::image::RgbImage;
 
-use super::{FrameSource, PICTURE_WAIT, SightError, picture, sized};
+use super::picture;
+use super::source::{FrameSource, PICTURE_WAIT, SightError, sized};
 
 /// How often the directory is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
@@ -34,7 +35,7 @@ impl Folder {
         for entry in std::fs::read_dir(&self.path)?.take(FILES_MAX) {
             let path = entry?.path();
             let is_picture = path.extension().is_some_and(|ending| ending == "png" || ending == "ppm");
-            // A file that goes away while it is looked at was not the newest.
+            // A file that vanishes meanwhile was not the newest.
             let Some(written) =
                 path.metadata().ok().filter(|_| is_picture).and_then(|data| data.modified().ok())
             else {

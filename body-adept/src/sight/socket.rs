@@ -6,7 +6,8 @@ use std::path::PathBuf;
 
 use pschema_vision::image::RgbImage;
 
-use super::{FrameSource, PICTURE_WAIT, SightError, picture, sized};
+use super::picture;
+use super::source::{FrameSource, PICTURE_WAIT, SightError, sized};
 
 pub(super) struct Socket {
     path: PathBuf,
@@ -44,7 +45,7 @@ impl FrameSource for Socket {
     fn frame(&mut self) -> Result<RgbImage, SightError> {
         let image = self.ask();
         if image.is_err() {
-            // What is left of a broken answer would be taken for the next.
+            // The rest of a broken answer would be taken for the next picture.
             self.stream = None;
         }
         sized(&self.place(), image?, self.size_px)

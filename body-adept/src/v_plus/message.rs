@@ -1,8 +1,8 @@
-//! What the controller says when it refuses or gives up: named where its number or text is known.
+//! Messages of the controller when it refuses or gives up, and their causes where number or text are known.
 
 use std::fmt;
 
-/// What is wrong, as far as it is known.
+/// The cause of a refusal or failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Cause {
@@ -10,7 +10,7 @@ pub enum Cause {
     Line,
     /// The command was not understood.
     NotUnderstood,
-    /// A value or location is not one the controller takes.
+    /// The controller does not take the value or location.
     Value,
     /// High power is off.
     PowerOff,
@@ -20,7 +20,7 @@ pub enum Cause {
     OutOfRange,
     /// An emergency stop is pressed.
     EmergencyStop,
-    /// The arm did not follow its path: it met something.
+    /// The arm did not follow its path: it met an obstacle.
     Envelope,
     /// A motion is under way.
     Busy,
@@ -28,14 +28,14 @@ pub enum Cause {
     Latched,
     /// The server program had this order before.
     Repeated,
-    /// A stop came while it was carried out, or the host fell silent.
+    /// A stop came while the order was carried out, or the host fell silent.
     Stopped,
     /// None of these.
     Other,
 }
 
 impl Cause {
-    /// What a person can do about it.
+    /// The advice to a person.
     #[must_use]
     pub fn advice(self) -> &'static str {
         match self {
@@ -61,7 +61,7 @@ impl Cause {
         }
     }
 
-    /// Whether moving again needs a person: these say that somebody, or something, stopped the arm for a reason.
+    /// Whether a person must look before the arm moves again: somebody or something stopped it for a reason.
     #[must_use]
     pub fn needs_a_person(self) -> bool {
         matches!(
@@ -73,8 +73,8 @@ impl Cause {
 
 /// A refusal or failure, as the controller said it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Message {
-    /// The number, if it was said: negative from V+ itself, positive from the server program.
+pub struct VPlusMessage {
+    /// The number, if there was one: negative from V+ itself, positive from the server program.
     pub code: Option<i32>,
     /// The text, without its asterisks.
     pub text: String,
@@ -120,14 +120,14 @@ const TEXTS: [(&str, Cause); 14] = [
     ("illegal", Cause::NotUnderstood),
 ];
 
-impl Message {
+impl VPlusMessage {
     /// A message by its text alone, as the monitor shows it.
     #[must_use]
     pub fn of_text(text: &str) -> Self {
         Self { code: None, text: text.trim().to_owned() }
     }
 
-    /// What it means.
+    /// The cause that the message stands for.
     #[must_use]
     pub fn cause(&self) -> Cause {
         let text = self.text.to_ascii_lowercase();
@@ -138,7 +138,7 @@ impl Message {
     }
 }
 
-impl fmt::Display for Message {
+impl fmt::Display for VPlusMessage {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.code {
             Some(code) => write!(to, "*{}* ({code}): {}", self.text, self.cause().advice()),
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn messages_are_named_by_text_first_then_by_number() {
-        let named = |code: Option<i32>, text: &str| Message { code, text: text.to_owned() }.cause();
+        let named = |code: Option<i32>, text: &str| VPlusMessage { code, text: text.to_owned() }.cause();
         assert_eq!(named(Some(-999), "Robot power off"), Cause::PowerOff);
         assert_eq!(named(None, "E-STOP from user E-STOP button"), Cause::EmergencyStop);
         assert_eq!(named(Some(-522), ""), Cause::Line);
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn a_message_says_its_number_and_what_to_do() {
-        let told = Message { code: Some(-605), text: "Robot not calibrated".into() }.to_string();
+        let told = VPlusMessage { code: Some(-605), text: "Robot not calibrated".into() }.to_string();
         assert!(told.contains("-605") && told.contains("CALIBRATE"), "{told}");
     }
 }

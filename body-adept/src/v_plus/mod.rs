@@ -1,17 +1,34 @@
-//! V+ as text: what is said to the controller and what it answers. No I/O here.
+//! V+ as text: the lines to the controller and its answers. There is no I/O here.
 //!
 //! [`monitor`] is the controller's own command line, with nothing installed; [`program`] is the server program
-//! `vplus/pschema.v2`, whose lines end with a sum. What the controller refuses is a [`message::Message`].
+//! `vplus/pschema.v2`, whose lines end with a sum. A refusal of the controller is a [`message::VPlusMessage`].
 
 pub mod message;
 pub mod monitor;
 pub mod program;
 pub mod sum;
 
-/// Longest answer that is looked at, in bytes; more is not an answer.
+/// Longest answer, in bytes. Longer text is no answer.
 pub const ANSWER_BYTES_MAX: usize = 4096;
 /// Joints an arm may have.
 pub const JOINTS_MAX: usize = 6;
+
+/// The controller's state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ControllerState {
+    /// High power is on.
+    pub power: bool,
+    /// The arm is calibrated, and under the controller's control. Known only while high power is on.
+    pub calibrated: bool,
+    /// An emergency stop is pressed.
+    pub emergency_stop: bool,
+    /// A motion is under way, or something else that may move the arm.
+    pub moving: bool,
+    /// The controller refuses motions until a reset.
+    pub latched: bool,
+    /// The touch inputs: bit 0 the first.
+    pub signals: u8,
+}
 
 /// A decimal number as V+ writes it: sign, digits, at most one point. No exponent, no `nan`, no `inf`.
 #[must_use]

@@ -1,11 +1,11 @@
-//! What is typed at the controller's monitor, and what to make of what it prints.
+//! The commands that are typed at the controller's monitor, and the answers that it prints.
 //!
 //! The prompt is a period at the beginning of a line, which a decimal never is; messages stand between asterisks. The
 //! columns of listings, the echo and the line ends are not documented, so all of them are taken as they come: an
 //! answer is the text between the command and the next prompt, and its numbers are all the decimals there.
 
-use super::message::Message;
-use super::{decimal, values};
+use super::message::VPlusMessage;
+use super::{ControllerState, decimal, values};
 
 /// The location that motions go to.
 const GOAL: &str = "#PSGOAL";
@@ -13,40 +13,40 @@ const GOAL: &str = "#PSGOAL";
 /// before it. Never a bare line end: it could complete an order that was given up.
 pub const STOP: &[u8] = b"\x03PANIC\r\nPANIC\r\n";
 
-/// What can be typed. Joint values here have passed the [gate](crate::gate); nothing else builds a motion.
+/// A command. Joint values in it have passed the [gate](crate::gate); nothing else builds a motion.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Command<'a> {
-    /// What controller it is.
+pub enum MonitorCommand<'a> {
+    /// Asks which controller it is.
     Identify,
-    /// Where the arm is.
+    /// Asks for the joints of the arm.
     Where,
-    /// Values of switches, state words and digital inputs; see [`state`].
+    /// Asks for the values of switches, state words and digital inputs; see [`state`].
     State {
         /// The touch inputs.
         signals: [u16; 4],
     },
-    /// Percent of full speed.
+    /// Sets the speed, in percent of full speed.
     Speed(u8),
-    /// Prints it, and the percentage that programs have set, which multiplies it.
+    /// Asks for that speed, and for the percentage that programs have set, which multiplies it.
     ListSpeeds,
-    /// Remembers where the next motion goes.
+    /// Sets the goal of the next motion.
     SetGoal(&'a [f64]),
-    /// Prints it.
+    /// Asks for that goal.
     ListGoal,
-    /// Begins the motion.
+    /// Begins the motion to the goal.
     MoveToGoal,
     /// Brakes.
     Panic,
-    /// High power on or off.
+    /// Turns high power on or off.
     Power(bool),
     /// Asks to calibrate the arm, which moves it; the monitor asks back.
     Calibrate,
-    /// Agrees to that.
+    /// Agrees to calibrate.
     Yes,
 }
 
-impl Command<'_> {
-    /// Whether the arm moves by it, or may: such an order passes no switch that is pressed.
+impl MonitorCommand<'_> {
+    /// Whether the command moves the arm, or may. Such an order passes no switch that is pressed.
     #[must_use]
     pub fn may_move(&self) -> bool {
         matches!(
@@ -89,24 +89,24 @@ pub fn ends_with_prompt(printed: &[u8]) -> bool {
     matches!(printed, [.., b'\n' | b'\r', b'.'] | [.., b'\n' | b'\r', b'.', b' '])
 }
 
-/// Whether printed text ends with a question that an answer is awaited to.
+/// Whether printed text ends with a question.
 #[must_use]
 pub fn ends_with_question(printed: &[u8]) -> bool {
     printed.trim_ascii_end().ends_with(b"?")
 }
 
-/// The text of an answer: what was printed after a command and before the prompt.
+/// An answer: the text that was printed after a command and before the prompt.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Answer {
-    /// Whether the command itself came back first, character by character.
+pub struct MonitorAnswer {
+    /// Whether the command itself was printed first, character by character.
     pub echoed: bool,
-    /// The lines after that, without empty ones and the prompt.
+    /// The lines of the answer, without the echo, empty lines and the prompt.
     pub lines: Vec<String>,
 }
 
 /// Takes an answer apart.
 #[must_use]
-pub fn answer(command: &str, printed: &[u8]) -> Answer {
+pub fn answer(command: &str, printed: &[u8]) -> MonitorAnswer {
     let text = String::from_utf8_lossy(printed);
     let text = text.trim_end().strip_suffix('.').unwrap_or(&text);
     let mut lines: Vec<String> =
@@ -115,21 +115,21 @@ pub fn answer(command: &str, printed: &[u8]) -> Answer {
     if echoed {
         lines.remove(0);
     }
-    Answer { echoed, lines }
+    MonitorAnswer { echoed, lines }
 }
 
-impl Answer {
+impl MonitorAnswer {
     /// The message in the answer, if there is one.
     #[must_use]
-    pub fn message(&self) -> Option<Message> {
+    pub fn message(&self) -> Option<VPlusMessage> {
         self.lines.iter().find_map(|line| {
             let (_, rest) = line.split_once('*')?;
             let (text, _) = rest.split_once('*')?;
-            (!text.trim().is_empty()).then(|| Message::of_text(text))
+            (!text.trim().is_empty()).then(|| VPlusMessage::of_text(text))
         })
     }
 
-    /// The decimals of its last line that has as many as `count`, and nothing else.
+    /// The decimals of the last line that has `count` decimals and nothing else.
     #[must_use]
     pub fn numbers(&self, count: usize) -> Option<Vec<f64>> {
         let of_line = |line: &String| -> Option<Vec<f64>> {
@@ -140,7 +140,7 @@ impl Answer {
         self.lines.iter().rev().find_map(of_line)
     }
 
-    /// All decimals of all lines, if there are `count` and nothing else.
+    /// The decimals of all lines, if there are `count` of them and nothing else.
     #[must_use]
     pub fn all_numbers(&self, count: usize) -> Option<Vec<f64>> {
         let words =
@@ -150,34 +150,26 @@ impl Answer {
     }
 }
 
-/// The answer to [`Command::State`].
+/// The answer to [`MonitorCommand::State`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct State {
-    /// High power is on.
-    pub power: bool,
-    /// An emergency stop is pressed.
-    pub emergency_stop: bool,
-    /// A motion is under way, or the arm is being calibrated.
-    pub moving: bool,
-    /// The arm is calibrated, and under the controller's control.
-    pub calibrated: bool,
-    /// Power is coming up or going, or the arm is being calibrated: wait.
+pub struct MonitorState {
+    /// The controller's state. The monitor latches nothing.
+    pub controller: ControllerState,
+    /// Power is coming up or going, or the arm is being calibrated: the driver has to wait.
     pub settling: bool,
-    /// The touch inputs: bit 0 the first.
-    pub signals: u8,
 }
 
-/// `STATE(1)`: the robot is under program control. The vendor's list: 0 resetting, 1 fatal error, 2 waiting for power, 3
-/// initializing after power-up, 4 manual control, 5 calibrating, 7 under program control, 8 not calibrated.
+/// `STATE(1)`: the robot is under program control. The vendor's list: 0 resetting, 1 fatal error, 2 waiting for power,
+/// 3 initializing after power-up, 4 manual control, 5 calibrating, 7 under program control, 8 not calibrated.
 const UNDER_CONTROL: u32 = 7;
 const RESETTING: u32 = 0;
 const INITIALIZING: u32 = 3;
 const CALIBRATING: u32 = 5;
 
-/// Reads an answer to [`Command::State`]. V+ calls -1 true and 0 false; bit 3 of `STATE(4)` is the emergency stop;
-/// `STATE(2)` is odd while the arm moves, brakes or settles, and even while it stands.
+/// Reads an answer to [`MonitorCommand::State`]. V+ calls -1 true and 0 false; bit 3 of `STATE(4)` is the emergency
+/// stop; `STATE(2)` is odd while the arm moves, brakes or settles, and even while it stands.
 #[must_use]
-pub fn state(answer: &Answer) -> Option<State> {
+pub fn state(answer: &MonitorAnswer) -> Option<MonitorState> {
     let numbers = answer.all_numbers(8)?;
     let [power, stops, motion, overall, touch @ ..] = numbers.as_slice() else { return None };
     let mut signals = 0;
@@ -185,14 +177,15 @@ pub fn state(answer: &Answer) -> Option<State> {
         signals |= u8::from(truth(*signal)?) << bit;
     }
     let overall = word(*overall)?;
-    Some(State {
+    let controller = ControllerState {
         power: truth(*power)?,
+        calibrated: overall == UNDER_CONTROL,
         emergency_stop: word(*stops)? & 4 != 0,
         moving: word(*motion)? % 2 == 1 || overall == CALIBRATING,
-        calibrated: overall == UNDER_CONTROL,
-        settling: [RESETTING, INITIALIZING, CALIBRATING].contains(&overall),
+        latched: false,
         signals,
-    })
+    };
+    Some(MonitorState { controller, settling: [RESETTING, INITIALIZING, CALIBRATING].contains(&overall) })
 }
 
 /// A word of the state: a whole number that is not negative.
@@ -248,7 +241,7 @@ mod tests {
     fn messages_and_echo_are_found() {
         let refused = answer("DO MOVE #PSGOAL", b"DO MOVE #PSGOAL\r\n*Robot power off*\r\n.");
         assert!(refused.echoed);
-        assert_eq!(refused.message(), Some(Message::of_text("Robot power off")));
+        assert_eq!(refused.message(), Some(VPlusMessage::of_text("Robot power off")));
         let garbled = answer("DO MOVE #PSGOAL", b"DO MOVE #PSGOBL\r\n.");
         assert!(!garbled.echoed && garbled.message().is_none());
         assert_eq!(garbled.lines, ["DO MOVE #PSGOBL"]);
@@ -259,11 +252,10 @@ mod tests {
         let read = |values: &str| state(&answer("LISTR", format!("LISTR\r\n{values}\r\n.").as_bytes()));
         let found = read("-1\r\n4\r\n1\r\n7\r\n-1\r\n0\r\n0\r\n-1").unwrap();
         let (moving, calibrated, settling) = (true, true, false);
-        assert_eq!(
-            found,
-            State { power: true, emergency_stop: true, moving, calibrated, settling, signals: 0b1001 }
-        );
-        assert_eq!(read("-1 0 0 7 0 0 0 0").map(|state| state.signals), Some(0));
+        let (power, emergency_stop, latched, signals) = (true, true, false, 0b1001);
+        let controller = ControllerState { power, calibrated, emergency_stop, moving, latched, signals };
+        assert_eq!(found, MonitorState { controller, settling });
+        assert_eq!(read("-1 0 0 7 0 0 0 0").map(|state| state.controller.signals), Some(0));
         for (words, moving, calibrated, settling) in [
             ("2 7", false, true, false),
             ("5 7", true, true, false),
@@ -275,7 +267,7 @@ mod tests {
         ] {
             let found = read(&format!("-1 0 {words} 0 0 0 0")).unwrap();
             assert_eq!(
-                (found.moving, found.calibrated, found.settling),
+                (found.controller.moving, found.controller.calibrated, found.settling),
                 (moving, calibrated, settling),
                 "{words}"
             );

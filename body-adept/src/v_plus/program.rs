@@ -1,7 +1,7 @@
-//! What is said to the server program `vplus/pschema.v2` and what it answers: one line each way, each with a sum.
+//! The requests to the server program `vplus/pschema.v2` and its replies: one line each, with a sum.
 
-use super::message::Message;
-use super::{decimal, sum, values};
+use super::message::VPlusMessage;
+use super::{ControllerState, decimal, sum, values};
 
 /// Highest number of a request.
 pub const NUMBER_MAX: u32 = 999_999;
@@ -9,60 +9,60 @@ pub const NUMBER_MAX: u32 = 999_999;
 pub const VIAS_MAX: usize = 64;
 /// Longest line in either direction, in bytes.
 pub const LINE_BYTES_MAX: usize = 128;
-/// Stops the arm: the byte that stops without a line and spoils whatever it cut short, then its line end, then the order.
-/// Needs no number, no sum and no answer.
+/// Stops the arm: the byte that stops without a line and spoils the line that it cuts short, then a line end, then the
+/// order. It needs no number, no sum and no answer.
 pub const STOP: &[u8] = b"\x03\nSTOP\n";
 
-/// What ends a motion besides its end.
+/// The touch inputs that end a motion before its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Guard {
-    /// Nothing.
+pub enum TouchGuard {
+    /// None.
     None = 0,
     /// A touch input that comes on.
     On = 1,
-    /// A touch input that goes off: those that are on when nothing is touched.
+    /// A touch input that goes off, for inputs that are on when nothing is touched.
     Off = 2,
 }
 
-/// A request. Joint values here have passed the [gate](crate::gate); nothing else builds a motion.
+/// A request. Joint values in it have passed the [gate](crate::gate); nothing else builds a motion.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Request<'a> {
-    /// Who is there; begins the numbering of motions anew.
+pub enum ProgramRequest<'a> {
+    /// Asks which program answers, and begins the numbering of motions anew.
     Hello,
     /// Feeds the watchdog.
     Ping,
-    /// The controller's state.
+    /// Asks for the controller's state.
     State,
-    /// Where the arm is.
+    /// Asks for the joints of the arm.
     Where,
     /// Adds a point to the coming motion.
     Via {
-        /// Percent of full speed on the way to it.
+        /// Percent of full speed on the way to the point.
         speed: u8,
-        /// Where it is.
+        /// The joints at the point.
         joints: &'a [f64],
     },
-    /// Begins the motion through the points added, to this last one.
+    /// Begins the motion through the added points to this last one.
     Move {
-        /// Whether a touch that begins ends it.
-        guard: Guard,
+        /// The touch inputs that end the motion.
+        guard: TouchGuard,
         /// Percent of full speed.
         speed: u8,
-        /// Where it ends.
+        /// The joints at the end.
         joints: &'a [f64],
     },
-    /// Brakes, and forgets points added.
+    /// Brakes, and forgets the added points.
     Stop,
-    /// High power on or off.
+    /// Turns high power on or off.
     Power(bool),
     /// Calibrates the arm, which moves it.
     Calibrate,
-    /// Forgets what latched a fault.
+    /// Clears a latched fault.
     Reset,
 }
 
-impl Request<'_> {
+impl ProgramRequest<'_> {
     /// The line, its end included.
     #[must_use]
     pub fn line(&self, number: u32) -> String {
@@ -84,7 +84,7 @@ impl Request<'_> {
         sum::seal(&text) + "\n"
     }
 
-    /// Whether the arm moves by it, or may: such an order passes no switch that is pressed.
+    /// Whether the request moves the arm, or may. Such an order passes no switch that is pressed.
     #[must_use]
     pub fn may_move(&self) -> bool {
         matches!(self, Self::Via { .. } | Self::Move { .. } | Self::Power(true) | Self::Calibrate)
@@ -99,33 +99,33 @@ impl Request<'_> {
 
 /// A line from the program whose sum is right.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Reply {
-    /// Done, or begun.
+pub enum ProgramReply {
+    /// The request is done, or begun.
     Ok {
         /// The number of the request.
         number: u32,
         /// Values, as words.
         words: Vec<String>,
     },
-    /// Refused.
+    /// The request is refused.
     Refused {
         /// The number of the request, 0 when the program could not read it.
         number: u32,
-        /// Why.
-        message: Message,
+        /// The reason.
+        message: VPlusMessage,
     },
     /// A motion has ended.
     End {
         /// The number of its request.
         number: u32,
-        /// How.
-        ended: Ended,
+        /// How the motion ended.
+        ended: MotionEnd,
     },
 }
 
 /// How a motion ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ended {
+pub enum MotionEnd {
     /// At its end.
     Arrived,
     /// By a touch.
@@ -138,7 +138,7 @@ pub enum Ended {
     Fault(i32),
 }
 
-impl Ended {
+impl MotionEnd {
     fn of_code(code: i32) -> Option<Self> {
         match code {
             0 => Some(Self::Arrived),
@@ -151,7 +151,7 @@ impl Ended {
     }
 }
 
-/// The program's answer to [`Request::Hello`].
+/// The program's answer to [`ProgramRequest::Hello`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Greeting {
     /// Version of the program.
@@ -162,26 +162,16 @@ pub struct Greeting {
     pub watchdog_ms: u32,
 }
 
-/// The program's answer to [`Request::State`].
+/// The program's answer to [`ProgramRequest::State`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct State {
-    /// High power is on.
-    pub power: bool,
-    /// The arm is calibrated.
-    pub calibrated: bool,
-    /// An emergency stop is pressed.
-    pub emergency_stop: bool,
-    /// A motion is under way.
-    pub moving: bool,
-    /// Motions are refused until a reset.
-    pub latched: bool,
-    /// The touch inputs: bit 0 the first.
-    pub signals: u8,
-    /// The motion that ended last and how; None when none did.
-    pub last: Option<(u32, Ended)>,
+pub struct ProgramState {
+    /// The controller's state.
+    pub controller: ControllerState,
+    /// The number of the motion that ended last, and how it ended; None when none did.
+    pub last: Option<(u32, MotionEnd)>,
 }
 
-impl Reply {
+impl ProgramReply {
     /// Reads a line. None when it is not a line of the program: noise, a message of the controller, half a line.
     #[must_use]
     pub fn read(line: &str) -> Option<Self> {
@@ -192,10 +182,10 @@ impl Reply {
             "ERR" => {
                 let code = Some(signed(words.next()?)?);
                 let text = words.collect::<Vec<_>>().join(" ");
-                Some(Self::Refused { number, message: Message { code, text } })
+                Some(Self::Refused { number, message: VPlusMessage { code, text } })
             }
             "END" => {
-                let ended = Ended::of_code(signed(words.next()?)?)?;
+                let ended = MotionEnd::of_code(signed(words.next()?)?)?;
                 if words.next().is_some() { None } else { Some(Self::End { number, ended }) }
             }
             _ => None,
@@ -203,7 +193,7 @@ impl Reply {
     }
 }
 
-/// Reads the values of an answer to [`Request::Hello`].
+/// Reads the values of an answer to [`ProgramRequest::Hello`].
 #[must_use]
 pub fn greeting(words: &[String]) -> Option<Greeting> {
     match words {
@@ -216,26 +206,26 @@ pub fn greeting(words: &[String]) -> Option<Greeting> {
     }
 }
 
-/// Reads the values of an answer to [`Request::State`].
+/// Reads the values of an answer to [`ProgramRequest::State`].
 #[must_use]
-pub fn state(words: &[String]) -> Option<State> {
+pub fn state(words: &[String]) -> Option<ProgramState> {
     let [power, calibrated, emergency_stop, moving, latched, signals, last, code] = words else {
         return None;
     };
     let last = whole(last)?;
-    let ended = Ended::of_code(signed(code)?)?;
-    Some(State {
+    let ended = MotionEnd::of_code(signed(code)?)?;
+    let controller = ControllerState {
         power: flag(power)?,
         calibrated: flag(calibrated)?,
         emergency_stop: flag(emergency_stop)?,
         moving: flag(moving)?,
         latched: flag(latched)?,
         signals: whole(signals)?.try_into().ok().filter(|bits| *bits < 16)?,
-        last: (last > 0).then_some((last, ended)),
-    })
+    };
+    Some(ProgramState { controller, last: (last > 0).then_some((last, ended)) })
 }
 
-/// Reads the values of an answer to [`Request::Where`]: exactly so many joints.
+/// Reads the values of an answer to [`ProgramRequest::Where`]: exactly so many joints.
 #[must_use]
 pub fn joints(words: &[String], count: usize) -> Option<Vec<f64>> {
     let joints: Option<Vec<f64>> = words.iter().map(|word| decimal(word)).collect();
@@ -268,8 +258,8 @@ mod tests {
 
     use super::*;
 
-    fn read(text: &str) -> Option<Reply> {
-        Reply::read(&sum::seal(text))
+    fn read(text: &str) -> Option<ProgramReply> {
+        ProgramReply::read(&sum::seal(text))
     }
 
     fn words(text: &str) -> Vec<String> {
@@ -280,38 +270,44 @@ mod tests {
     fn requests_are_the_lines_of_the_program() {
         let joints = [12.3456, -80.0];
         for (request, text) in [
-            (Request::Hello, "HELLO 7"),
-            (Request::Via { speed: 10, joints: &joints }, "VIA 7 10 12.346 -80.000"),
-            (Request::Move { guard: Guard::On, speed: 5, joints: &joints }, "MOVE 7 1 5 12.346 -80.000"),
-            (Request::Power(true), "POWER 7 1"),
-            (Request::Reset, "RESET 7"),
+            (ProgramRequest::Hello, "HELLO 7"),
+            (ProgramRequest::Via { speed: 10, joints: &joints }, "VIA 7 10 12.346 -80.000"),
+            (
+                ProgramRequest::Move { guard: TouchGuard::On, speed: 5, joints: &joints },
+                "MOVE 7 1 5 12.346 -80.000",
+            ),
+            (ProgramRequest::Power(true), "POWER 7 1"),
+            (ProgramRequest::Reset, "RESET 7"),
         ] {
             assert_eq!(request.line(7), sum::seal(text) + "\n");
         }
         let longest = [-359.999; crate::v_plus::JOINTS_MAX];
-        let line = Request::Move { guard: Guard::On, speed: 100, joints: &longest }.line(NUMBER_MAX);
+        let line =
+            ProgramRequest::Move { guard: TouchGuard::On, speed: 100, joints: &longest }.line(NUMBER_MAX);
         assert!(line.len() <= LINE_BYTES_MAX, "{} bytes", line.len());
-        assert!(!Request::Move { guard: Guard::None, speed: 5, joints: &joints }.may_be_repeated());
+        assert!(
+            !ProgramRequest::Move { guard: TouchGuard::None, speed: 5, joints: &joints }.may_be_repeated()
+        );
     }
 
     #[test]
     fn replies_are_read() {
-        assert_eq!(read("OK 3 1 2"), Some(Reply::Ok { number: 3, words: words("1 2") }));
-        assert_eq!(read("END 9 1"), Some(Reply::End { number: 9, ended: Ended::Touched }));
-        assert_eq!(read("END 9 -645"), Some(Reply::End { number: 9, ended: Ended::Fault(-645) }));
+        assert_eq!(read("OK 3 1 2"), Some(ProgramReply::Ok { number: 3, words: words("1 2") }));
+        assert_eq!(read("END 9 1"), Some(ProgramReply::End { number: 9, ended: MotionEnd::Touched }));
+        assert_eq!(read("END 9 -645"), Some(ProgramReply::End { number: 9, ended: MotionEnd::Fault(-645) }));
         let refused = read("ERR 4 -604 Robot power off");
-        let message = Message { code: Some(-604), text: "Robot power off".into() };
-        assert_eq!(refused, Some(Reply::Refused { number: 4, message }));
+        let message = VPlusMessage { code: Some(-604), text: "Robot power off".into() };
+        assert_eq!(refused, Some(ProgramReply::Refused { number: 4, message }));
         for wrong in ["", "OK", "OK x", "END 1", "END 1 7", "END 1 0 0", "ERR 1 x", "OK 1234567", "YES 1"] {
             assert_eq!(read(wrong), None, "{wrong}");
         }
-        assert_eq!(Reply::read("OK 3 1 2"), None, "without a sum");
+        assert_eq!(ProgramReply::read("OK 3 1 2"), None, "without a sum");
     }
 
     #[test]
     fn values_are_read_whole_or_not_at_all() {
         let good = state(&words("1 1 0 0 0 5 12 1")).unwrap();
-        assert_eq!((good.signals, good.last), (5, Some((12, Ended::Touched))));
+        assert_eq!((good.controller.signals, good.last), (5, Some((12, MotionEnd::Touched))));
         for wrong in
             ["1 1 0 0 0 5 12", "1 1 0 0 0 16 0 0", "2 1 0 0 0 0 0 0", "1 1 0 0 0 5 12 1 1", "1 1 0 0 0 5 x 1"]
         {
@@ -328,12 +324,12 @@ mod tests {
     proptest! {
         #[test]
         fn hostile_lines_are_read_as_nothing(line in "\\PC{0,200}") {
-            prop_assert_eq!(Reply::read(&line), None);
+            prop_assert_eq!(ProgramReply::read(&line), None);
         }
 
         #[test]
         fn hostile_text_under_a_right_sum_never_panics(text in "(OK|ERR|END|[A-Z]{1,4})( [-0-9.a-z*]{0,12}){0,12}") {
-            if let Some(Reply::Ok { words, .. }) = read(&text) {
+            if let Some(ProgramReply::Ok { words, .. }) = read(&text) {
                 let (_, _) = (state(&words), greeting(&words));
                 if let Some(found) = joints(&words, 4) {
                     prop_assert!(found.len() == 4 && found.iter().all(|joint| joint.is_finite()));

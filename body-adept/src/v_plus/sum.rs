@@ -17,7 +17,7 @@ pub fn seal(text: &str) -> String {
     format!("{text} *{}", sum(text.as_bytes()))
 }
 
-/// The text of a line whose sum is right.
+/// The text of a line. None when the line's sum is wrong.
 #[must_use]
 pub fn unseal(line: &str) -> Option<&str> {
     let (text, given) = line.trim_end_matches(['\r', '\n']).rsplit_once(" *")?;

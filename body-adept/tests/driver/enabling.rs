@@ -3,26 +3,27 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use pschema_adept::arm::{Arm, May, Phase};
+use pschema_adept::arm::{Arm, Permissions, Phase};
 use pschema_adept::arm_on;
-use pschema_adept::line::record::{Recorded, Recorder};
+use pschema_adept::line::record::RecordingLine;
+use pschema_adept::line::recorder::LineRecorder;
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::line::{Line, LineError};
 use pschema_adept::v_plus::sum;
 use pschema_protocol::body::Outcome;
-use pschema_vplus_emulator::{Record, Speaks};
+use pschema_vplus_emulator::{Dialect, EmulatorRecord};
 
-use crate::meddled::Meddled;
+use crate::meddled::MeddlingLine;
 use crate::rig::{MONITOR, Rig, at, setup, until};
 
 /// Each mode, and what the arm file says of it.
-const MODES: [(Speaks, &[(&str, &str)]); 2] = [(Speaks::Program, &[]), (Speaks::Monitor, MONITOR)];
+const MODES: [(Dialect, &[(&str, &str)]); 2] = [(Dialect::Program, &[]), (Dialect::Monitor, MONITOR)];
 
 /// In both modes, an arm as slow as a real one: power takes 2 s to come up, a calibration 3 s.
 fn both() -> [(Rig, Arm); 2] {
     MODES.map(|(speaks, mode)| {
         let rig = Rig::start(speaks, |args| args.fast = 1.0);
-        let arm = rig.arm(&setup(mode), Recorder::default(), false);
+        let arm = rig.arm(&setup(mode), LineRecorder::default(), false);
         (rig, arm)
     })
 }
@@ -31,7 +32,7 @@ fn both() -> [(Rig, Arm); 2] {
 fn disturbed(
     rig: &Rig,
     arm: &mut Arm,
-    when: impl Fn(&Record) -> bool + Sync,
+    when: impl Fn(&EmulatorRecord) -> bool + Sync,
     disturb: impl FnOnce() + Send,
 ) -> String {
     let ended = AtomicBool::new(false);
@@ -52,7 +53,7 @@ fn disturbed(
 #[test]
 fn a_process_told_to_end_stops_a_calibration_and_takes_the_power_away() {
     for (rig, mut arm) in both() {
-        let calibrates = |record: &Record| record.calibrations_begun == 1;
+        let calibrates = |record: &EmulatorRecord| record.calibrations_begun == 1;
         let end = || rig.stop.store(true, Ordering::SeqCst);
         let why = disturbed(&rig, &mut arm, calibrates, end);
         assert!(why.contains("told to end"), "{why}");
@@ -78,21 +79,21 @@ fn a_calibration_that_is_stopped_leaves_no_power_on_that_somebody_else_had_turne
     for (speaks, mode) in MODES {
         let rig = Rig::start(speaks, |args| args.fast = 1.0);
         let power = match speaks {
-            Speaks::Program => format!("{}\n", sum::seal("POWER 999 1")),
-            Speaks::Monitor => "ENABLE POWER\r\n".to_owned(),
+            Dialect::Program => format!("{}\n", sum::seal("POWER 999 1")),
+            Dialect::Monitor => "ENABLE POWER\r\n".to_owned(),
         };
         let mut line = SerialLine::open(&rig.args.link, 9600).unwrap();
         line.send(power.as_bytes()).unwrap();
         until("somebody has turned power on", || rig.emulator.record().powered);
         drop(line);
-        let recorder = Recorder::create(&rig.recording()).unwrap();
+        let recorder = LineRecorder::create(&rig.recording()).unwrap();
         let mut arm = rig.arm(&setup(mode), recorder, false);
-        let calibrates = |record: &Record| record.calibrations_begun == 1;
+        let calibrates = |record: &EmulatorRecord| record.calibrations_begun == 1;
         let why = disturbed(&rig, &mut arm, calibrates, || rig.stop.store(true, Ordering::SeqCst));
         assert!(why.contains("told to end"), "{why}");
         let record = rig.emulator.record();
         assert_eq!((record.power_ups, record.calibrations, record.powered), (1, 0, false), "{speaks:?}");
-        if speaks == Speaks::Monitor {
+        if speaks == Dialect::Monitor {
             let said = std::fs::read_to_string(rig.recording()).unwrap();
             let (_, after) = said.split_once(r#"> "Y\r\n""#).unwrap();
             let at = |what: &str| after.find(what).unwrap_or_else(|| panic!("no {what} in {after}"));
@@ -111,8 +112,8 @@ fn an_arm_that_is_not_fit_to_move_loses_the_power_that_it_was_given() {
         let rig = Rig::start(speaks, |_| {});
         let link = rig.args.link.clone();
         let open = Box::new(move || Ok(Box::new(SerialLine::open(&link, 9600)?) as Box<dyn Line>));
-        let may = May { moves: true, home: false };
-        let mut arm = arm_on(&setup(mode), open, Recorder::default(), may, Arc::default(), None).unwrap();
+        let may = Permissions { moves: true, home: false };
+        let mut arm = arm_on(&setup(mode), open, LineRecorder::default(), may, Arc::default(), None).unwrap();
         let why = arm.enable().unwrap_err().to_string();
         assert!(why.contains("not calibrated"), "{why}");
         let record = rig.emulator.record();
@@ -137,7 +138,7 @@ fn a_process_told_to_end_stops_power_from_coming_up() {
 #[test]
 fn an_emergency_stop_while_the_arm_is_calibrated_needs_a_person() {
     for (rig, mut arm) in both() {
-        let calibrates = |record: &Record| record.calibrations_begun == 1;
+        let calibrates = |record: &EmulatorRecord| record.calibrations_begun == 1;
         disturbed(&rig, &mut arm, calibrates, || drop(rig.person("estop press")));
         let record = rig.emulator.record();
         assert_eq!((record.calibrations, record.powered), (0, false));
@@ -151,15 +152,15 @@ fn an_emergency_stop_while_the_arm_is_calibrated_needs_a_person() {
 #[test]
 fn what_did_not_ask_whether_to_calibrate_is_not_agreed_to() {
     for no_echo in [true, false] {
-        let rig = Rig::start(Speaks::Monitor, |args| args.no_echo = no_echo);
-        let recorder = Recorder::create(&rig.recording()).unwrap();
+        let rig = Rig::start(Dialect::Monitor, |args| args.no_echo = no_echo);
+        let recorder = LineRecorder::create(&rig.recording()).unwrap();
         let (link, lines) = (rig.args.link.clone(), recorder.clone());
         let open = Box::new(move || -> Result<Box<dyn Line>, LineError> {
             let line = SerialLine::open(&link, 9600)?;
-            let line = Meddled::new(Box::new(line), &[("CALIBRATE", "ID")]);
-            Ok(Box::new(Recorded::new(Box::new(line), lines.clone())))
+            let line = MeddlingLine::new(Box::new(line), &[("CALIBRATE", "ID")]);
+            Ok(Box::new(RecordingLine::new(Box::new(line), lines.clone())))
         });
-        let may = May { moves: true, home: true };
+        let may = Permissions { moves: true, home: true };
         let mut arm = arm_on(&setup(MONITOR), open, recorder, may, Arc::default(), None).unwrap();
         assert!(arm.enable().is_err());
         drop(arm);

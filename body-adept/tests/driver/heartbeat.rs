@@ -17,12 +17,12 @@ const TRIALS: usize = 5;
 const SILENCE_MAX: Duration = Duration::from_millis(50);
 
 /// Notes when the bytes were written.
-struct Stamped {
+struct StampingStopper {
     stopper: Box<dyn Stopper>,
     sent: mpsc::Sender<Instant>,
 }
 
-impl Stopper for Stamped {
+impl Stopper for StampingStopper {
     fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError> {
         let stopped = self.stopper.stop(bytes);
         // Nobody listens any more to a repetition.
@@ -46,7 +46,10 @@ fn the_order_to_stop_follows_the_lost_heartbeat() {
     for _ in 0..trials {
         let switch = StopSwitch::default();
         let (sender, sent) = mpsc::channel();
-        switch.connect(Box::new(Stamped { stopper: line.stopper().unwrap(), sent: sender }), program::STOP);
+        switch.connect(
+            Box::new(StampingStopper { stopper: line.stopper().unwrap(), sent: sender }),
+            program::STOP,
+        );
         let daemon = Beat::default();
         let signs = Signs {
             driver: Beat::default(),

@@ -3,7 +3,7 @@
 use std::process::{Child, Command, Stdio};
 
 use pschema_adept::config::EMULATED;
-use pschema_vplus_emulator::{EmulatorArgs, Record, Speaks};
+use pschema_vplus_emulator::{Dialect, EmulatorArgs, EmulatorRecord};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::rig::{Rig, until};
@@ -29,8 +29,11 @@ impl Drop for Process {
 }
 
 /// A body that moves the arm by itself: it calibrates its camera. Returns once the record says so.
-fn calibrating(when: impl Fn(&Record) -> bool, change: impl FnOnce(&mut EmulatorArgs)) -> (Rig, Process) {
-    let rig = Rig::start(Speaks::Program, |args| {
+fn calibrating(
+    when: impl Fn(&EmulatorRecord) -> bool,
+    change: impl FnOnce(&mut EmulatorArgs),
+) -> (Rig, Process) {
+    let rig = Rig::start(Dialect::Program, |args| {
         args.fast = 1.0;
         change(args);
     });
@@ -55,12 +58,12 @@ fn calibrating(when: impl Fn(&Record) -> bool, change: impl FnOnce(&mut Emulator
     (rig, process)
 }
 
-fn moves(record: &Record) -> bool {
+fn moves(record: &EmulatorRecord) -> bool {
     record.motions > 0
 }
 
 /// Brought into its home position, an arm moves in ways that no limits here hold.
-fn homes(record: &Record) -> bool {
+fn homes(record: &EmulatorRecord) -> bool {
     record.calibrations_begun > 0
 }
 

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use pschema_adept::arm::{Arm, May, Phase};
+use pschema_adept::arm::{Arm, Permissions, Phase};
 use pschema_adept::arm_on;
-use pschema_adept::config::Setup;
-use pschema_adept::line::record::Recorder;
+use pschema_adept::config::ArmSetup;
+use pschema_adept::line::recorder::LineRecorder;
 use pschema_arm::JointPositions;
 use pschema_arm::SplitMix;
 use pschema_arm::route::Waypoint;
@@ -17,13 +17,13 @@ use crate::rig::setup;
 /// Commands in one run; `PSCHEMA_ADEPT_COMMANDS` sets another number.
 const COMMANDS: u64 = 2_000;
 
-fn arm_on_port(setup: &Arc<Setup>) -> (Arm, FakeLine) {
+fn arm_on_port(setup: &Arc<ArmSetup>) -> (Arm, FakeLine) {
     let rest = Waypoint { joints: setup.rest, lift_m: 0.0 };
     let line = FakeLine::at(&setup.gate.taught().at(rest).unwrap());
     let port = line.clone();
     let open = Box::new(move || Ok(Box::new(port.clone()) as Box<dyn pschema_adept::line::Line>));
-    let may = May { moves: true, home: false };
-    let mut arm = arm_on(setup, open, Recorder::default(), may, Arc::default(), None).unwrap();
+    let may = Permissions { moves: true, home: false };
+    let mut arm = arm_on(setup, open, LineRecorder::default(), may, Arc::default(), None).unwrap();
     arm.enable().unwrap();
     (arm, line)
 }
@@ -95,7 +95,7 @@ fn narrower_limits_refuse_what_wider_ones_let_pass() {
     assert_eq!(arm.go(far_left), Outcome::Done);
     // A file whose taught points lie outside its limits is refused when it is read.
     let error =
-        Setup::parse("test", &pschema_adept::config::EMULATED.replacen("min = -95.0", "min = -30.0", 1))
+        ArmSetup::parse("test", &pschema_adept::config::EMULATED.replacen("min = -95.0", "min = -30.0", 1))
             .unwrap_err();
     let error = error.to_string();
     assert!(error.contains("line ") && error.contains("within the limits"), "{error}");

@@ -4,18 +4,18 @@ use std::time::Duration;
 
 use pschema_adept::line::{Line, LineError, Stopper};
 
-pub(crate) struct Meddled {
+pub(crate) struct MeddlingLine {
     line: Box<dyn Line>,
     changes: &'static [(&'static str, &'static str)],
 }
 
-impl Meddled {
+impl MeddlingLine {
     pub(crate) fn new(line: Box<dyn Line>, changes: &'static [(&'static str, &'static str)]) -> Self {
         Self { line, changes }
     }
 }
 
-impl Line for Meddled {
+impl Line for MeddlingLine {
     fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
         let mut text = String::from_utf8(bytes.to_vec()).unwrap();
         for (from, to) in self.changes {

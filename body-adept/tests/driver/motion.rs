@@ -1,13 +1,13 @@
 //! The driver moves the emulated arm, in both modes, and knows where it is.
 
-use pschema_adept::arm::{May, Phase};
+use pschema_adept::arm::{Permissions, Phase};
 use pschema_adept::arm_on;
-use pschema_adept::line::record::Recorder;
+use pschema_adept::line::recorder::LineRecorder;
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::replay::replay;
 use pschema_arm::route::Waypoint;
 use pschema_protocol::body::Outcome;
-use pschema_vplus_emulator::Speaks;
+use pschema_vplus_emulator::Dialect;
 
 use crate::rig::{MONITOR, Rig, at, setup, until};
 
@@ -29,21 +29,21 @@ fn goes_where_it_is_sent(rig: &Rig, changes: &[(&str, &str)], postures: usize) {
 
 #[test]
 fn the_server_program_takes_it_where_it_is_sent() {
-    goes_where_it_is_sent(&Rig::start(Speaks::Program, |_| {}), &[], 12);
+    goes_where_it_is_sent(&Rig::start(Dialect::Program, |_| {}), &[], 12);
 }
 
 #[test]
 fn the_monitor_takes_it_where_it_is_sent() {
-    goes_where_it_is_sent(&Rig::start(Speaks::Monitor, |_| {}), MONITOR, 2);
+    goes_where_it_is_sent(&Rig::start(Dialect::Monitor, |_| {}), MONITOR, 2);
 }
 
 #[test]
 fn a_monitor_that_does_not_echo_takes_it_where_it_is_sent() {
-    goes_where_it_is_sent(&Rig::start(Speaks::Monitor, |args| args.no_echo = true), MONITOR, 1);
+    goes_where_it_is_sent(&Rig::start(Dialect::Monitor, |args| args.no_echo = true), MONITOR, 1);
 }
 
 /// Goes to blocks; none of them may be pushed through.
-fn touches(speaks: Speaks, mode: &[(&str, &str)], inverted: bool, positions: &[usize]) {
+fn touches(speaks: Dialect, mode: &[(&str, &str)], inverted: bool, positions: &[usize]) {
     let rig = Rig::start(speaks, |args| args.touch_inverted = inverted);
     let on_when_untouched = ("inverted = false", "inverted = true");
     let changes = if inverted { &[mode, &[on_when_untouched]].concat() } else { mode };
@@ -68,27 +68,27 @@ fn touches(speaks: Speaks, mode: &[(&str, &str)], inverted: bool, positions: &[u
 
 #[test]
 fn a_block_in_the_way_is_touched_and_felt() {
-    touches(Speaks::Program, &[], false, &[3, 20, 50, 77]);
+    touches(Dialect::Program, &[], false, &[3, 20, 50, 77]);
 }
 
 #[test]
 fn a_block_in_the_way_is_touched_and_felt_through_the_monitor() {
-    touches(Speaks::Monitor, MONITOR, false, &[3]);
+    touches(Dialect::Monitor, MONITOR, false, &[3]);
 }
 
 /// Inputs that are on when nothing is touched: the guard looks for one that goes off.
 #[test]
 fn a_touch_that_switches_an_input_off_is_felt_as_well() {
-    touches(Speaks::Program, &[], true, &[3, 50]);
-    touches(Speaks::Monitor, MONITOR, true, &[3]);
+    touches(Dialect::Program, &[], true, &[3, 50]);
+    touches(Dialect::Monitor, MONITOR, true, &[3]);
 }
 
 #[test]
 fn what_was_recorded_is_replayed_without_an_arm() {
     // Slow enough for the driver to ask and measure again and again on the way.
-    let rig = Rig::start(Speaks::Program, |args| args.fast = 10.0);
+    let rig = Rig::start(Dialect::Program, |args| args.fast = 10.0);
     let setup = setup(&[]);
-    let recorder = Recorder::create(&rig.recording()).unwrap();
+    let recorder = LineRecorder::create(&rig.recording()).unwrap();
     let mut arm = rig.arm(&setup, recorder, false);
     until("enabled", || arm.enable().is_ok());
     assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Done);
@@ -107,8 +107,8 @@ fn what_was_recorded_is_replayed_without_an_arm() {
 
 #[test]
 fn nothing_moves_before_a_person_enables_it() {
-    let rig = Rig::start(Speaks::Program, |_| {});
-    let mut arm = rig.arm(&setup(&[]), Recorder::default(), false);
+    let rig = Rig::start(Dialect::Program, |_| {});
+    let mut arm = rig.arm(&setup(&[]), LineRecorder::default(), false);
     assert!(matches!(arm.go(at(0.5, 0.5)), Outcome::Refused(_)));
     assert_eq!(*arm.phase(), Phase::Inactive);
     assert_eq!(arm.signals().unwrap(), 0, "it senses");
@@ -119,13 +119,13 @@ fn nothing_moves_before_a_person_enables_it() {
 
 #[test]
 fn a_dry_run_checks_and_moves_nothing() {
-    let rig = Rig::start(Speaks::Program, |_| {});
+    let rig = Rig::start(Dialect::Program, |_| {});
     let open = {
         let link = rig.args.link.clone();
         Box::new(move || Ok(Box::new(SerialLine::open(&link, 9600)?) as Box<dyn pschema_adept::line::Line>))
     };
-    let may = May { moves: false, home: false };
-    let mut arm = arm_on(&setup(&[]), open, Recorder::default(), may, rig.stop.clone(), None).unwrap();
+    let may = Permissions { moves: false, home: false };
+    let mut arm = arm_on(&setup(&[]), open, LineRecorder::default(), may, rig.stop.clone(), None).unwrap();
     arm.enable().unwrap();
     assert!(matches!(arm.go(at(0.5, 0.5)), Outcome::Refused(_)));
     assert_eq!(arm.signals().unwrap(), 0, "it senses");

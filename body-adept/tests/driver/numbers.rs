@@ -1,13 +1,14 @@
-//! The numbers of requests, which begin anew after 999,999, and those of motions, which the program takes in ascending order alone.
+//! The numbers of requests, which begin anew after 999,999, and those of motions, which the program takes in ascending
+//! order alone.
 
 use std::time::{Duration, Instant};
 
 use pschema_adept::line::Line;
-use pschema_adept::line::record::Recorder;
+use pschema_adept::line::recorder::LineRecorder;
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::v_plus::sum;
 use pschema_protocol::body::Outcome;
-use pschema_vplus_emulator::Speaks;
+use pschema_vplus_emulator::Dialect;
 
 use crate::rig::{PATIENCE, Rig, at, setup};
 
@@ -34,7 +35,7 @@ fn said(line: &mut SerialLine, text: &str, wanted: &str) -> String {
 
 #[test]
 fn numbers_that_begin_anew_between_two_motions_refuse_neither() {
-    let rig = Rig::start(Speaks::Program, |_| {});
+    let rig = Rig::start(Dialect::Program, |_| {});
     {
         let mut line = SerialLine::open(&rig.args.link, 9600).unwrap();
         said(&mut line, "POWER 1 1", "OK 1");
@@ -43,7 +44,7 @@ fn numbers_that_begin_anew_between_two_motions_refuse_neither() {
         let joints = here.strip_prefix("OK 3 ").unwrap();
         said(&mut line, &format!("MOVE {BEFORE} 0 5 {joints}"), &format!("END {BEFORE} 0"));
     }
-    let recorder = Recorder::create(&rig.recording()).unwrap();
+    let recorder = LineRecorder::create(&rig.recording()).unwrap();
     let mut arm = rig.arm(&setup(&[]), recorder, false);
     arm.enable().unwrap();
     assert_eq!(arm.go(at(0.5, 0.3)), Outcome::Done);

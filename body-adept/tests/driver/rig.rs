@@ -7,14 +7,15 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use pschema_adept::arm::{Arm, May};
+use pschema_adept::arm::{Arm, Permissions};
 use pschema_adept::arm_on;
-use pschema_adept::config::{EMULATED, Setup};
-use pschema_adept::line::record::{Recorded, Recorder};
+use pschema_adept::config::{ArmSetup, EMULATED};
+use pschema_adept::line::record::RecordingLine;
+use pschema_adept::line::recorder::LineRecorder;
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::watch::Beat;
 use pschema_arm::JointPositions;
-use pschema_vplus_emulator::{Emulator, EmulatorArgs, Speaks};
+use pschema_vplus_emulator::{Dialect, Emulator, EmulatorArgs};
 
 /// Longest wait for anything in these tests.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
@@ -27,13 +28,13 @@ pub(crate) fn at(j1: f64, j2: f64) -> JointPositions {
 }
 
 /// The emulated arm as shipped, with one thing replaced by another.
-pub(crate) fn setup(changes: &[(&str, &str)]) -> Arc<Setup> {
+pub(crate) fn setup(changes: &[(&str, &str)]) -> Arc<ArmSetup> {
     let mut text = EMULATED.to_owned();
     for (from, to) in changes {
         assert!(text.contains(from), "the shipped arm file has no {from:?} any more");
         text = text.replacen(from, to, 1);
     }
-    Arc::new(Setup::parse("test", &text).unwrap())
+    Arc::new(ArmSetup::parse("test", &text).unwrap())
 }
 
 pub(crate) struct Rig {
@@ -46,7 +47,7 @@ pub(crate) struct Rig {
 
 impl Rig {
     /// An emulated controller, changed as `change` does.
-    pub(crate) fn start(speaks: Speaks, change: impl FnOnce(&mut EmulatorArgs)) -> Self {
+    pub(crate) fn start(speaks: Dialect, change: impl FnOnce(&mut EmulatorArgs)) -> Self {
         let filter = tracing_subscriber::EnvFilter::from_default_env();
         // Another test of this process may have done it.
         drop(tracing_subscriber::fmt().with_env_filter(filter).with_test_writer().try_init());
@@ -67,21 +68,22 @@ impl Rig {
     }
 
     /// An arm on its line; with `daemon`, one that depends on a daemon's sign of life.
-    pub(crate) fn arm(&self, setup: &Arc<Setup>, recorder: Recorder, daemon: bool) -> Arm {
+    pub(crate) fn arm(&self, setup: &Arc<ArmSetup>, recorder: LineRecorder, daemon: bool) -> Arm {
         let (link, baud) = (self.args.link.clone(), setup.file.line.baud.count() as u32);
         let lines = recorder.clone();
         let open = Box::new(move || {
             let line = SerialLine::open(&link, baud)?;
-            Ok(Box::new(Recorded::new(Box::new(line), lines.clone())) as Box<dyn pschema_adept::line::Line>)
+            Ok(Box::new(RecordingLine::new(Box::new(line), lines.clone()))
+                as Box<dyn pschema_adept::line::Line>)
         });
-        let may = May { moves: true, home: true };
+        let may = Permissions { moves: true, home: true };
         let daemon = daemon.then(|| self.daemon.clone());
         arm_on(setup, open, recorder, may, self.stop.clone(), daemon).unwrap()
     }
 
     /// An arm that is enabled.
-    pub(crate) fn enabled(&self, setup: &Arc<Setup>) -> Arm {
-        let mut arm = self.arm(setup, Recorder::default(), false);
+    pub(crate) fn enabled(&self, setup: &Arc<ArmSetup>) -> Arm {
+        let mut arm = self.arm(setup, LineRecorder::default(), false);
         until("the arm is enabled", || arm.enable().is_ok());
         arm
     }

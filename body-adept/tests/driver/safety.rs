@@ -2,15 +2,15 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use pschema_adept::arm::{May, Phase};
+use pschema_adept::arm::{Permissions, Phase};
 use pschema_adept::arm_on;
-use pschema_adept::line::record::Recorder;
+use pschema_adept::line::recorder::LineRecorder;
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::line::{Line, LineError};
 use pschema_protocol::body::Outcome;
-use pschema_vplus_emulator::Speaks;
+use pschema_vplus_emulator::Dialect;
 
-use crate::meddled::Meddled;
+use crate::meddled::MeddlingLine;
 use crate::rig::{MONITOR, Rig, at, setup, until};
 
 /// Runs a long motion and, once it is under way, `disturb`; returns how the motion came out.
@@ -33,14 +33,14 @@ fn disturbed(rig: &Rig, arm: &mut pschema_adept::arm::Arm, disturb: impl FnOnce(
 
 /// As fast as a real arm: motions last seconds.
 fn slow() -> Rig {
-    Rig::start(Speaks::Program, |args| args.fast = 1.0)
+    Rig::start(Dialect::Program, |args| args.fast = 1.0)
 }
 
 #[test]
 fn a_silent_daemon_stops_the_arm_and_its_return_does_not_resume_the_motion() {
     let rig = slow();
     let setup = setup(&[("heartbeat_ms = 1000", "heartbeat_ms = 200")]);
-    let mut arm = rig.arm(&setup, Recorder::default(), true);
+    let mut arm = rig.arm(&setup, LineRecorder::default(), true);
     until("enabled", || arm.enable().is_ok());
     rig.daemon.renew();
     // Nobody renews the sign of life any more.
@@ -81,7 +81,7 @@ fn an_emergency_stop_is_latched_until_a_person_resets_it() {
 
 #[test]
 fn an_emergency_stop_at_rest_is_noticed_before_the_next_motion() {
-    let rig = Rig::start(Speaks::Program, |_| {});
+    let rig = Rig::start(Dialect::Program, |_| {});
     let mut arm = rig.enabled(&setup(&[]));
     rig.person("estop press");
     arm.signals().unwrap();
@@ -91,7 +91,7 @@ fn an_emergency_stop_at_rest_is_noticed_before_the_next_motion() {
 
 #[test]
 fn a_controller_that_was_switched_off_and_on_needs_a_person() {
-    let rig = Rig::start(Speaks::Program, |_| {});
+    let rig = Rig::start(Dialect::Program, |_| {});
     let mut arm = rig.enabled(&setup(&[]));
     assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Done);
     let motions = rig.emulator.record().motions;
@@ -105,7 +105,7 @@ fn a_controller_that_was_switched_off_and_on_needs_a_person() {
 
 #[test]
 fn a_line_that_is_unplugged_at_rest_is_opened_again_and_nothing_is_sent_twice() {
-    let rig = Rig::start(Speaks::Program, |_| {});
+    let rig = Rig::start(Dialect::Program, |_| {});
     let mut arm = rig.enabled(&setup(&[]));
     assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Done);
     rig.person("unplug 100");
@@ -119,7 +119,7 @@ fn a_line_that_is_unplugged_at_rest_is_opened_again_and_nothing_is_sent_twice() 
 
 #[test]
 fn a_line_that_is_unplugged_during_a_motion_leaves_it_to_the_watchdog() {
-    let rig = Rig::start(Speaks::Program, |args| (args.fast, args.watchdog_ms) = (1.0, 500));
+    let rig = Rig::start(Dialect::Program, |args| (args.fast, args.watchdog_ms) = (1.0, 500));
     let mut arm = rig.enabled(&setup(&[]));
     let before = rig.emulator.record().watchdog_stops;
     let outcome = disturbed(&rig, &mut arm, || drop(rig.person("unplug 1500")));
@@ -132,10 +132,10 @@ fn a_line_that_is_unplugged_during_a_motion_leaves_it_to_the_watchdog() {
 
 #[test]
 fn two_drivers_do_not_share_a_line() {
-    let rig = Rig::start(Speaks::Program, |_| {});
+    let rig = Rig::start(Dialect::Program, |_| {});
     let setup = setup(&[]);
     let mut arm = rig.enabled(&setup);
-    let mut other = rig.arm(&setup, Recorder::default(), false);
+    let mut other = rig.arm(&setup, LineRecorder::default(), false);
     let refused = other.enable().unwrap_err().to_string();
     assert!(refused.contains("end whatever else uses it"), "{refused}");
     assert_eq!(arm.go(at(0.5, 0.5)), Outcome::Done);
@@ -143,7 +143,7 @@ fn two_drivers_do_not_share_a_line() {
 
 #[test]
 fn a_person_who_stops_the_arm_at_the_monitor_is_not_overruled_by_the_next_part_of_the_path() {
-    let rig = Rig::start(Speaks::Monitor, |args| args.fast = 4.0);
+    let rig = Rig::start(Dialect::Monitor, |args| args.fast = 4.0);
     let setup = setup(MONITOR);
     let mut arm = rig.enabled(&setup);
     let outcome = disturbed(&rig, &mut arm, || assert_eq!(rig.person("halt"), "done"));
@@ -182,7 +182,7 @@ fn an_error_in_the_program_on_the_controller_needs_a_person() {
 /// A controller begins at a speed of its own when it is switched on.
 #[test]
 fn the_speed_is_set_anew_with_each_motion() {
-    let rig = Rig::start(Speaks::Monitor, |_| {});
+    let rig = Rig::start(Dialect::Monitor, |_| {});
     let one_speed = ("percent = 20\n", "percent = 5\n");
     let mut arm = rig.enabled(&setup(&[MONITOR, &[one_speed]].concat()));
     assert_eq!(arm.go(at(0.5, 0.0)), Outcome::Done);
@@ -198,20 +198,20 @@ fn the_speed_is_set_anew_with_each_motion() {
 #[test]
 fn a_speed_that_arrived_as_another_moves_nothing() {
     for no_echo in [true, false] {
-        let rig = Rig::start(Speaks::Monitor, |args| args.no_echo = no_echo);
+        let rig = Rig::start(Dialect::Monitor, |args| args.no_echo = no_echo);
         let setup = setup(MONITOR);
         // Enabled over a good line first.
         drop(rig.enabled(&setup));
         let link = rig.args.link.clone();
         let open = Box::new(move || -> Result<Box<dyn Line>, LineError> {
             let line = SerialLine::open(&link, 9600)?;
-            Ok(Box::new(Meddled::new(
+            Ok(Box::new(MeddlingLine::new(
                 Box::new(line),
                 &[("SPEED 20", "SPEED 90"), ("SPEED 5\r", "SPEED 50\r")],
             )))
         });
-        let may = May { moves: true, home: true };
-        let mut arm = arm_on(&setup, open, Recorder::default(), may, rig.stop.clone(), None).unwrap();
+        let may = Permissions { moves: true, home: true };
+        let mut arm = arm_on(&setup, open, LineRecorder::default(), may, rig.stop.clone(), None).unwrap();
         arm.enable().unwrap();
         assert_ne!(arm.go(at(0.5, 0.5)), Outcome::Done);
         let record = rig.emulator.record();
@@ -221,7 +221,7 @@ fn a_speed_that_arrived_as_another_moves_nothing() {
 
 #[test]
 fn an_arm_that_stood_down_waits_for_a_person() {
-    let rig = Rig::start(Speaks::Program, |_| {});
+    let rig = Rig::start(Dialect::Program, |_| {});
     let mut arm = rig.enabled(&setup(&[]));
     arm.stand_down();
     assert!(matches!(arm.go(at(0.5, 0.5)), Outcome::Refused(_)));

@@ -1,8 +1,8 @@
 //! A real line: 1.04 ms a character. A path takes longer to send than the driver may be silent.
 
-use pschema_adept::line::record::Recorder;
+use pschema_adept::line::recorder::LineRecorder;
 use pschema_protocol::body::Outcome;
-use pschema_vplus_emulator::Speaks;
+use pschema_vplus_emulator::Dialect;
 
 use crate::rig::{MONITOR, Rig, at, setup, until};
 
@@ -10,9 +10,9 @@ const SLOW: (&str, &str) = ("baud = 38400", "baud = 9600");
 
 #[test]
 fn a_long_path_is_sent_in_its_time() {
-    let rig = Rig::start(Speaks::Program, |args| args.baud = Some(9600));
+    let rig = Rig::start(Dialect::Program, |args| args.baud = Some(9600));
     let setup = setup(&[SLOW]);
-    let recorder = Recorder::create(&rig.recording()).unwrap();
+    let recorder = LineRecorder::create(&rig.recording()).unwrap();
     let mut arm = rig.arm(&setup, recorder, false);
     until("enabled", || arm.enable().is_ok());
     assert_eq!(arm.go(at(0.2, 0.6)), Outcome::Done);
@@ -28,7 +28,7 @@ fn a_long_path_is_sent_in_its_time() {
 
 #[test]
 fn the_monitor_takes_it_a_short_way_over_a_slow_line() {
-    let rig = Rig::start(Speaks::Monitor, |args| args.baud = Some(9600));
+    let rig = Rig::start(Dialect::Monitor, |args| args.baud = Some(9600));
     let mut arm = rig.enabled(&setup(&[MONITOR, &[SLOW]].concat()));
     assert_eq!(arm.go(at(0.5, 0.0)), Outcome::Done);
 }
@@ -36,9 +36,9 @@ fn the_monitor_takes_it_a_short_way_over_a_slow_line() {
 /// Positions that are read while the arm moves are never twice the same.
 #[test]
 fn the_monitor_is_asked_where_an_arm_passes_that_moves_slowly() {
-    let rig = Rig::start(Speaks::Monitor, |args| args.fast = 1.0);
+    let rig = Rig::start(Dialect::Monitor, |args| args.fast = 1.0);
     let setup = setup(MONITOR);
-    let recorder = Recorder::create(&rig.recording()).unwrap();
+    let recorder = LineRecorder::create(&rig.recording()).unwrap();
     let mut arm = rig.arm(&setup, recorder, false);
     until("enabled", || arm.enable().is_ok());
     assert_eq!(arm.go(at(0.5, 0.0)), Outcome::Done);

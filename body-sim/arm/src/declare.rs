@@ -1,4 +1,4 @@
-//! What an arm with a finger says of itself - its senses, its actions, its scene commands - and how it reports.
+//! How an arm with a finger describes itself - its senses, its actions, its scene commands - and how it reports.
 
 use pschema_protocol::body::Senses;
 use pschema_protocol::description::{
@@ -8,16 +8,16 @@ use pschema_protocol::description::{
 use crate::side::Side;
 use crate::square::{JOINT_RESOLUTION, JointPositions};
 
-/// The ids of what a [`FingerArm`] declares.
+/// The ids of the senses, actions and scene commands that a [`FingerArm`] declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ArmIds {
-    /// `finger{colour, field}`: where the finger is seen, told by its colour like anything else.
+    /// `finger{colour, field}`: the field that the finger is seen in. Its colour tells it from objects.
     pub finger: SenseId,
-    /// `object{colour, field}`: where something is seen.
+    /// `object{colour, field}`: the field that an object is seen in.
     pub object: SenseId,
     /// `touch{}`: the finger is in contact with something.
     pub touch: SenseId,
-    /// `contact{side}`: which side of the finger feels it.
+    /// `contact{side}`: a side of the finger that feels the contact.
     pub contact: SenseId,
     /// The action `move{j1, j2}`: go to joint positions; a contact ends it.
     pub move_to: ActionId,
@@ -26,19 +26,19 @@ pub struct ArmIds {
     pub push: Option<ActionId>,
     /// The scene command `place{object, position}`: put an object down; the arm is parked first.
     pub place: ActionId,
-    /// The scene command `remove{object}`: take it away.
+    /// The scene command `remove{object}`: take an object away.
     pub remove: ActionId,
     /// The scene command `park{}`: take the arm to its rest posture, out of sight.
     pub park: ActionId,
 }
 
-/// What distinguishes one arm with a finger under a camera from another, simulated or real: all of them
-/// describe themselves alike, so that what was learnt in one holds in another.
+/// The properties in which one arm with a finger under a camera differs from another, simulated or real. All of them
+/// describe themselves alike, so that schemas learnt in one body hold in another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FingerArm {
     /// The body's name.
     pub name: String,
-    /// What kind of body.
+    /// The kind of body: `sim-arm`, `adept-arm`.
     pub kind: String,
     /// How many visual fields there are.
     pub fields: usize,
@@ -48,16 +48,16 @@ pub struct FingerArm {
     pub object_colours: Vec<String>,
     /// The objects that can be placed, in the order of their symbols.
     pub objects: Vec<String>,
-    /// How many places there are for them.
+    /// How many places there are for objects.
     pub places: usize,
     /// The taught postures.
     pub moves: Vec<JointPositions>,
-    /// The pushes, from and to; without any, pushing is no action of the body.
+    /// The start and the end of each push. Without any, pushing is no action of the body.
     pub pushes: Vec<(JointPositions, JointPositions)>,
 }
 
 impl FingerArm {
-    /// The description of such a body, and the ids in it.
+    /// The description of a body with these properties, and the ids in it.
     #[must_use]
     pub fn declare(self) -> (Description, ArmIds) {
         let mut description = Description::new(self.name, self.kind);
@@ -95,21 +95,21 @@ impl FingerArm {
     }
 }
 
-/// What such a body senses in one frame.
+/// The sensations of an arm with a finger in one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Percept {
     /// The field that the finger is seen in.
     pub finger: Option<usize>,
-    /// The symbol of the colour and the field of each object seen.
+    /// Each object seen: the symbol of its colour, and its field.
     pub objects: Vec<(u32, usize)>,
     /// Whether the finger is in contact.
     pub touching: bool,
-    /// The sides that feel it.
+    /// The sides of the finger that feel the contact.
     pub sides: Vec<Side>,
 }
 
 impl Percept {
-    /// Reports it all as observations of the types that [`FingerArm::declare`] gave these ids.
+    /// Reports the sensations as observations of the types that [`FingerArm::declare`] gave these ids.
     pub fn report(&self, ids: ArmIds, frame: &mut Senses) {
         if let Some(field) = self.finger {
             frame.observe(ids.finger, (Value::Symbol(0), field as i64));

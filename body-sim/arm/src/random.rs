@@ -1,4 +1,4 @@
-//! Chance, from a seed: the same on every machine.
+//! Random numbers from a seed: the same on every machine.
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
 #[derive(Clone, Debug)]
@@ -19,17 +19,17 @@ impl SplitMix {
         z ^ (z >> 31)
     }
 
-    /// Evenly from -1 up to 1.
+    /// The next number, evenly distributed from -1 up to 1.
     pub fn within_one(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// True on this share of calls, 0 to 1.
+    /// True on this share of calls, from 0 to 1.
     pub fn happens(&mut self, share: f64) -> bool {
         ((self.next() >> 11) as f64 / (1_u64 << 53) as f64) < share
     }
 
-    /// One of these, evenly; None of none.
+    /// One of the choices, each equally likely. None when there are no choices.
     pub fn one_of<T: Copy>(&mut self, choices: &[T]) -> Option<T> {
         let index = self.next().checked_rem(choices.len() as u64)?;
         choices.get(index as usize).copied()

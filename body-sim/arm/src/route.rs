@@ -1,12 +1,12 @@
-//! The way a move takes from one posture to the next: away from what was touched, over what stands on the
-//! table, down beside the goal and up to it along the manifold.
+//! The way a move takes from one posture to the next: away from the object that was touched, over the objects on the
+//! table, down beside the goal, and up to the goal along the manifold.
 //!
-//! Arms that are programmed in V+ do so with `DEPART` and `APPRO`. A finger that slid all the way would sweep
-//! the table clear: what it meets would stop it short and be pushed on, move after move.
+//! Arms that are programmed in V+ do so with `DEPART` and `APPRO`. A finger that slid all the way would sweep the table
+//! clear: each object in its way would stop it short and be pushed on, move after move.
 
 use crate::square::{JointPositions, Square};
 
-/// How far the finger draws back from what it may be touching while it is lifted, in metres.
+/// How far the finger draws back from an object that it may be touching while it is lifted, in metres.
 const WITHDRAWAL_M: f64 = 0.010;
 
 /// A point that the finger passes: on the manifold, or straight above it.
@@ -25,7 +25,7 @@ pub type Heading = (f64, f64);
 /// Straight ahead, away from the base: how the finger stands at rest.
 pub const OUTWARDS: Heading = (0.0, 1.0);
 
-/// What decides how moves go, in metres.
+/// The lengths that decide how moves go, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RouteSetup {
     /// How high over the manifold the finger is carried; 0: it slides along the manifold all the way.

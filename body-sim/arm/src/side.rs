@@ -8,7 +8,7 @@ use serde::Deserialize;
 pub enum Side {
     /// Towards the finger's left.
     Left,
-    /// Towards its right.
+    /// Towards the finger's right.
     Right,
     /// Towards the arm's base.
     Near,

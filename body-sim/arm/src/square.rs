@@ -20,8 +20,8 @@ impl JointPositions {
     }
 }
 
-/// The square that the joint positions span, in metres across (to the right) and outwards from the base's axis. Over the
-/// flat part of the manifold a place on it is a place on the table.
+/// The square that the joint positions span, in metres across (to the right) and outwards from the base's axis. Over
+/// the flat part of the manifold a place on it is a place on the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Square {
     /// How far `j1` goes from 0 to 1, in metres; 0.5 is straight ahead of the base.

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-/// A number read from a world file, within `MIN..=MAX`.
+/// A number read from a world or arm file, within `MIN..=MAX`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "f64")]
 pub struct Within<const MIN: i64, const MAX: i64>(f64);
@@ -20,7 +20,7 @@ impl<const MIN: i64, const MAX: i64> TryFrom<f64> for Within<MIN, MAX> {
 }
 
 impl<const MAX: i64> Within<0, MAX> {
-    /// Nothing.
+    /// The number 0.
     pub const ZERO: Self = Self(0.0);
 }
 
@@ -50,5 +50,5 @@ impl<const MIN: i64, const MAX: i64> Within<MIN, MAX> {
     }
 }
 
-/// A point of the table: x, y.
+/// A point of the table: x (to the right) and y (outwards) from the base's axis, in millimetres.
 pub type PointMm = [Within<-10_000, 10_000>; 2];

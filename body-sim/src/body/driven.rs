@@ -1,25 +1,16 @@
-//! The same arm, table and camera driven from outside, posture by posture: by an emulated controller, say, that has
-//! motions and limits of its own.
+//! The same arm, table and camera, driven posture by posture from outside: by an emulated controller, for example,
+//! which has motions and limits of its own.
 
-use pschema_arm::Side;
 use pschema_protocol::body::Outcome;
 
 use super::{SimBody, finger_pose};
-use crate::arm::Posture;
-use crate::objects::Refusal;
-use crate::touch;
+use crate::kinematics::Posture;
+use crate::objects::PlaceOccupied;
+use crate::touch::{self, Contact};
 
-/// Farther than this from every block, and none moving, the finger can meet nothing in one step.
+/// When the finger is farther than this from every block, and no block moves, it can meet nothing in one step, in
+/// metres.
 const MEETING_M: f64 = 0.08;
-
-/// What the finger feels.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Felt {
-    /// The pads that feel something, in the order of [`Side::ALL`].
-    pub sides: Vec<Side>,
-    /// How deep the finger is in what it meets, in metres; 0 when it is not.
-    pub overlap_m: f64,
-}
 
 impl SimBody {
     /// One step of time ([`crate::world::STEP_S`]) with the arm in a posture.
@@ -34,14 +25,10 @@ impl SimBody {
         self.passed_a_step();
     }
 
-    /// What the finger feels now, without the faults of the world file's `[noise]`.
+    /// The contact of the finger now, without the faults of the world file's `[noise]`.
     #[must_use]
-    pub fn felt(&self) -> Felt {
-        let gaps = self.world.gaps();
-        Felt {
-            sides: touch::sides(&gaps, &self.posture.finger_turn),
-            overlap_m: gaps.iter().map(|gap| -gap.distance_m).fold(0.0, f64::max),
-        }
+    pub fn contact(&self) -> Contact {
+        touch::contact(&self.world.gaps(), &self.posture.finger_turn)
     }
 
     /// Puts an object down at a place, by their numbers, with the arm where it is. Refused when there is no such
@@ -56,7 +43,7 @@ impl SimBody {
                 self.settle();
                 Outcome::Done
             }
-            Err(Refusal::Occupied { by }) => {
+            Err(PlaceOccupied { by }) => {
                 let by = self.workspace.file.objects.get(by).map_or("?", |other| other.name.as_str());
                 tracing::warn!(position, by, "refused: another object is in the way; remove it first");
                 Outcome::refused(format_args!("{by} is in the way at position {position}: remove it first"))

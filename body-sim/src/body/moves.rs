@@ -6,18 +6,18 @@ use pschema_arm::route::{self, RouteSetup, Waypoint};
 use pschema_protocol::body::Outcome;
 
 use super::{SimBody, finger_pose};
-use crate::arm::Motion;
+use crate::kinematics::Motion;
 use crate::touch::GIVE_M;
 use crate::world::{Gap, STEP_S};
 
-/// A block apart from the finger for this many steps meets it anew when it meets it again.
+/// A block that was apart from the finger for this many steps makes a new contact when they meet again.
 const APART_STEPS_MIN: u32 = 10;
-/// Overlap at which the arm stalls rather than push on, in metres.
+/// Overlap of finger and block at which the arm stalls instead of pushing on, in metres.
 const BLOCKED_M: f64 = 0.002;
-/// After first contact the finger creeps on at this speed, to come to rest against the block, not short of
-/// it, in metres a second;
+/// After the first contact the finger creeps on, to come to rest against the block and not short of it: at this speed,
+/// in metres a second,
 const PRESS_M_PER_S: f64 = 0.03;
-/// for at most this way, in metres,
+/// for at most this distance, in metres,
 const PRESS_M_MAX: f64 = 0.006;
 /// until it has stayed in contact for this many steps.
 const PRESS_STEPS: u32 = 6;
@@ -26,7 +26,7 @@ const SETTLE_STEPS_MAX: u32 = 240;
 
 /// How a motion ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Ended {
+enum MotionEnd {
     Arrived,
     Touched,
     Blocked,
@@ -34,17 +34,18 @@ enum Ended {
     OffManifold,
 }
 
-/// What a contact does to a motion.
+/// The effect of a contact on a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum OnContact {
-    /// The touch reflex: it ends.
+enum ContactRule {
+    /// The touch reflex: a contact ends the motion.
     Stop,
-    /// It goes on.
+    /// The motion goes on, and pushes the block.
     Push,
 }
 
 impl SimBody {
-    /// Goes to joint positions: until there, a new contact (the touch reflex), stalled, or out of time.
+    /// Goes to joint positions, until the finger is there, has a new contact (the touch reflex), stalls, or runs out of
+    /// time.
     pub(super) fn go(&mut self, to: JointPositions) -> Outcome {
         let manifold = &self.workspace.manifold;
         if manifold.at(to).is_none() {
@@ -53,11 +54,11 @@ impl SimBody {
         let goal = self.faults.goal(manifold, to);
         let points = route::route(self.route_setup(), &manifold.square, self.at, self.heading, goal);
         let Some(motions) = self.motions(&points) else { return self.refuse(to) };
-        self.carry_out(motions.iter().map(|motion| (motion, OnContact::Stop)))
+        self.carry_out(motions.iter().map(|motion| (motion, ContactRule::Stop)))
     }
 
-    /// Sets the finger down at `from` and goes straight to `to`, pushing what it meets before it. What the
-    /// finger meets before it is set down ends it, as it ends a move.
+    /// Sets the finger down at `from` and goes straight to `to`, pushing the blocks that it meets. A contact before the
+    /// finger is set down ends the push, as it ends a move.
     pub(super) fn push(&mut self, from: JointPositions, to: JointPositions) -> Outcome {
         let manifold = &self.workspace.manifold;
         if manifold.at(from).is_none() || manifold.at(to).is_none() {
@@ -68,7 +69,7 @@ impl SimBody {
         points.extend([from, to].map(|joints| Waypoint { joints, lift_m: 0.0 }));
         let Some(motions) = self.motions(&points) else { return self.refuse(to) };
         let last = motions.len() - 1;
-        let on_contact = |index| if index == last { OnContact::Push } else { OnContact::Stop };
+        let on_contact = |index| if index == last { ContactRule::Push } else { ContactRule::Stop };
         self.carry_out(motions.iter().enumerate().map(|(index, motion)| (motion, on_contact(index))))
     }
 
@@ -92,26 +93,26 @@ impl SimBody {
     }
 
     /// Carries out motions one after the other, until one does not arrive, and waits for all to rest.
-    fn carry_out<'a>(&mut self, motions: impl Iterator<Item = (&'a Motion, OnContact)>) -> Outcome {
+    fn carry_out<'a>(&mut self, motions: impl Iterator<Item = (&'a Motion, ContactRule)>) -> Outcome {
         let mut left_s = self.workspace.file.arm.move_time_max_s.get();
-        let mut ended = Ended::Arrived;
+        let mut ended = MotionEnd::Arrived;
         for (motion, on_contact) in motions {
             ended = self.follow(motion, on_contact, left_s);
             left_s -= motion.duration_s;
-            if ended != Ended::Arrived {
+            if ended != MotionEnd::Arrived {
                 break;
             }
         }
         self.settle();
         tracing::debug!(?ended, steps = self.steps, "moved");
         match ended {
-            Ended::Arrived | Ended::Touched | Ended::Blocked => Outcome::Done,
-            Ended::OutOfTime => Outcome::TimedOut,
-            Ended::OffManifold => Outcome::failed("the arm cannot be where its motion leads"),
+            MotionEnd::Arrived | MotionEnd::Touched | MotionEnd::Blocked => Outcome::Done,
+            MotionEnd::OutOfTime => Outcome::TimedOut,
+            MotionEnd::OffManifold => Outcome::failed("the arm cannot be where its motion leads"),
         }
     }
 
-    fn follow(&mut self, motion: &Motion, on_contact: OnContact, limit_s: f64) -> Ended {
+    fn follow(&mut self, motion: &Motion, on_contact: ContactRule, limit_s: f64) -> MotionEnd {
         let square = &self.workspace.manifold.square;
         if let Some(heading) = route::heading(square, motion.from.joints, motion.to.joints) {
             self.heading = heading;
@@ -122,39 +123,39 @@ impl SimBody {
             step += 1.0;
             let time_s = step * STEP_S;
             if time_s > limit_s {
-                return Ended::OutOfTime;
+                return MotionEnd::OutOfTime;
             }
             if !self.advance(motion.at(time_s)) {
-                return Ended::OffManifold;
+                return MotionEnd::OffManifold;
             }
             let (new_contact, overlap_m) = self.feel();
             if overlap_m > BLOCKED_M {
-                return Ended::Blocked;
+                return MotionEnd::Blocked;
             }
-            if new_contact && on_contact == OnContact::Stop {
+            if new_contact && on_contact == ContactRule::Stop {
                 return self.press(motion, Motion::share(time_s / motion.duration_s));
             }
         }
-        Ended::Arrived
+        MotionEnd::Arrived
     }
 
-    /// Slows to a creep along the rest of the way, until the finger rests against what it has met.
-    fn press(&mut self, motion: &Motion, from_share: f64) -> Ended {
+    /// Slows to a creep along the rest of the way, until the finger rests against the block that it has met.
+    fn press(&mut self, motion: &Motion, from_share: f64) -> MotionEnd {
         let way_m = motion.way_m(&self.workspace.manifold).max(1e-6);
         let creep = PRESS_M_PER_S * STEP_S / way_m;
         let (mut share, mut held) = (from_share, 0);
         while share < (from_share + PRESS_M_MAX / way_m).min(1.0) && held < PRESS_STEPS {
             share = (share + creep).min(1.0);
             if !self.advance(motion.along(share)) {
-                return Ended::OffManifold;
+                return MotionEnd::OffManifold;
             }
             let (_, overlap_m) = self.feel();
             if overlap_m > BLOCKED_M {
-                return Ended::Blocked;
+                return MotionEnd::Blocked;
             }
             held = if self.resting_contact() { held + 1 } else { 0 };
         }
-        Ended::Touched
+        MotionEnd::Touched
     }
 
     /// Whether the finger touches a block that does not slide away from it.
@@ -175,7 +176,7 @@ impl SimBody {
         true
     }
 
-    /// Contacts after a step: whether one is new, and the deepest overlap in metres.
+    /// The contacts after a step: whether one of them is new, and the deepest overlap in metres.
     fn feel(&mut self) -> (bool, f64) {
         let (mut new_contact, mut overlap_m) = (false, 0.0_f64);
         let gaps = self.world.gaps();
@@ -193,7 +194,7 @@ impl SimBody {
 
     /// Holds the arm until all blocks rest.
     pub(super) fn settle(&mut self) {
-        let finger = finger_pose(&self.posture);
+        let finger = self.finger_pose();
         let mut waited = 0;
         while waited < SETTLE_STEPS_MAX && !self.world.is_still() {
             self.step_world(&finger);

@@ -5,7 +5,7 @@ use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Value};
 use pschema_sim::body::SimBody;
 use pschema_sim::config::WorldFile;
-use pschema_sim::workspace::Place;
+use pschema_sim::workspace::TablePlace;
 
 pub(crate) const BLUE_BLOCK: u32 = 0;
 
@@ -31,7 +31,7 @@ pub(crate) fn place(body: &mut SimBody, object: u32, position: usize) -> Outcome
     body.arrange(&Action::new(body.ids().place, (Value::Symbol(object), position as i64)))
 }
 
-pub(crate) fn places(body: &SimBody, within_reach: bool) -> Vec<(usize, Place)> {
+pub(crate) fn places(body: &SimBody, within_reach: bool) -> Vec<(usize, TablePlace)> {
     let places = body.workspace().places.iter().copied().enumerate();
     places.filter(|(_, place)| place.within_reach == within_reach).collect()
 }

@@ -1,6 +1,7 @@
 //! The `pschema-bench` program: figures of this machine, each beside a baseline that was measured in the same run. One file
 //! a figure. `docs/PERFORMANCE.md` has what was measured, and the command of each figure.
 
+mod bare_engine;
 mod body;
 mod decision;
 mod durability;

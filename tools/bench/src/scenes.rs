@@ -75,12 +75,14 @@ impl<'a> Scenes<'a> {
     fn put_blocks(&mut self) {
         /// Tries for each block: the table has far more places than there are blocks.
         const TRIES: usize = 20;
+        let places = self.body.workspace().places.len();
+        if places == 0 {
+            return;
+        }
         for object in 0..self.body.world().block_count() {
-            let places = self.body.workspace().places.len();
-            let (Ok(object), true) = (u32::try_from(object), places > 0) else { continue };
             for _ in 0..TRIES {
                 let Ok(place) = i64::try_from(self.random.below(places)) else { continue };
-                let put = Action::new(self.body.ids().place, (Value::Symbol(object), place));
+                let put = Action::new(self.body.ids().place, (Value::symbol(object), place));
                 if self.body.arrange(&put) == Outcome::Done {
                     break;
                 }

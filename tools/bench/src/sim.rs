@@ -4,10 +4,10 @@
 
 use std::time::Duration;
 
-use pschema_sim::body::Alone;
 use pschema_tools::kit::{Columns, Failure, show, wrapped};
 use serde::Serialize;
 
+use crate::bare_engine::BareEngine;
 use crate::scenes::{Scenes, ScenesArgs};
 use crate::times::Times;
 
@@ -51,7 +51,7 @@ pub(crate) fn run(args: &ScenesArgs, quiet: bool) -> Result<(), Failure> {
 
 fn measured(args: &ScenesArgs, quiet: bool) -> Result<SimMeasurement, Failure> {
     let mut scenes = Scenes::new(args)?;
-    let mut alone = Alone::beside(&scenes.body);
+    let mut alone = BareEngine::beside(&scenes.body);
     let (mut ours, mut rapier) = (Times::default(), Times::default());
     let (mut took, mut alone_took, mut steps, mut apart_m) = (Duration::ZERO, Duration::ZERO, 0, 0.0_f64);
     scenes.run(ACTIONS_A_SCENE, quiet, |body, action, new_scene| {

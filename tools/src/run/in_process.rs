@@ -6,7 +6,7 @@ use pschema_inspect::{Answer, Report, Request};
 use pschema_process::Stop;
 use pschema_server::ServerArgs;
 use pschema_server::in_process::{InProcess, InProcessError, Progress};
-use pschema_sim::config::WorldError;
+use pschema_sim::config::FileError;
 
 use crate::design::Design;
 use crate::failure::Failure;
@@ -82,8 +82,8 @@ impl From<InProcessError> for Failure {
     }
 }
 
-impl From<WorldError> for Failure {
-    fn from(error: WorldError) -> Self {
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
         Self::of(error)
     }
 }

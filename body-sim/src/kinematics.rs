@@ -12,16 +12,16 @@ use pschema_arm::route::Waypoint;
 use crate::config;
 use crate::manifold::{Manifold, OnManifold};
 
-/// Share of the stretched arm's length that is used: a straight elbow would be a singularity.
+/// Share of the stretched arm's length that is used: a straight elbow is a singularity.
 const STRETCH_MAX: f64 = 0.995;
 /// Points on a path at which speeds are compared with their limits.
 const SPEED_SAMPLES: usize = 128;
 /// The quickest move, in seconds.
 const DURATION_S_MIN: f64 = 0.05;
 
-/// Lengths in metres, slant in radians.
+/// The geometry of the arm and the limits of its speed. Lengths are in metres, speeds in radians and metres a second.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Arm {
+pub struct Kinematics {
     shoulder_height_m: f64,
     upper_arm_m: f64,
     forearm_m: f64,
@@ -31,7 +31,7 @@ pub struct Arm {
     tip_speed_max: f64,
 }
 
-/// Where the arm's joints are in the world, in metres, and how the finger is turned.
+/// The positions of the arm's joints in the world, in metres, and the turn of the finger.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Posture {
     /// Shoulder, on the base's axis.
@@ -48,10 +48,10 @@ pub struct Posture {
     pub angles_rad: [f64; 4],
 }
 
-impl Arm {
+impl Kinematics {
     /// The arm of a world file.
     #[must_use]
-    pub fn new(config: &config::Arm) -> Self {
+    pub fn new(config: &config::ArmSection) -> Self {
         let (sine, cosine) = libm::sincos(config.finger_slant_deg.radians());
         let finger_m = config.finger_mm.metres();
         Self {
@@ -129,8 +129,8 @@ impl Arm {
         })
     }
 
-    /// The posture that joint angles (yaw, shoulder, elbow, wrist, in radians) are: whatever they are, on the manifold
-    /// or off it, above the table or below it. The other way round than [`Self::posture`].
+    /// The posture of an arm with these joint angles (yaw, shoulder, elbow, wrist, in radians), on the manifold or off
+    /// it, above the table or below it. The inverse of [`Self::posture`].
     #[must_use]
     pub fn posture_of(&self, angles_rad: [f64; 4]) -> Posture {
         let [yaw_rad, shoulder_rad, elbow_rad, wrist_rad] = angles_rad;
@@ -146,7 +146,7 @@ impl Arm {
         let (back_m, up_m) = self.wrist_from_tip_m;
         let finger_rad = shoulder_rad + elbow_rad + wrist_rad;
         let tip = further(wrist, finger_rad, (back_m * back_m + up_m * up_m).sqrt());
-        // Leaning as the manifold has it, the finger is turned about the vertical alone.
+        // A finger that leans as on the manifold is turned about the vertical alone.
         let lean_rad = finger_rad - libm::atan2(-up_m, -back_m);
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -yaw_rad)
             * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), lean_rad);
@@ -165,7 +165,7 @@ impl Arm {
     pub fn motion(&self, manifold: &Manifold, from: Waypoint, to: Waypoint) -> Option<Motion> {
         let mut motion = Motion { from, to, duration_s: 1.0 };
         let mut before = self.posture_by(manifold, from)?;
-        // Of the motion as if it took one second: its highest speeds as multiples of the limits.
+        // The highest speeds of the motion, if it took one second, as multiples of their limits.
         let mut excess: f64 = DURATION_S_MIN;
         for sample in 1..=SPEED_SAMPLES {
             let here = self.posture_by(manifold, motion.at(sample as f64 / SPEED_SAMPLES as f64))?;
@@ -181,33 +181,33 @@ impl Arm {
     }
 }
 
-/// A straight part of a move: straight in joint positions and in height over the manifold, never in joint
-/// angles, so that it is known what it passes.
+/// A straight part of a move. It is straight in joint positions and in height over the manifold, never in joint angles,
+/// so that the points that it passes are known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Where it began.
+    /// The point where the motion begins.
     pub from: Waypoint,
-    /// Where it goes.
+    /// The point where it ends.
     pub to: Waypoint,
     /// How long it takes, in seconds.
     pub duration_s: f64,
 }
 
 impl Motion {
-    /// Where it is at `time_s` since its start: a minimum-jerk profile (Flash and Hogan 1985).
+    /// The point that is reached `time_s` after the start: a minimum-jerk profile (Flash and Hogan 1985).
     #[must_use]
     pub fn at(&self, time_s: f64) -> Waypoint {
         self.along(Self::share(time_s / self.duration_s))
     }
 
-    /// Share of the way gone at a share of the time.
+    /// The share of the way that is gone after a share of the time.
     #[must_use]
     pub fn share(time: f64) -> f64 {
         let t = time.clamp(0.0, 1.0);
         t * t * t * (10.0 + t * (6.0 * t - 15.0))
     }
 
-    /// Where a share of the way leads, 0 to 1.
+    /// The point at a share of the way, 0 to 1.
     #[must_use]
     pub fn along(&self, share: f64) -> Waypoint {
         let between = |from: f64, to: f64| if share >= 1.0 { to } else { from + (to - from) * share };
@@ -241,9 +241,9 @@ mod tests {
     use crate::config::WorldFile;
     use crate::manifold::ManifoldSetup;
 
-    fn arm_and_manifold() -> (Arm, Manifold) {
+    fn arm_and_manifold() -> (Kinematics, Manifold) {
         let file = WorldFile::load("wide").unwrap();
-        let arm = Arm::new(&file.arm);
+        let arm = Kinematics::new(&file.arm);
         let (reach_centre_m, reach_radius_m) = arm.reach_m();
         let manifold = Manifold::new(ManifoldSetup {
             tip_height_m: file.manifold.tip_height_mm.metres(),

@@ -1,69 +1,67 @@
-//! The physics engine alone on the way that a body's finger took: what an action would cost without a body around it.
+//! The physics engine alone, with the finger on the way that a body's finger took: the cost of an action without a body
+//! around the engine.
 
 use std::time::{Duration, Instant};
 
 use pschema_protocol::body::{Body, Outcome};
 use pschema_protocol::description::Action;
+use pschema_sim::body::SimBody;
+use pschema_sim::world::{STEPS_PER_S, World};
 
-use super::{SimBody, finger_pose, world_setup};
-use crate::world::World;
-
-/// What one action took.
+/// The time that one action took.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lap {
+pub(crate) struct Lap {
     /// How it ended.
-    pub outcome: Outcome,
-    /// Of the whole action, by the body.
-    pub body: Duration,
-    /// Of the same steps of the same blocks and finger, by the physics engine alone.
-    pub alone: Duration,
-    /// Steps of simulated time in it.
-    pub steps: usize,
+    pub(crate) outcome: Outcome,
+    /// Time of the whole action, by the body.
+    pub(crate) body: Duration,
+    /// Time of the same steps of the same blocks and finger, by the physics engine alone.
+    pub(crate) alone: Duration,
+    /// Steps of simulated time in the action.
+    pub(crate) steps: usize,
 }
 
-/// The physics engine alone, in a world that was built as the body's.
-pub struct Alone(World);
+/// The physics engine alone, with a world that was built like the body's.
+pub(crate) struct BareEngine(World);
 
-impl std::fmt::Debug for Alone {
+impl std::fmt::Debug for BareEngine {
     fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        to.write_str("Alone")
+        to.write_str("BareEngine")
     }
 }
 
-impl Alone {
-    /// A world as `body` lives in.
-    #[must_use]
-    pub fn beside(body: &SimBody) -> Self {
-        let mut alone = Self(World::new(&world_setup(&body.workspace), &finger_pose(&body.posture)));
+impl BareEngine {
+    /// An engine whose world is like that of `body`.
+    pub(crate) fn beside(body: &SimBody) -> Self {
+        let mut alone = Self(body.bare_world());
         alone.be_as(body);
         alone
     }
 
-    /// Everything to where it is around `body`, as after something was put on the table.
-    pub fn be_as(&mut self, body: &SimBody) {
-        self.0.be_as(&body.world);
-        // What was put down comes to rest; it does so around the body, too.
-        let finger = finger_pose(&body.posture);
-        (0..crate::world::STEPS_PER_S).for_each(|_| self.0.step_alone(&finger));
+    /// Brings everything to where it is around `body`, as is needed after an object was put on the table.
+    pub(crate) fn be_as(&mut self, body: &SimBody) {
+        self.0.be_as(body.world());
+        // The object comes to rest here, as it does around the body.
+        let finger = body.finger_pose();
+        (0..STEPS_PER_S).for_each(|_| self.0.step_alone(&finger));
     }
 
     /// Has `body` carry out an action, and takes the same way after it.
-    pub fn lap(&mut self, body: &mut SimBody, action: &Action) -> Lap {
-        body.path = Some(Vec::new());
+    pub(crate) fn lap(&mut self, body: &mut SimBody, action: &Action) -> Lap {
+        body.record_path();
         let began = Instant::now();
         let outcome = body.act(action);
         let took = began.elapsed();
-        let path = body.path.take().unwrap_or_default();
+        let path = body.take_path();
         let began = Instant::now();
         path.iter().for_each(|finger| self.0.step_alone(finger));
         Lap { outcome, body: took, alone: began.elapsed(), steps: path.len() }
     }
 
     /// How far the blocks are from where they are around `body`, in metres: the farthest of them.
-    #[must_use]
-    pub fn apart_m(&self, body: &SimBody) -> f64 {
+    pub(crate) fn apart_m(&self, body: &SimBody) -> f64 {
         let blocks = 0..self.0.block_count();
-        let both = blocks.filter_map(|block| self.0.block(block).zip(body.world.block(block)));
+        let both = blocks.filter_map(|block| self.0.block(block).zip(body.world().block(block)));
         both.map(|(a, b)| (a.translation.vector - b.translation.vector).norm()).fold(0.0, f64::max)
     }
 }
@@ -73,7 +71,7 @@ mod tests {
     use pschema_protocol::description::Value;
 
     use super::*;
-    use crate::config::WorldFile;
+    use pschema_sim::config::WorldFile;
 
     #[test]
     fn the_engine_alone_does_what_happens_around_the_body() {
@@ -81,17 +79,17 @@ mod tests {
         let mut body = SimBody::new("arm", file, "wide", 1, false).unwrap();
         let repertoire = body.describe().repertoire;
         let (at, field) = body
-            .workspace
+            .workspace()
             .places
             .iter()
             .enumerate()
             .find_map(|(at, place)| place.within_reach.then_some((at, place.field)))
             .unwrap();
-        let put = Action::new(body.ids().place, (Value::Symbol(0), i64::try_from(at).unwrap()));
+        let put = Action::new(body.ids().place, (Value::symbol(0), at as i64));
         assert_eq!(body.arrange(&put), Outcome::Done);
-        let mut alone = Alone::beside(&body);
+        let mut alone = BareEngine::beside(&body);
         assert!(alone.apart_m(&body) < 0.001, "{} m", alone.apart_m(&body));
-        let there = body.workspace.taught.iter().position(|taught| taught.field == field).unwrap();
+        let there = body.workspace().taught.iter().position(|taught| taught.field == field).unwrap();
         for action in [there, 0, there] {
             let lap = alone.lap(&mut body, &repertoire[action]);
             assert_eq!(lap.outcome, Outcome::Done);
