@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use pschema_inspect::{Answer, Request};
+use pschema_inspect::{AskError, PursuitQuery, ask};
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::Place;
 
@@ -53,9 +53,9 @@ fn feel(place: &Place, client: &mut Option<Client>, beat: &Beat, patience: Durat
         *client = Client::connect(place, patience).ok();
     }
     let Some(connected) = client else { return };
-    // Any answer is a sign of life, whatever it says.
-    match connected.ask::<Request, Answer>(&Request::Pursuit) {
-        Ok(_) => beat.renew(),
+    // Any answer is a sign of life, also that there is nothing to answer.
+    match ask(PursuitQuery {}, |request| connected.request(request)) {
+        Ok(_) | Err(AskError::Problem(_)) => beat.renew(),
         Err(error) => {
             tracing::debug!(%error, "no pulse");
             *client = None;

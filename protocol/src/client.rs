@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use crate::codec::{self, CodecError};
 use crate::domain::{DomainError, Place};
 use crate::transport::TransportError;
 use crate::transport::tool_link::ToolLink;
@@ -14,9 +13,6 @@ pub enum ClientError {
     /// The transport, or the daemon's refusal.
     #[error(transparent)]
     Transport(#[from] TransportError),
-    /// The question or the answer is not what was expected: the daemon is of another build.
-    #[error(transparent)]
-    Codec(#[from] CodecError),
 }
 
 impl ClientError {
@@ -89,19 +85,6 @@ impl Client {
     /// As [`ToolLink::request`].
     pub fn request(&mut self, bytes: &[u8]) -> Result<Vec<u8>, ClientError> {
         Ok(self.link.request(bytes, self.timeout)?)
-    }
-
-    /// Asks a question and reads the answer.
-    ///
-    /// # Errors
-    /// As [`Client::request`], and when either is not what the other end expects.
-    pub fn ask<Q, A>(&mut self, question: &Q) -> Result<A, ClientError>
-    where
-        Q: serde::Serialize,
-        A: serde::de::DeserializeOwned,
-    {
-        let answer = self.request(&codec::encode(question)?)?;
-        Ok(codec::decode(&answer)?)
     }
 
     /// Whether the daemon connected to still serves the learner.

@@ -3,7 +3,6 @@
 
 pub mod body;
 pub mod client;
-pub mod codec;
 pub mod description;
 pub mod domain;
 pub mod limits;

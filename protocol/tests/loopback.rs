@@ -98,19 +98,6 @@ fn tools_are_answered_in_one_page_or_many() {
 }
 
 #[test]
-fn values_are_asked_and_answered_by_type() {
-    let runtime = Runtime::new();
-    let daemon = Daemon::start(runtime.place("typed"), 0, echo);
-    let mut client = Client::connect(&runtime.place("typed"), PATIENCE).unwrap();
-    let question = (7_u32, "seven".to_owned(), vec![0.5_f64]);
-    let answer: (u32, String, Vec<f64>) = client.ask(&question).unwrap();
-    assert_eq!(answer, question);
-    let error = client.ask::<_, u8>(&question).unwrap_err();
-    assert!(matches!(error, ClientError::Codec(_)), "{error}");
-    daemon.stop();
-}
-
-#[test]
 fn a_resting_body_rests_until_its_time_or_until_it_is_roused() {
     let runtime = Runtime::new();
     let place = runtime.place("rest");

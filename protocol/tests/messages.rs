@@ -6,7 +6,6 @@ mod support;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use pschema_protocol::body::{BodyLoop, Directive};
-use pschema_protocol::codec;
 use pschema_protocol::description::{ActionId, ValueKind};
 use pschema_protocol::limits::{OBSERVATIONS_MAX, REASON_BYTES_MAX};
 use pschema_protocol::prelude::*;
@@ -264,14 +263,6 @@ proptest! {
             prop_assert_eq!(decode::hello(&again).unwrap().description, checked.description);
         }
     }
-
-    #[test]
-    fn bytes_that_are_no_value_are_refused(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
-        type Value = (u32, String, Vec<(u64, f64)>, Option<bool>);
-        if let Ok(value) = codec::decode::<Value>(&bytes) {
-            prop_assert!(codec::encode(&value).unwrap().len() <= bytes.len());
-        }
-    }
 }
 
 /// Written apart from the code under test.
@@ -467,18 +458,6 @@ fn a_welcome_opens_a_session_or_says_why_not_whatever_the_version() {
         panic!("accepted")
     };
     assert_eq!(reason, "é".repeat(REASON_BYTES_MAX / 2));
-}
-
-#[test]
-fn forged_lengths_and_left_over_bytes_are_refused() {
-    let bytes = codec::encode(&vec![1_u8, 2, 3]).unwrap();
-    assert_eq!(bytes, [3, 1, 2, 3]);
-    assert_eq!(codec::decode::<Vec<u8>>(&bytes).unwrap(), [1, 2, 3]);
-    let error = codec::decode::<Vec<u8>>(&[3, 1, 2, 3, 4]).unwrap_err().to_string();
-    assert!(error.contains("1 bytes are left over"), "{error}");
-    // 253: a length of eight bytes follows.
-    let forged = [253, 255, 255, 255, 255, 255, 255, 255, 127, 0];
-    assert!(codec::decode::<Vec<u64>>(&forged).is_err());
 }
 
 #[test]

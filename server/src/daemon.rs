@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use pschema_inspect::{Answer, BodyStatus, Request, StageOrder};
+use pschema_inspect::codec::{self, Problem, Reply as ToolReply};
+use pschema_inspect::{BodyState, BodyStatus, Order, Request, StageOrder};
 use pschema_learner::effect::Effect;
 use pschema_learner::progress::StageCommand;
 use pschema_learner::{LearnerError, Step};
-use pschema_protocol::codec;
 use pschema_protocol::domain::{OwnedDomain, Place};
 use pschema_protocol::limits::BODIES_MAX;
 use pschema_protocol::refusal::Refusal;
@@ -20,8 +20,8 @@ use pschema_protocol::wire::message::{Introduction, RawFrame, RawHello, Reply};
 use pschema_store::{Cause, Opened, Options, Store};
 
 use crate::ServerError;
-use crate::inspect::NO_BODY;
-use crate::inspector::{Inspected, Inspector, JOBS_MAX, encoded};
+use crate::inspect::{NO_BODY, encoded, problem};
+use crate::inspector::{Inspected, Inspector, JOBS_MAX};
 use crate::keeper::{Keeper, Keeping, now_unix_ms};
 use crate::mind::{HostFacts, Mind, Setup, View};
 use crate::refusals::{LogBudget, Refusals};
@@ -101,7 +101,7 @@ pub fn serve_kept(
     match daemon.keeper.facts() {
         Some(kept) => tracing::info!(
             learner = %daemon.name, pid = std::process::id(), directory = kept.directory,
-            durability = kept.durability, step = kept.durable_step, "ready"
+            durability = %kept.durability, step = kept.durable_step, "ready"
         ),
         None => {
             tracing::info!(learner = %daemon.name, pid = std::process::id(), "ready; memory is kept in RAM only")
@@ -285,7 +285,7 @@ impl Daemon {
             Event::Hello { hello, reply } => self.hello(&hello, reply),
             Event::Frame { frame, reply } => self.frame(frame, reply),
             Event::PeerGone { session, farewell } => {
-                self.gone(session, if farewell { "left" } else { "lost" })
+                self.gone(session, if farewell { BodyState::Left } else { BodyState::Lost })
             }
             Event::Tool { bytes, reply } => self.tool(&bytes, reply),
             Event::Refused { session, refusal } => self.refused(session, &refusal),
@@ -312,7 +312,7 @@ impl Daemon {
             Ok(session) => {
                 let sent = reply.accept(session, &name);
                 if sent.is_err() {
-                    self.gone(session, "lost");
+                    self.gone(session, BodyState::Lost);
                 }
                 sent
             }
@@ -371,7 +371,7 @@ impl Daemon {
         };
         if self.ends_at.is_some() {
             log_undelivered(reply.send(&Reply::Detach));
-            return self.gone(number, "left");
+            return self.gone(number, BodyState::Left);
         }
         // One action while held: it goes on for this frame only. On disk that is one batch, so that whoever finds this memory
         // again, whenever the daemon died, finds it held.
@@ -434,11 +434,11 @@ impl Daemon {
         self.refusals.count(session, code, reason, &mut self.log);
     }
 
-    fn gone(&mut self, session: u64, state: &str) {
+    fn gone(&mut self, session: u64, state: BodyState) {
         let Some(body) = self.bodies.remove(&session) else { return };
         self.single = self.single.filter(|single| single.session != session);
         if self.log.takes() {
-            tracing::info!(session, body = %body.session.description().name, state, "body gone");
+            tracing::info!(session, body = %body.session.description().name, %state, "body gone");
         }
         if self.ended.len() >= ENDED_KEPT_MAX {
             self.ended.remove(0);
@@ -452,85 +452,83 @@ impl Daemon {
             Err(error) => {
                 let refusal = Refusal::Request { problem: error.to_string() };
                 self.count_refused(None, refusal.code(), &refusal.to_string());
-                return reply.answer(encoded(&Answer::Error(refusal.to_string())));
+                return reply.answer(problem(refusal.to_string()));
             }
         };
         // Looked at first: an order must not be obeyed and then refused.
         // What stops the learner is obeyed however many wait, and its answer may be that they do.
-        let stops = matches!(request, Request::Shutdown | Request::Stage(StageOrder::Hold));
+        let stops = matches!(request, Request::Order(Order::Shutdown(_) | Order::Stage(StageOrder::Hold)));
         if self.asking.len() >= JOBS_MAX && !stops {
-            let problem = format!("{JOBS_MAX} questions are waiting: ask again later; nothing was done");
-            return reply.answer(encoded(&Answer::Error(problem)));
+            let full = format!("{JOBS_MAX} questions are waiting: ask again later; nothing was done");
+            return reply.answer(problem(full));
         }
-        if let Err(answer) = self.obey(&request) {
-            return reply.answer(encoded(&answer));
-        }
-        self.rouse |= matches!(request, Request::Say { .. } | Request::Stage(_) | Request::Achieve { .. });
+        let question = match request {
+            Request::Question(question) => question,
+            Request::Order(order) => {
+                if let Err(why) = self.obey(&order) {
+                    return reply.answer(encoded(&ToolReply::<()>::Problem(why)));
+                }
+                self.rouse |= matches!(order, Order::Say(_) | Order::Stage(_) | Order::Achieve(_));
+                let Some(question) = order.told_by() else {
+                    return reply.answer(encoded(&ToolReply::Answer(())));
+                };
+                question
+            }
+        };
         self.asked += 1;
-        match self.inspector.ask(self.asked, request, self.view()) {
+        match self.inspector.ask(self.asked, question, self.view()) {
             Ok(()) => {
                 self.asking.insert(self.asked, (reply, self.batch));
             }
             // It was obeyed, which is not to be taken for a refusal.
-            Err(_) if stops => {
-                let told =
-                    format!("it is held; {JOBS_MAX} questions are waiting, so no more can be told of it");
-                reply.answer(encoded(&Answer::Error(told)));
-            }
+            Err(_) if stops => reply.answer(problem(format!(
+                "it is held; {JOBS_MAX} questions are waiting, so no more can be told of it"
+            ))),
             Err(answer) => reply.answer(answer),
         }
     }
 
-    /// Obeys an order. `Err` is an answer that needs no inspection.
-    fn obey(&mut self, request: &Request) -> Result<(), Answer> {
-        let failed = |problem: String| Answer::Error(problem);
-        match request {
-            Request::Say { words } => self.mind.say(words).map_err(|error| failed(error.to_string())),
-            Request::Stage(order) => {
-                let command = match order {
-                    StageOrder::Show => return Ok(()),
-                    StageOrder::Step => return self.single_step().map_err(failed),
-                    StageOrder::Next => StageCommand::Next,
-                    StageOrder::Hold => StageCommand::Hold,
-                    StageOrder::Resume => StageCommand::Resume,
-                    StageOrder::Set(name) => StageCommand::Set(name.clone()),
-                };
-                let effects = self.mind.stage(&command).map_err(|error| failed(error.to_string()))?;
-                self.keep(Cause::Order(&ordered(&command)), &effects);
-                self.single = None;
+    /// Obeys an order.
+    fn obey(&mut self, order: &Order) -> Result<(), Problem> {
+        match order {
+            Order::Say(order) => self.mind.say(&order.words).map_err(Problem::of),
+            Order::Stage(order) => self.lead(order),
+            Order::Achieve(order) => {
+                let body =
+                    self.shown().map(|body| body.session.body()).ok_or_else(|| Problem::of(NO_BODY))?;
+                let effects = self.mind.achieve(body, &order.goal, order.actions_max).map_err(Problem::of)?;
+                let (goal, actions_max) = (order.goal.join(" and "), order.actions_max);
+                self.keep(
+                    Cause::Order(&format!("achieve {goal} with at most {actions_max} actions")),
+                    &effects,
+                );
                 Ok(())
             }
-            Request::Shutdown => {
+            Order::Cancel(order) => {
+                let effects = self.mind.cancel(order.number).map_err(Problem::of)?;
+                self.keep(Cause::Order(&format!("cancel {}", order.number)), &effects);
+                Ok(())
+            }
+            Order::Shutdown(_) => {
                 self.end();
-                Err(Answer::Done)
-            }
-            Request::Status
-            | Request::Schemas(_)
-            | Request::Show { .. }
-            | Request::Explain { .. }
-            | Request::Report
-            | Request::Trace { .. }
-            | Request::Predict { .. }
-            | Request::Plan { .. }
-            | Request::Pursuit
-            | Request::Live(_)
-            | Request::Graph(_)
-            | Request::WhyNot { .. } => Ok(()),
-            Request::Achieve { goal, actions_max } => {
-                let body = self.shown().map(|body| body.session.body());
-                let body = body.ok_or_else(|| failed(NO_BODY.to_owned()))?;
-                let effects = self.mind.achieve(body, goal, *actions_max);
-                let effects = effects.map_err(|error| failed(error.to_string()))?;
-                let order = format!("achieve {} with at most {actions_max} actions", goal.join(" and "));
-                self.keep(Cause::Order(&order), &effects);
-                Ok(())
-            }
-            Request::Cancel { number } => {
-                let effects = self.mind.cancel(*number).map_err(|error| failed(error.to_string()))?;
-                self.keep(Cause::Order(&format!("cancel {number}")), &effects);
                 Ok(())
             }
         }
+    }
+
+    /// Obeys an order to the curriculum.
+    fn lead(&mut self, order: &StageOrder) -> Result<(), Problem> {
+        let command = match order {
+            StageOrder::Step => return self.single_step().map_err(Problem),
+            StageOrder::Next => StageCommand::Next,
+            StageOrder::Hold => StageCommand::Hold,
+            StageOrder::Resume => StageCommand::Resume,
+            StageOrder::Set(name) => StageCommand::Set(name.clone()),
+        };
+        let effects = self.mind.stage(&command).map_err(Problem::of)?;
+        self.keep(Cause::Order(&ordered(&command)), &effects);
+        self.single = None;
+        Ok(())
     }
 
     /// Takes one action and is then held.
@@ -564,7 +562,8 @@ impl Daemon {
     fn view(&self) -> View {
         let learner = self.mind.learner();
         let shown = self.shown();
-        let attached = self.bodies.values().map(|body| body_status(&body.session, body.pid, "attached"));
+        let attached =
+            self.bodies.values().map(|body| body_status(&body.session, body.pid, BodyState::Attached));
         self.mind.view(HostFacts {
             name: self.name.clone(),
             bodies: attached.chain(self.ended.iter().cloned()).collect(),
@@ -596,14 +595,14 @@ fn log_undelivered(sent: Result<(), pschema_protocol::transport::server::Deliver
 }
 
 /// A session as tools see it.
-pub(crate) fn body_status(session: &Session, pid: u32, state: &str) -> BodyStatus {
+pub(crate) fn body_status(session: &Session, pid: u32, state: BodyState) -> BodyStatus {
     let counters = session.counters();
     BodyStatus {
         id: session.number(),
         name: session.description().name.clone(),
         kind: session.description().kind.clone(),
         pid,
-        state: state.to_owned(),
+        state,
         frames: counters.frames,
         frames_refused: counters.frames_refused,
         last_refusal: counters.last_refusal.clone(),

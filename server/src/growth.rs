@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use pschema_inspect::Growth as Row;
+use pschema_inspect::GrowthStatus;
 
 use crate::latency::Histogram;
 
@@ -33,8 +33,8 @@ impl Growth {
     }
 
     /// The rows, the smallest memory first.
-    pub(crate) fn rows(&self) -> Vec<Row> {
-        let row = |(log, size): (&u32, &Arc<Size>)| Row {
+    pub(crate) fn rows(&self) -> Vec<GrowthStatus> {
+        let row = |(log, size): (&u32, &Arc<Size>)| GrowthStatus {
             schemas: if *log == 0 { 0 } else { 1_u32.checked_shl(*log).unwrap_or(u32::MAX) },
             steps: size.times.total(),
             step_latency_us_p50: size.times.quantile_us(0.5),

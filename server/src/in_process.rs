@@ -4,7 +4,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use pschema_inspect::{Answer, Report, Request};
+use pschema_inspect::codec::Problem;
+use pschema_inspect::{BodyState, Report};
 use pschema_learner::digest::digest;
 use pschema_learner::progress::{StageCommand, StageCommandError};
 use pschema_learner::{Learner, LearnerError};
@@ -13,7 +14,7 @@ use pschema_protocol::refusal::Refusal;
 use pschema_protocol::wire::{decode, encode};
 
 use crate::daemon::body_status;
-use crate::inspect;
+use crate::inspect::{self, Inspect};
 use crate::mind::{GoalError, HostFacts, Mind, SayError, Setup, View};
 use crate::session::{AttachError, Session, is_waiting};
 
@@ -184,7 +185,7 @@ impl<B: Body> InProcess<B> {
     pub fn view(&self) -> View {
         let world = self.session.world(self.mind.learner());
         let perceived = Some((self.session.body(), self.session.perceived().to_vec()));
-        let bodies = vec![body_status(&self.session, std::process::id(), "attached")];
+        let bodies = vec![body_status(&self.session, std::process::id(), BodyState::Attached)];
         self.mind.view(HostFacts {
             name: "in-process".to_owned(),
             bodies,
@@ -196,11 +197,12 @@ impl<B: Body> InProcess<B> {
         })
     }
 
-    /// What a tool would be answered. Orders are not obeyed here: see [`InProcess::say`],
-    /// [`InProcess::stage`] and [`InProcess::achieve`].
-    #[must_use]
-    pub fn answer(&self, request: &Request) -> Answer {
-        inspect::answer(&self.view(), request)
+    /// What a tool would be answered.
+    ///
+    /// # Errors
+    /// Why there is no answer.
+    pub fn ask<Q: Inspect>(&self, question: &Q) -> Result<Q::Answer, Problem> {
+        question.answer(&self.view())
     }
 
     /// What the curriculum has done so far, always with the digest of memory.

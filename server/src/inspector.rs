@@ -5,10 +5,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_channel};
 use std::thread::JoinHandle;
 
-use pschema_inspect::{Answer, Request};
-use pschema_protocol::codec;
+use pschema_inspect::Question;
 
-use crate::inspect;
+use crate::inspect::{problem, reply};
 use crate::mind::View;
 
 /// Questions that may wait.
@@ -17,7 +16,7 @@ pub(crate) const JOBS_MAX: usize = 64;
 /// A question with what it is about.
 struct Job {
     number: u64,
-    request: Request,
+    question: Question,
     view: Box<View>,
 }
 
@@ -54,16 +53,16 @@ impl Inspector {
     }
 
     /// Hands a question over. The error is the answer to give instead.
-    pub(crate) fn ask(&self, number: u64, request: Request, view: View) -> Result<(), Vec<u8>> {
-        let job = Job { number, request, view: Box::new(view) };
-        let problem = match self.jobs.as_ref().map(|jobs| jobs.try_send(job)) {
+    pub(crate) fn ask(&self, number: u64, question: Question, view: View) -> Result<(), Vec<u8>> {
+        let job = Job { number, question, view: Box::new(view) };
+        let why = match self.jobs.as_ref().map(|jobs| jobs.try_send(job)) {
             Some(Ok(())) => return Ok(()),
             Some(Err(TrySendError::Full(_))) => format!("{JOBS_MAX} questions are waiting: ask again later"),
             Some(Err(TrySendError::Disconnected(_))) | None => {
                 "the inspector has ended: restart the daemon".to_owned()
             }
         };
-        Err(encoded(&Answer::Error(problem)))
+        Err(problem(why))
     }
 
     /// An answer that is ready.
@@ -82,25 +81,16 @@ impl Drop for Inspector {
 }
 
 fn serve(questions: &Receiver<Job>, answered: &Sender<Inspected>, wake: &dyn Fn()) {
-    while let Ok(Job { number, request, view }) = questions.recv() {
+    while let Ok(Job { number, question, view }) = questions.recv() {
         // A mistake in here must not take the daemon down, nor leave the tool without an answer.
-        let answer = catch_unwind(AssertUnwindSafe(|| inspect::answer(&view, &request)));
-        let answer = answer.unwrap_or_else(|_| {
-            tracing::error!(?request, "answering panicked");
-            Answer::Error("the daemon could not answer, by a fault of its own; its log says more".to_owned())
+        let bytes = catch_unwind(AssertUnwindSafe(|| reply(&view, &question)));
+        let bytes = bytes.unwrap_or_else(|_| {
+            tracing::error!(?question, "answering panicked");
+            problem("the daemon could not answer, by a fault of its own; its log says more".to_owned())
         });
-        if answered.send(Inspected { number, bytes: encoded(&answer) }).is_err() {
+        if answered.send(Inspected { number, bytes }).is_err() {
             return;
         }
         wake();
     }
-}
-
-/// An answer as bytes; one that is too long becomes an error that says so.
-pub(crate) fn encoded(answer: &Answer) -> Vec<u8> {
-    codec::encode(answer).unwrap_or_else(|error| {
-        let problem = Answer::Error(format!("{error}: ask for less, with a limit or a narrower pattern"));
-        // An error is a short text, which always fits.
-        codec::encode(&problem).unwrap_or_default()
-    })
 }

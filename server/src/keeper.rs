@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use pschema_inspect::Storage;
+use pschema_inspect::StorageStatus;
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::{Content, Memory};
 use pschema_store::{Cause, Change, Durability, Retention, Store, StoreError};
@@ -117,11 +117,14 @@ impl<T, L: Ledger> Keeper<T, L> {
 
 impl<T> Keeper<T> {
     /// How memory is kept, for `status`.
-    pub(crate) fn facts(&self) -> Option<Storage> {
+    pub(crate) fn facts(&self) -> Option<StorageStatus> {
         let store = self.ledger.as_ref()?;
-        Some(Storage {
+        Some(StorageStatus {
             directory: store.directory().display().to_string(),
-            durability: store.durability().to_string(),
+            durability: match store.durability() {
+                Durability::Strict => pschema_inspect::Durability::Strict,
+                Durability::Relaxed => pschema_inspect::Durability::Relaxed,
+            },
             durable_step: store.durable_step(),
             journal_bytes: store.journal_bytes(),
             oldest_step: store.oldest_step(),

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use pschema_inspect::{BodyStatus, RefusalCount, Storage};
+use pschema_inspect::{BodyState, BodyStatus, RefusalCount, StageState, StorageStatus};
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::decision::Decision;
 use pschema_learner::effect::Effect;
@@ -64,7 +64,7 @@ pub enum SayError {
     #[error("nobody would hear it: the learner is {state}; see `pschema stage`")]
     Holding {
         /// Why.
-        state: String,
+        state: StageState,
     },
     /// Memory has no room for another word.
     #[error("the learner knows {SYMBOLS_MAX} words and symbols, which is all it can hold")]
@@ -280,34 +280,33 @@ impl Mind {
         Some(format!("{reason}{detail}"))
     }
 
-    /// What the curriculum is doing, in words.
+    /// What the curriculum is doing.
     #[must_use]
-    pub fn state(&self, attached: bool) -> String {
+    pub fn state(&self, attached: bool) -> StageState {
         if let Some(reason) = self.stuck() {
-            return format!("stuck: {reason}");
+            return StageState::Stuck(reason);
         }
         let progress = &self.learner.memory().content().progress;
-        let word = if progress.held {
-            "held"
+        if progress.held {
+            StageState::Held
         } else if progress.finished {
-            "finished"
+            StageState::Finished
         } else if !attached {
-            "waiting for a body"
+            StageState::WaitingForBody
         } else if progress.habituating {
-            "habituating"
+            StageState::Habituating
         } else if progress.report().is_some_and(|report| report.saturated) {
-            "saturated"
+            StageState::Saturated
         } else {
-            "acting"
-        };
-        word.to_owned()
+            StageState::Acting
+        }
     }
 
     /// Everything there is to inspect, as it is now.
     #[must_use]
     pub fn view(&self, host: HostFacts) -> View {
         let now = Instant::now();
-        let attached = host.bodies.iter().any(|body| body.state == "attached");
+        let attached = host.bodies.iter().any(|body| body.state == BodyState::Attached);
         View {
             content: self.learner.memory().content().clone(),
             curriculum: self.curriculum.clone(),
@@ -341,7 +340,7 @@ pub struct HostFacts {
     /// What it perceived in the step before.
     pub before: Vec<Observation>,
     /// How memory is kept; none when in RAM only.
-    pub storage: Option<Storage>,
+    pub storage: Option<StorageStatus>,
     /// What was refused, by reason.
     pub refused: Vec<RefusalCount>,
 }
@@ -355,7 +354,7 @@ pub struct View {
     pub(crate) parameters: Parameters,
     pub(crate) seed: u64,
     pub(crate) decisions: Vec<Arc<Decision>>,
-    pub(crate) state: String,
+    pub(crate) state: StageState,
     pub(crate) stuck: Option<String>,
     pub(crate) uptime_s: f64,
     pub(crate) steps_per_s: f64,
@@ -389,7 +388,7 @@ impl View {
             parameters: learner.memory().parameters().clone(),
             seed,
             decisions: decision.into_iter().map(Arc::new).collect(),
-            state: "acting".to_owned(),
+            state: StageState::Acting,
             stuck: None,
             uptime_s: 0.0,
             steps_per_s: 0.0,

@@ -11,8 +11,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use common::{Row, curriculum, free, setup};
-use pschema_inspect::{Answer, Live, LiveQuery, Report, Request, SchemaQuery, StageOrder, Status};
+use common::{Row, ask, curriculum, free, problem, setup};
+use pschema_inspect::codec::{self, Reply};
+use pschema_inspect::{
+    Ask, AskError, BodyState, DetailQuery, Live, LiveQuery, Report, ReportQuery, SayOrder, SchemaQuery,
+    ShutdownOrder, StageOrder, StageState, Status, StatusQuery,
+};
 use pschema_protocol::body::{RunEnding, RunError, RunOptions, RunSummary};
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
@@ -48,13 +52,12 @@ impl Daemon {
     fn client(&mut self) -> Client {
         let start = Instant::now();
         loop {
-            let tried = Client::connect(&self.place, PATIENCE).and_then(|mut client| {
-                client.ask::<_, Answer>(&Request::Report)?;
-                Ok(client)
-            });
-            match tried {
+            let tried = Client::connect(&self.place, PATIENCE).map_err(AskError::Send);
+            match tried.and_then(|mut client| ask(&mut client, ReportQuery {}).map(|_| client)) {
                 Ok(client) => return client,
-                Err(error) if error.is_no_daemon() && start.elapsed() < PATIENCE => std::thread::yield_now(),
+                Err(AskError::Send(error)) if error.is_no_daemon() && start.elapsed() < PATIENCE => {
+                    std::thread::yield_now();
+                }
                 Err(error) => panic!("{error}"),
             }
             if self.thread.as_ref().is_some_and(JoinHandle::is_finished) {
@@ -108,25 +111,15 @@ impl Running {
 }
 
 fn status(client: &mut Client) -> Status {
-    match client.ask(&Request::Status).unwrap() {
-        Answer::Status(status) => *status,
-        other => panic!("{other:?}"),
-    }
+    ask(client, StatusQuery {}).unwrap()
 }
 
-fn report(client: &mut Client, request: &Request) -> Report {
-    match client.ask(request).unwrap() {
-        Answer::Report(report) => *report,
-        other => panic!("{other:?}"),
-    }
+fn report(client: &mut Client, asked: impl Ask<Answer = Report>) -> Report {
+    ask(client, asked).unwrap()
 }
 
 fn live(client: &mut Client, trace_from: u64) -> Live {
-    let query = LiveQuery { trace_from, candidates_max: 2, terms_max: 3, newest_max: 4 };
-    match client.ask(&Request::Live(query)).unwrap() {
-        Answer::Live(live) => *live,
-        other => panic!("{other:?}"),
-    }
+    ask(client, LiveQuery { trace_from, candidates_max: 2, terms_max: 3, newest_max: 4 }).unwrap()
 }
 
 /// Asks for the status until it is as wanted.
@@ -147,10 +140,10 @@ fn over_shared_memory_the_same_is_learnt_as_in_one_process() {
     let mut daemon = Daemon::start(setup(5, curriculum()));
     let mut client = daemon.client();
     let body = Running::start(&daemon.place, Row::new("row"));
-    let status = until(&mut client, |status| status.stage_state == "finished");
+    let status = until(&mut client, |status| status.stage_state == StageState::Finished);
     let alone = run_in_process(Row::new("row"), setup(5, curriculum()), &AtomicBool::new(false)).unwrap();
-    assert_eq!((status.step, Some(&status.memory_digest)), (alone.step, alone.memory_digest.as_ref()));
-    let over = report(&mut client, &Request::Report);
+    assert_eq!((status.step, &status.memory_digest), (alone.step, &alone.memory_digest));
+    let over = report(&mut client, ReportQuery {});
     assert_eq!((over.finished, over.stages), (true, alone.stages));
     assert!(over.step_latency_us_p50 > 0.0 && over.step_latency_us_p99 >= over.step_latency_us_p50);
     assert_eq!((status.bodies.len(), status.bodies[0].frames_refused), (1, 0));
@@ -166,7 +159,7 @@ fn a_tool_ends_the_daemon_and_gets_an_answer() {
     let mut client = daemon.client();
     let body = Running::start(&daemon.place, Row::new("row"));
     until(&mut client, |status| status.step > 10);
-    assert_eq!(client.ask::<_, Answer>(&Request::Shutdown).unwrap(), Answer::Done);
+    ask(&mut client, ShutdownOrder {}).unwrap();
     daemon.thread.take().unwrap().join().unwrap().unwrap();
     assert_eq!(body.join().ending, RunEnding::Detached);
     assert!(!daemon.place.is_served());
@@ -176,42 +169,39 @@ fn a_tool_ends_the_daemon_and_gets_an_answer() {
 fn orders_of_tools_are_obeyed_and_mistakes_explained() {
     let mut daemon = Daemon::start(setup(1, free()));
     let mut client = daemon.client();
-    assert_eq!(status(&mut client).stage_state, "waiting for a body");
+    assert_eq!(status(&mut client).stage_state, StageState::WaitingForBody);
     // A step that nobody can take now must not be taken by whoever attaches later.
-    let step = client.ask::<_, Answer>(&Request::Stage(StageOrder::Step)).unwrap();
-    assert!(matches!(&step, Answer::Error(problem) if problem.contains("body")), "{step:?}");
-    assert_eq!(status(&mut client).stage_state, "waiting for a body");
+    let step = problem(&mut client, StageOrder::Step);
+    assert!(step.contains("body"), "{step}");
+    assert_eq!(status(&mut client).stage_state, StageState::WaitingForBody);
     let body = Running::start(&daemon.place, Row::new("row"));
     until(&mut client, |status| status.step > 10);
-    assert_eq!(report(&mut client, &Request::Stage(StageOrder::Hold)).stage_state, "held");
+    assert_eq!(report(&mut client, StageOrder::Hold).stage_state, StageState::Held);
     let held = status(&mut client);
     let from = live(&mut client, u64::MAX).trace.total;
-    report(&mut client, &Request::Say { words: vec!["touch".to_owned()] });
-    report(&mut client, &Request::Stage(StageOrder::Resume));
+    report(&mut client, SayOrder { words: vec!["touch".to_owned()] });
+    report(&mut client, StageOrder::Resume);
     until(&mut client, |status| status.step > held.step + 10);
     let heard =
         live(&mut client, from).trace.records.into_iter().find(|record| !record.heard.is_empty()).unwrap();
     assert_eq!(heard.heard, ["touch"], "said while held, heard once");
-    let mistakes = [
-        Request::Stage(StageOrder::Set("dancing".to_owned())),
-        Request::Say { words: Vec::new() },
-        Request::Show { id: 1_000_000 },
-        Request::Schemas(SchemaQuery { pre: Some("cat{".to_owned()), ..SchemaQuery::default() }),
-        Request::Schemas(SchemaQuery { action: Some("fly".to_owned()), ..SchemaQuery::default() }),
-    ];
-    for mistake in mistakes {
-        let answer = client.ask::<_, Answer>(&mistake).unwrap();
-        assert!(matches!(&answer, Answer::Error(problem) if !problem.is_empty()), "{mistake:?}: {answer:?}");
-    }
+    assert!(!problem(&mut client, StageOrder::Set("dancing".to_owned())).is_empty());
+    assert!(!problem(&mut client, SayOrder { words: Vec::new() }).is_empty());
+    assert!(!problem(&mut client, DetailQuery { id: 1_000_000 }).is_empty());
+    let pre = Some("cat{".to_owned());
+    assert!(!problem(&mut client, SchemaQuery { pre, ..SchemaQuery::default() }).is_empty());
+    let action = Some("fly".to_owned());
+    assert!(!problem(&mut client, SchemaQuery { action, ..SchemaQuery::default() }).is_empty());
     let answer = client.request(b"\xff\xff\xff not a question").unwrap();
-    let answer: Answer = pschema_protocol::codec::decode(&answer).unwrap();
-    assert!(matches!(&answer, Answer::Error(problem) if problem.contains("release")), "{answer:?}");
+    let answer: Reply<()> = codec::decode(&answer).unwrap();
+    assert!(matches!(&answer, Reply::Problem(problem) if problem.0.contains("release")), "{answer:?}");
     let step = status(&mut client).step;
     until(&mut client, |status| status.step > step);
     body.stop.store(true, Ordering::Relaxed);
     assert_eq!(body.join().ending, RunEnding::Stopped);
-    let status = until(&mut client, |status| status.bodies.iter().all(|body| body.state != "attached"));
-    assert_eq!(status.bodies[0].state, "left");
+    let status =
+        until(&mut client, |status| status.bodies.iter().all(|body| body.state != BodyState::Attached));
+    assert_eq!(status.bodies[0].state, BodyState::Left);
     drop(client);
     daemon.end();
 }
@@ -224,15 +214,15 @@ fn one_step_is_taken_while_held_and_no_more() {
     let mut client = daemon.client();
     let body = Running::start(&daemon.place, Row::new("row"));
     until(&mut client, |status| status.step > 10);
-    report(&mut client, &Request::Stage(StageOrder::Hold));
+    report(&mut client, StageOrder::Hold);
     // What was under way is learnt from, and no action chosen.
     let resting = |client: &mut Client| {
         let mut last = live(client, u64::MAX);
         let start = Instant::now();
         loop {
             let now = live(client, u64::MAX);
-            let outcome_in = now.step == last.step && now.trace.total == last.trace.total;
-            if outcome_in && now.bodies[0].frames > last.bodies[0].frames {
+            let outcome_in = now.status.step == last.status.step && now.trace.total == last.trace.total;
+            if outcome_in && now.status.bodies[0].frames > last.status.bodies[0].frames {
                 return now;
             }
             assert!(start.elapsed() < PATIENCE, "never rests: {now:?}");
@@ -240,24 +230,24 @@ fn one_step_is_taken_while_held_and_no_more() {
         }
     };
     let mut before = resting(&mut client);
-    assert_eq!(before.stage_state, "held");
+    assert_eq!(before.status.stage_state, StageState::Held);
     for _ in 0..3 {
-        assert_eq!(report(&mut client, &Request::Stage(StageOrder::Step)).stage_state, "held");
-        until(&mut client, |status| status.step > before.step);
+        assert_eq!(report(&mut client, StageOrder::Step).stage_state, StageState::Held);
+        until(&mut client, |status| status.step > before.status.step);
         resting(&mut client);
         let after = live(&mut client, before.trace.total);
-        assert_eq!(after.stage_state, "held");
+        assert_eq!(after.status.stage_state, StageState::Held);
         let decided = |live: &Live| live.explanation.as_ref().unwrap().step;
         let actions = after.trace.records.iter().filter(|record| record.decision.is_some()).count();
         assert_eq!(actions, 1, "{:?}", after.trace.records);
-        assert!(decided(&after) > before.step);
+        assert!(decided(&after) > before.status.step);
         before = after;
     }
-    report(&mut client, &Request::Stage(StageOrder::Resume));
-    until(&mut client, |status| status.step > before.step + 10);
+    report(&mut client, StageOrder::Resume);
+    until(&mut client, |status| status.step > before.status.step + 10);
     // What is asked for while it is free is one action more.
-    report(&mut client, &Request::Stage(StageOrder::Step));
-    assert_eq!(resting(&mut client).stage_state, "held");
+    report(&mut client, StageOrder::Step);
+    assert_eq!(resting(&mut client).status.stage_state, StageState::Held);
     drop(client);
     daemon.end();
     body.join();
@@ -268,16 +258,22 @@ fn those_who_watch_are_shown_what_adds_up() {
     let mut daemon = Daemon::start(setup(1, free()));
     let mut client = daemon.client();
     let none = live(&mut client, 0);
-    assert!(none.explanation.is_none() && none.world.is_empty() && none.newest.is_empty(), "{none:?}");
+    assert!(none.explanation.is_none() && none.status.world.is_empty() && none.newest.is_empty(), "{none:?}");
     let body = Running::start(&daemon.place, Row::with_block("row", 3));
     until(&mut client, |status| status.step > 50);
-    report(&mut client, &Request::Stage(StageOrder::Hold));
-    let status = until(&mut client, |status| status.stage_state == "held");
+    report(&mut client, StageOrder::Hold);
+    let status = until(&mut client, |status| status.stage_state == StageState::Held);
     let shown = live(&mut client, 0);
-    assert_eq!(shown.world.iter().map(|one| one.text.clone()).collect::<Vec<_>>(), status.world);
-    assert_eq!((shown.schemas_total, shown.newest.len()), (status.schemas_total, 4));
+    assert_eq!((&shown.status.world, shown.observations.len()), (&status.world, status.world.len()));
+    assert_eq!(
+        (shown.status.memory_digest, shown.newest.len()),
+        (None, 4),
+        "the digest takes a look at all of memory"
+    );
+    let schemas_total = shown.status.schemas_total;
+    assert_eq!(schemas_total, status.schemas_total);
     let newest: Vec<_> = shown.newest.iter().map(|schema| schema.id).collect();
-    assert_eq!(newest, (shown.schemas_total - 4..shown.schemas_total).rev().collect::<Vec<_>>());
+    assert_eq!(newest, (schemas_total - 4..schemas_total).rev().collect::<Vec<_>>());
     let explanation = shown.explanation.unwrap();
     assert!(explanation.candidates.len() <= 2, "{explanation:?}");
     for candidate in &explanation.candidates {
@@ -286,8 +282,8 @@ fn those_who_watch_are_shown_what_adds_up() {
         let excitation = sum / f64::from(candidate.distance);
         assert!((excitation - candidate.excitation).abs() < 1e-9, "{candidate:?}");
     }
-    let finger = shown.world.iter().find(|one| one.text.starts_with("finger{")).unwrap();
-    assert!(finger.attention > 0, "{:?}", shown.world);
+    let finger = shown.observations.iter().find(|one| one.observation.kind == "finger").unwrap();
+    assert!(finger.attention > 0, "{:?}", shown.observations);
     drop(client);
     daemon.end();
     body.join();
@@ -324,7 +320,7 @@ fn a_body_that_is_killed_leaves_the_other_as_it_was_and_may_come_back() {
     let mut client = daemon.client();
     let survivor = Running::start(&daemon.place, Row::new("survivor"));
     let frames = |status: &Status, name: &str| {
-        let body = status.bodies.iter().find(|body| body.name == name && body.state == "attached");
+        let body = status.bodies.iter().find(|body| body.name == name && body.state == BodyState::Attached);
         body.map_or(0, |body| body.frames)
     };
     until(&mut client, |status| frames(status, "survivor") > 0);
@@ -334,7 +330,7 @@ fn a_body_that_is_killed_leaves_the_other_as_it_was_and_may_come_back() {
         victim.kill().unwrap();
         victim.wait().unwrap();
         let lost = until(&mut client, |status| {
-            status.bodies.iter().any(|body| body.name == "victim" && body.state == "lost")
+            status.bodies.iter().any(|body| body.name == "victim" && body.state == BodyState::Lost)
         });
         let before = frames(&lost, "survivor");
         until(&mut client, |status| frames(status, "survivor") > before + 20);

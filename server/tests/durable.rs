@@ -40,7 +40,10 @@ fn what_stands_in_the_way_of_keeping_memory_is_told() {
     let data = data.to_str().unwrap();
     let mut first = served(directory.path(), data, 1, &["--durability", "relaxed"]);
     first.ready();
-    assert_eq!(status(&place(directory.path())).storage.unwrap().durability, "relaxed");
+    assert_eq!(
+        status(&place(directory.path())).storage.unwrap().durability,
+        pschema_inspect::Durability::Relaxed
+    );
     let second = Daemon::start(directory.path(), &["--name", "two", "--data", data]).failed();
     let holder = format!("in use by learner one, process {}", first.0.id());
     assert!(second.contains(&holder), "{second}");

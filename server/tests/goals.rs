@@ -8,13 +8,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use common::{Row, curriculum, free, setup};
-use pschema_inspect::{Answer, Condition, Plan, Prediction, Pursuit, Request, StageOrder, Status, ValueText};
+use common::{Row, ask, curriculum, free, problem, setup};
+use pschema_inspect::{
+    AchieveOrder, Condition, ExplanationQuery, Plan, PlanCause, PlanQuery, PlanState, Prediction,
+    PredictionQuery, Pursuit, PursuitQuery, PursuitState, Reason, ReportQuery, StageOrder, StageState,
+    Status, StatusQuery, ValueText,
+};
 use pschema_learner::progress::StageCommand;
 use pschema_protocol::body::RunOptions;
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_server::in_process::{InProcess, Progress};
+use pschema_server::inspect::Inspect;
 use pschema_server::serve;
 
 /// A learner that has touched blocks on a row, generalised, and is through with its curriculum.
@@ -29,39 +34,27 @@ fn patterns(texts: &[&str]) -> Vec<String> {
 }
 
 fn predict(run: &InProcess<Row>, action: &str) -> Prediction {
-    match run.answer(&Request::Predict { action: action.to_owned() }) {
-        Answer::Prediction(prediction) => *prediction,
-        other => panic!("{other:?}"),
-    }
+    run.ask(&PredictionQuery { action: action.to_owned() }).unwrap()
 }
 
 fn plan(run: &InProcess<Row>, goal: &[&str]) -> Plan {
-    match run.answer(&Request::Plan { goal: patterns(goal) }) {
-        Answer::Plan(plan) => *plan,
-        other => panic!("{other:?}"),
-    }
+    run.ask(&PlanQuery { goal: patterns(goal) }).unwrap()
 }
 
 fn pursuit(run: &InProcess<Row>) -> Pursuit {
-    match run.answer(&Request::Pursuit) {
-        Answer::Pursuit(pursuit) => *pursuit,
-        other => panic!("{other:?}"),
-    }
+    run.ask(&PursuitQuery {}).unwrap()
 }
 
-fn refused(run: &InProcess<Row>, request: &Request) -> String {
-    match run.answer(request) {
-        Answer::Error(problem) => problem,
-        other => panic!("{other:?}"),
-    }
+fn refused<Q: Inspect>(run: &InProcess<Row>, question: &Q) -> String {
+    run.ask(question).err().unwrap().0
 }
 
 /// Where the block is, as the learner saw it last.
 fn block(run: &InProcess<Row>) -> i64 {
     let plan = plan(run, &["touch{}"]);
     let block = plan.world.iter().find(|seen| seen.kind == "object").unwrap();
-    match block.properties.iter().find(|(name, _)| name == "field") {
-        Some((_, ValueText::Integer(field))) => *field,
+    match block.properties.get("field") {
+        Some(ValueText::Integer(field)) => *field,
         other => panic!("{other:?}"),
     }
 }
@@ -97,7 +90,7 @@ fn an_action_that_the_body_does_not_have_is_answered_with_those_that_are_near() 
         ("", "write it as it prints"),
     ];
     for (action, hint) in mistakes {
-        let problem = refused(&run, &Request::Predict { action: action.to_owned() });
+        let problem = refused(&run, &PredictionQuery { action: action.to_owned() });
         assert!(problem.contains(hint), "{action:?}: {problem}");
     }
     // Spaces are nobody's mistake.
@@ -109,7 +102,7 @@ fn a_plan_says_what_it_relies_on_and_how_surely() {
     let run = finished(2);
     let field = block(&run);
     let found = plan(&run, &["object{field=$x}", "finger{field=$x}", "touch{}"]);
-    assert_eq!((found.state.as_str(), found.steps.len(), found.search_truncated), ("found", 1, false));
+    assert_eq!((found.state, found.steps.len(), found.search_truncated), (PlanState::Found, 1, false));
     let step = &found.steps[0];
     let kinds: Vec<_> = step.relies_on.iter().map(|c| c.observation.kind.as_str()).collect();
     assert!(kinds.contains(&"finger") && kinds.contains(&"touch"), "{kinds:?}");
@@ -120,13 +113,13 @@ fn a_plan_says_what_it_relies_on_and_how_surely() {
     assert!((found.probability.unwrap() - step.probability).abs() < 1e-9);
 
     let here = plan(&run, &[&format!("object{{field={field}}}")]);
-    assert_eq!((here.state.as_str(), here.probability, here.steps.len()), ("holds already", Some(1.0), 0));
+    assert_eq!((here.state, here.probability, here.steps.len()), (PlanState::HoldsAlready, Some(1.0), 0));
     let nowhere = plan(&run, &[&format!("object{{field={}}}", (field + 1) % 8)]);
-    assert_eq!((nowhere.state.as_str(), nowhere.probability), ("nothing known leads there", None));
+    assert_eq!((nowhere.state, nowhere.probability), (PlanState::NothingLeadsThere, None));
     for (goal, hint) in
         [(vec![], "1 to 8"), (vec!["cat{}"], "no observation type"), (vec!["touch"], "pattern")]
     {
-        let problem = refused(&run, &Request::Plan { goal: patterns(&goal) });
+        let problem = refused(&run, &PlanQuery { goal: patterns(&goal) });
         assert!(problem.contains(hint), "{goal:?}: {problem}");
     }
 }
@@ -136,7 +129,7 @@ fn a_goal_wakes_a_learner_that_is_through_and_lets_it_rest_again() {
     for seed in 1..=5 {
         let mut run = finished(seed);
         assert_eq!(run.advance().unwrap(), Progress::Waiting);
-        assert!(refused(&run, &Request::Pursuit).contains("no goal"));
+        assert!(refused(&run, &PursuitQuery {}).contains("no goal"));
         let before = run.report();
         // Away from the block first, so that the touch is a new one.
         let away = (block(&run) + 3) % 8;
@@ -144,16 +137,14 @@ fn a_goal_wakes_a_learner_that_is_through_and_lets_it_rest_again() {
             run.achieve(std::slice::from_ref(&goal), 5).unwrap();
             while run.advance().unwrap() == Progress::Running {}
             let end = pursuit(&run);
-            assert_eq!((end.state.as_str(), end.actions, end.plans_made), ("achieved", 1, 1), "{end:?}");
-            assert_eq!((end.goal, end.plans[0].because.as_str()), (vec![goal], "first"));
+            assert_eq!((end.state, end.actions, end.plans_made), (PursuitState::Achieved, 1, 1), "{end:?}");
+            assert_eq!((end.goal, end.plans[0].because), (vec![goal], PlanCause::First));
         }
         let after = run.report();
         assert!(after.finished && after.step > before.step);
         assert_eq!(after.stages, before.stages, "the curriculum took no notice");
-        let Answer::Explanation(why) = run.answer(&Request::Explain { step: None, candidates_max: 5 }) else {
-            panic!("no explanation")
-        };
-        assert_eq!(why.reason, "goal");
+        let why = run.ask(&ExplanationQuery { step: None, candidates_max: 5 }).unwrap();
+        assert_eq!(why.reason, Reason::Goal);
         let goal = why.goal.unwrap();
         assert_eq!((goal.goal, goal.at, goal.chain.len()), (patterns(&["touch{}"]), 0, 1));
     }
@@ -179,7 +170,7 @@ fn goals_that_cannot_be_pursued_are_refused() {
     assert!(busy.contains("goal 1") && busy.contains("object{field=7} & object{field=6}"), "{busy}");
     assert!(run.cancel(7).is_err());
     run.cancel(1).unwrap();
-    assert_eq!(pursuit(&run).state, "cancelled");
+    assert_eq!(pursuit(&run).state, PursuitState::Cancelled);
     run.cancel(1).unwrap();
     run.stage(&StageCommand::Hold).unwrap();
     let held = run.achieve(&patterns(&["touch{}"]), 5).unwrap_err().to_string();
@@ -194,10 +185,6 @@ fn goals_that_cannot_be_pursued_are_refused() {
 /// What any wait of these tests may take; a machine under load takes its time.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-fn ask(client: &mut Client, request: &Request) -> Answer {
-    client.ask(request).unwrap()
-}
-
 fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
     loop {
@@ -210,10 +197,7 @@ fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
 }
 
 fn status(client: &mut Client) -> Status {
-    match ask(client, &Request::Status) {
-        Answer::Status(status) => *status,
-        other => panic!("{other:?}"),
-    }
+    ask(client, StatusQuery {}).unwrap()
 }
 
 #[test]
@@ -228,35 +212,36 @@ fn tools_plan_and_give_goals_to_a_daemon() {
     };
     let mut client = until("the daemon answers", || {
         let mut client = Client::connect(&place, PATIENCE).ok()?;
-        client.ask::<_, Answer>(&Request::Report).ok()?;
+        ask(&mut client, ReportQuery {}).ok()?;
         Some(client)
     });
     let touch = patterns(&["touch{}"]);
-    let achieve = Request::Achieve { goal: touch.clone(), actions_max: 5 };
-    for request in [&achieve, &Request::Plan { goal: touch.clone() }] {
-        let answer = ask(&mut client, request);
-        assert!(matches!(&answer, Answer::Error(problem) if problem.contains("no body")), "{answer:?}");
-    }
+    let achieve = AchieveOrder { goal: touch.clone(), actions_max: 5 };
+    let look = PlanQuery { goal: touch };
+    assert!(problem(&mut client, achieve.clone()).contains("no body"));
+    assert!(problem(&mut client, look.clone()).contains("no body"));
     let options = RunOptions::new(place.clone()).exit_when_daemon_gone(true).stop(stop.clone());
     let body = std::thread::spawn(move || pschema_protocol::body::run(Row::new("row"), &options));
-    until("the curriculum is over", || (status(&mut client).stage_state == "finished").then_some(()));
-
-    let Answer::Plan(plan) = ask(&mut client, &Request::Plan { goal: touch }) else { panic!("no plan") };
-    assert_eq!((plan.state.as_str(), plan.body.as_str()), ("found", "row"));
-    let Answer::Pursuit(begun) = ask(&mut client, &achieve) else { panic!("not taken up") };
-    assert_eq!(begun.number, 1);
-    let end = until("the goal is over", || match ask(&mut client, &Request::Pursuit) {
-        Answer::Pursuit(now) => (now.state != "pursued").then_some(now),
-        other => panic!("{other:?}"),
+    until("the curriculum is over", || {
+        (status(&mut client).stage_state == StageState::Finished).then_some(())
     });
-    assert_eq!((end.state.as_str(), end.actions), ("achieved", 1));
+
+    let plan = ask(&mut client, look).unwrap();
+    assert_eq!((plan.state, plan.body.as_str()), (PlanState::Found, "row"));
+    let begun = ask(&mut client, achieve.clone()).unwrap();
+    assert_eq!(begun.number, 1);
+    let end = until("the goal is over", || {
+        let now = ask(&mut client, PursuitQuery {}).unwrap();
+        (now.state != PursuitState::Pursued).then_some(now)
+    });
+    assert_eq!((end.state, end.achieved, end.actions), (PursuitState::Achieved, true, 1));
     assert_eq!(end.plans[0].chain[0].id, plan.steps[0].schema.id);
     assert_eq!(status(&mut client).goal, None);
 
-    ask(&mut client, &Request::Stage(StageOrder::Hold));
-    let held = ask(&mut client, &achieve);
-    assert!(matches!(&held, Answer::Error(problem) if problem.contains("holds")), "{held:?}");
-    ask(&mut client, &Request::Stage(StageOrder::Resume));
+    ask(&mut client, StageOrder::Hold).unwrap();
+    let held = problem(&mut client, achieve);
+    assert!(held.contains("holds"), "{held}");
+    ask(&mut client, StageOrder::Resume).unwrap();
 
     drop(client);
     stop.store(true, Ordering::Relaxed);
@@ -271,12 +256,12 @@ fn in_free_play_a_goal_interrupts_and_play_goes_on() {
         run.advance().unwrap();
     }
     run.achieve(&patterns(&["finger{field=5}"]), 5).unwrap();
-    let Answer::Status(status) = run.answer(&Request::Status) else { panic!("no status") };
+    let status = run.ask(&StatusQuery {}).unwrap();
     assert_eq!(status.goal.map(|goal| (goal.number, goal.goal)), Some((1, patterns(&["finger{field=5}"]))));
-    while pursuit(&run).state == "pursued" {
+    while pursuit(&run).state == PursuitState::Pursued {
         run.advance().unwrap();
     }
-    assert_eq!(pursuit(&run).state, "achieved");
+    assert_eq!(pursuit(&run).state, PursuitState::Achieved);
     let step = run.report().step;
     run.advance().unwrap();
     assert!(run.report().step > step);

@@ -7,7 +7,10 @@ mod common;
 use std::sync::atomic::AtomicBool;
 
 use common::{FIELDS, Row, curriculum, free, setup};
-use pschema_inspect::{Answer, Report, Request, SchemaQuery, SchemaSort, StageOrder, ValueText};
+use pschema_inspect::{
+    DetailQuery, ExplanationQuery, NamedValues, Report, ReportQuery, SchemaKind, SchemaQuery, SchemaSort,
+    StageState, StatusQuery, ValueText,
+};
 use pschema_learner::curriculum::{Argument, Lift, Stage};
 use pschema_learner::progress::StageCommand;
 use pschema_server::in_process::{InProcess, Progress, run_in_process};
@@ -69,7 +72,7 @@ fn holding_stops_the_steps_and_resuming_goes_on_to_the_same_end() {
         assert_eq!(held.advance().unwrap(), Progress::Waiting);
     }
     assert_eq!(held.learner().memory().content().step, step);
-    assert_eq!(held.report().stage_state, "held");
+    assert_eq!(held.report().stage_state, StageState::Held);
     held.stage(&StageCommand::Resume).unwrap();
     while held.advance().unwrap() == Progress::Running {}
     let report = held.report();
@@ -105,12 +108,11 @@ fn associated_with_the_word(lift: Lift) -> usize {
         run.say(&["touch".to_owned()]).unwrap();
         run.advance().unwrap();
     }
-    let word = ("text".to_owned(), ValueText::Symbol("touch".to_owned()));
-    let is_associated = |id: u32| match run.answer(&Request::Show { id }) {
-        Answer::Schema(schema) => schema.associated.iter().any(|one| {
-            one.observation.kind == "word" && one.observation.properties == std::slice::from_ref(&word)
-        }),
-        other => panic!("{other:?}"),
+    let word = NamedValues(vec![("text".to_owned(), ValueText::Symbol("touch".to_owned()))]);
+    let is_associated = |id: u32| {
+        let schema = run.ask(&DetailQuery { id }).unwrap();
+        let mut associated = schema.associated.iter().map(|one| &one.observation);
+        associated.any(|one| one.kind == "word" && one.properties == word)
     };
     (0..run.report().schemas_total).filter(|id| is_associated(*id)).count()
 }
@@ -157,10 +159,7 @@ fn a_curriculum_that_the_body_cannot_follow_gets_stuck_and_says_why() {
 #[test]
 fn tools_are_answered_from_what_was_learnt() {
     let run = finished(1);
-    let list = |query: SchemaQuery| match run.answer(&Request::Schemas(query)) {
-        Answer::Schemas(list) => list,
-        other => panic!("{other:?}"),
-    };
+    let list = |query: SchemaQuery| run.ask(&query).unwrap();
     let all = list(SchemaQuery::default());
     assert_eq!(all.matching, 11);
     assert_eq!(list(SchemaQuery { limit: 3, ..SchemaQuery::default() }).schemas.len(), 3);
@@ -174,49 +173,39 @@ fn tools_are_answered_from_what_was_learnt() {
     assert!(used.schemas.is_sorted_by(|a, b| a.executions >= b.executions));
     for wrong in ["object{size=3}", "cat{}", "object"] {
         let query = SchemaQuery { pre: Some(wrong.to_owned()), ..SchemaQuery::default() };
-        assert!(matches!(run.answer(&Request::Schemas(query)), Answer::Error(_)), "{wrong}");
+        assert!(run.ask(&query).is_err(), "{wrong}");
     }
-    let Answer::Schema(schema) = run.answer(&Request::Show { id: general.schemas[0].id }) else { panic!() };
-    assert_eq!((schema.kind.as_str(), schema.examples.len()), ("generalised", 2));
-    assert!(
-        matches!(run.answer(&Request::Show { id: 11 }), Answer::Error(problem) if problem.contains("0 to 10"))
-    );
-    let Answer::Report(report) = run.answer(&Request::Stage(StageOrder::Show)) else { panic!() };
-    assert_eq!(report.stage_state, "finished");
-    let Answer::Status(status) = run.answer(&Request::Status) else { panic!() };
+    let schema = run.ask(&DetailQuery { id: general.schemas[0].id }).unwrap();
+    assert_eq!((schema.kind, schema.examples.len()), (SchemaKind::Generalised, 2));
+    assert!(run.ask(&DetailQuery { id: 11 }).unwrap_err().0.contains("0 to 10"));
+    let report = run.ask(&ReportQuery {}).unwrap();
+    assert_eq!(report.stage_state, StageState::Finished);
+    let status = run.ask(&StatusQuery {}).unwrap();
     assert_eq!(status.bodies.len(), 1);
-    assert_eq!((status.memory_digest, status.durable_step), (report.memory_digest.unwrap_or_default(), None));
+    assert_eq!((status.memory_digest, status.durable_step), (report.memory_digest, None));
     assert!(status.memory_bytes > 1_000_000 && status.step_latency_us_p99 >= status.step_latency_us_p50);
 }
 
 #[test]
 fn an_explanation_adds_up_and_always_lists_what_was_chosen() {
     let mut run = InProcess::new(Row::new("row"), setup(1, curriculum())).unwrap();
-    assert!(matches!(run.answer(&Request::Explain { step: None, candidates_max: 5 }), Answer::Error(_)));
+    let explain =
+        |run: &InProcess<Row>, step, candidates_max| run.ask(&ExplanationQuery { step, candidates_max });
+    assert!(explain(&run, None, 5).is_err());
     let mut decided = 0;
     while run.advance().unwrap() == Progress::Running {
-        let Answer::Explanation(all) = run.answer(&Request::Explain { step: None, candidates_max: 1000 })
-        else {
-            panic!("nothing was decided")
-        };
+        let all = explain(&run, None, 1000).unwrap();
         let chosen = &all.candidates[usize::try_from(all.chosen).unwrap()];
         for candidate in &all.candidates {
             let sum: f64 = candidate.terms.iter().map(|term| term.value).sum();
             let excitation = sum / f64::from(candidate.distance);
             assert!((candidate.excitation - excitation).abs() < 1e-9, "{candidate:?}");
         }
-        let Answer::Explanation(short) =
-            run.answer(&Request::Explain { step: Some(all.step), candidates_max: 1 })
-        else {
-            panic!("step {} was decided, but cannot be explained", all.step)
-        };
+        let short = explain(&run, Some(all.step), 1).unwrap();
         assert_eq!(short.candidates.len(), 1);
         assert_eq!(&short.candidates[usize::try_from(short.chosen).unwrap()], chosen);
         decided += 1;
     }
     assert!(decided > 10);
-    assert!(matches!(
-        run.answer(&Request::Explain { step: Some(1_000_000), candidates_max: 5 }),
-        Answer::Error(problem) if problem.contains("not among")
-    ));
+    assert!(explain(&run, Some(1_000_000), 5).unwrap_err().0.contains("not among"));
 }

@@ -8,10 +8,11 @@ use std::collections::BTreeSet;
 
 use common::{FIELDS, Row, curriculum, setup};
 use pschema_inspect::{
-    Answer, Explanation, Graph, GraphQuery, GraphTie, Request, SchemaDetail, SchemaList, SchemaQuery,
-    SchemaSort, Verdict, WhyNot,
+    DetailQuery, Explanation, ExplanationQuery, Graph, GraphQuery, GraphTie, PlanQuery, Reason, SchemaDetail,
+    SchemaKind, SchemaList, SchemaQuery, SchemaSort, Verdict, WhyNot, WhyNotQuery,
 };
 use pschema_server::in_process::{InProcess, Progress};
+use pschema_server::inspect::Inspect;
 
 type Run = InProcess<Row>;
 
@@ -26,31 +27,19 @@ fn finished(seed: u64) -> Run {
 }
 
 fn graph(run: &Run, query: GraphQuery) -> Graph {
-    match run.answer(&Request::Graph(query)) {
-        Answer::Graph(graph) => *graph,
-        other => panic!("{other:?}"),
-    }
+    run.ask(&query).unwrap()
 }
 
 fn list(run: &Run, query: SchemaQuery) -> SchemaList {
-    match run.answer(&Request::Schemas(query)) {
-        Answer::Schemas(list) => list,
-        other => panic!("{other:?}"),
-    }
+    run.ask(&query).unwrap()
 }
 
 fn show(run: &Run, id: u32) -> SchemaDetail {
-    match run.answer(&Request::Show { id }) {
-        Answer::Schema(schema) => *schema,
-        other => panic!("{other:?}"),
-    }
+    run.ask(&DetailQuery { id }).unwrap()
 }
 
-fn problem(run: &Run, request: &Request) -> String {
-    match run.answer(request) {
-        Answer::Error(problem) => problem,
-        other => panic!("{other:?}"),
-    }
+fn problem<Q: Inspect>(run: &Run, question: &Q) -> String {
+    run.ask(question).err().unwrap().0
 }
 
 /// Ties by schema number.
@@ -106,7 +95,7 @@ fn what_is_too_much_to_be_told_one_by_one_stands_together_and_is_counted() {
         assert_eq!(part.nodes.iter().map(|node| node.members).sum::<u64>(), whole.nodes_total);
         assert_eq!(part.clusters, whole.clusters, "limit {limit}");
         assert!(
-            part.nodes.iter().any(|node| node.kind == "generalised" && node.schema.is_some()),
+            part.nodes.iter().any(|node| node.kind == SchemaKind::Generalised && node.schema.is_some()),
             "laws come first"
         );
         let ended = |at: u32| (at as usize) < part.nodes.len();
@@ -156,10 +145,7 @@ fn around_a_schema_there_is_what_it_is_tied_to() {
     let kin = show(&run, law);
     let expected: BTreeSet<u32> = kin.examples.iter().copied().chain([law]).collect();
     assert_eq!(ids(&few), expected, "examples come first");
-    assert!(
-        problem(&run, &Request::Graph(GraphQuery { around: Some(999), ..GraphQuery::default() }))
-            .contains("999")
-    );
+    assert!(problem(&run, &GraphQuery { around: Some(999), ..GraphQuery::default() }).contains("999"));
 }
 
 #[test]
@@ -168,14 +154,14 @@ fn the_chain_to_a_goal_is_the_plan() {
     let wanted = vec!["touch{}".to_owned()];
     let mut chains = 0;
     while run.advance().unwrap() == Progress::Running {
-        let Answer::Plan(plan) = run.answer(&Request::Plan { goal: wanted.clone() }) else { continue };
-        let request = Request::Graph(GraphQuery { goal: wanted.clone(), ..GraphQuery::default() });
+        let Ok(plan) = run.ask(&PlanQuery { goal: wanted.clone() }) else { continue };
+        let query = GraphQuery { goal: wanted.clone(), ..GraphQuery::default() };
         if plan.steps.is_empty() {
-            let said = problem(&run, &request);
+            let said = problem(&run, &query);
             assert!(said.contains("holds already") || said.contains("nothing known leads there"), "{said}");
             continue;
         }
-        let Answer::Graph(chain) = run.answer(&request) else { panic!("{:?}", plan.steps) };
+        let chain = graph(&run, query);
         assert_eq!((chain.probability, chain.goal.clone()), (plan.probability, plan.goal.clone()));
         let steps: Vec<_> = plan.steps.iter().map(|step| step.schema.id).collect();
         let next: BTreeSet<_> = steps.windows(2).map(|pair| (pair[0], pair[1])).collect();
@@ -187,7 +173,7 @@ fn the_chain_to_a_goal_is_the_plan() {
     }
     assert!(chains > 0);
     let both = GraphQuery { around: Some(0), goal: wanted, ..GraphQuery::default() };
-    assert!(problem(&run, &Request::Graph(both)).contains("one of them"));
+    assert!(problem(&run, &both).contains("one of them"));
 }
 
 #[test]
@@ -218,30 +204,26 @@ fn why_not_agrees_with_what_was_weighed() {
     let mut run = begun(1);
     let mut seen = BTreeSet::new();
     while run.advance().unwrap() == Progress::Running {
-        let Answer::Explanation(told) = run.answer(&Request::Explain { step: None, candidates_max: 1000 })
-        else {
-            continue;
-        };
+        let Ok(told) = run.ask(&ExplanationQuery { step: None, candidates_max: 1000 }) else { continue };
         // What was decided some steps ago was decided with another memory.
         let report = run.report();
         for schema in 0..report.schemas_total {
-            match run.answer(&Request::WhyNot { schema, step: None }) {
-                Answer::WhyNot(why) => {
+            match run.ask(&WhyNotQuery { schema, step: None }) {
+                Ok(why) => {
                     agrees(&told, &why);
                     seen.insert(name(&why.verdict));
                 }
-                Answer::Error(problem) => {
-                    assert!(told.step < report.step || problem.contains("only after"), "{problem}");
+                Err(problem) => {
+                    assert!(told.step < report.step || problem.0.contains("only after"), "{problem}");
                 }
-                other => panic!("{other:?}"),
             }
         }
     }
     for verdict in ["chosen", "pre-conditions", "less-exciting", "not-exciting", "executed-for"] {
         assert!(seen.contains(verdict), "{verdict} is not among {seen:?}");
     }
-    assert!(problem(&run, &Request::WhyNot { schema: 999, step: None }).contains("999"));
-    assert!(problem(&run, &Request::WhyNot { schema: 0, step: Some(1_000_000) }).contains("not among"));
+    assert!(problem(&run, &WhyNotQuery { schema: 999, step: None }).contains("999"));
+    assert!(problem(&run, &WhyNotQuery { schema: 0, step: Some(1_000_000) }).contains("not among"));
 }
 
 fn name(verdict: &Verdict) -> &'static str {
@@ -290,7 +272,7 @@ fn agrees(told: &Explanation, why: &WhyNot) {
             assert!(listed.is_empty(), "{why:?}");
         }
         Verdict::ExecutedFor { schema } => assert_eq!(chosen.schema, Some(*schema)),
-        Verdict::NotWeighed => assert!(["chain", "goal"].contains(&told.reason.as_str())),
+        Verdict::NotWeighed => assert!(matches!(told.reason, Reason::Chain | Reason::Goal)),
         Verdict::Retired | Verdict::NotInRepertoire => assert!(listed.is_empty(), "{why:?}"),
     }
 }

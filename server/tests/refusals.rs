@@ -8,8 +8,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use common::{Row, free, setup};
-use pschema_inspect::{Answer, Request, Status};
+use common::{Row, ask, free, setup};
+use pschema_inspect::{Status, StatusQuery};
 use pschema_protocol::body::BodyLoop;
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
@@ -33,10 +33,7 @@ fn patiently<T, E: std::fmt::Display>(mut attempt: impl FnMut() -> Result<T, E>)
 }
 
 fn status(client: &mut Client) -> Status {
-    match client.ask(&Request::Status).unwrap() {
-        Answer::Status(status) => *status,
-        other => panic!("{other:?}"),
-    }
+    ask(client, StatusQuery {}).unwrap()
 }
 
 /// A frame that is damaged, sent.

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{Row, curriculum, setup};
-use pschema_inspect::{Answer, Request, Status};
+use pschema_inspect::{StageState, Status, StatusQuery};
 use pschema_learner::curriculum::{Curriculum, Habituation};
 use pschema_server::in_process::{InProcess, Progress};
 
@@ -19,10 +19,7 @@ fn habituating() -> Curriculum {
 }
 
 fn status(run: &InProcess<Row>) -> Status {
-    match run.answer(&Request::Status) {
-        Answer::Status(status) => *status,
-        other => panic!("no status: {other:?}"),
-    }
+    run.ask(&StatusQuery {}).unwrap()
 }
 
 /// Babbled schemas have no pre-conditions: each can be executed anywhere.
@@ -49,7 +46,7 @@ fn saturation_and_habituation_are_told_as_they_come() {
         let habituation = told.habituation.unwrap();
         assert_eq!(habituation.executions_min, EXECUTIONS_MIN);
         assert!((habituation.interval_max - 0.25).abs() < f64::EPSILON);
-        assert_eq!(habituation.habituation_left.is_some(), told.stage_state == "habituating");
+        assert_eq!(habituation.habituation_left.is_some(), told.stage_state == StageState::Habituating);
         if let Some(schemas) = habituation.habituation_left {
             assert_eq!(schemas, too_rarely_executed(&run));
             assert_eq!(saturation.quiet_actions, 3, "saturation is what led here");
@@ -81,6 +78,6 @@ fn trials_are_told_and_nothing_once_the_curriculum_is_over() {
     }
     assert_eq!(seen, [1, 2]);
     let over = status(&run);
-    assert_eq!(over.stage_state, "finished");
+    assert_eq!(over.stage_state, StageState::Finished);
     assert_eq!((over.saturation, over.habituation, over.trial), (None, None, None));
 }

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{FIELDS, Row, curriculum, free, setup};
-use pschema_inspect::{Answer, Request, TracePage, TraceRecord};
+use pschema_inspect::{TracePage, TraceQuery, TraceRecord};
 use pschema_server::in_process::{InProcess, Progress};
 
 fn finished(seed: u64) -> InProcess<Row> {
@@ -15,10 +15,7 @@ fn finished(seed: u64) -> InProcess<Row> {
 }
 
 fn page(run: &InProcess<Row>, from: u64) -> TracePage {
-    match run.answer(&Request::Trace { from }) {
-        Answer::Trace(page) => *page,
-        other => panic!("{other:?}"),
-    }
+    run.ask(&TraceQuery { from }).unwrap()
 }
 
 /// All that is the same in every repetition.

@@ -5,9 +5,13 @@ use std::cell::{OnceCell, RefCell};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use pschema_inspect::{Answer, GraphQuery, Request, SchemaQuery, SchemaSort, StageOrder};
+use pschema_inspect::codec::{self, Reply};
+use pschema_inspect::{
+    AchieveOrder, Ask, CancelOrder, DetailQuery, ExplanationQuery, GraphQuery, LiveQuery, Order, PlanQuery,
+    PredictionQuery, PursuitQuery, Question, ReportQuery, Request, SayOrder, SchemaQuery, SchemaSort,
+    StageOrder, StatusQuery, TraceQuery, WhyNotQuery,
+};
 use pschema_protocol::body::{Body, BodyLoop, Senses};
-use pschema_protocol::codec;
 use pschema_protocol::description::Description;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_protocol::wire::decode;
@@ -15,6 +19,7 @@ use pschema_protocol::wire::encode;
 use pschema_protocol::wire::message::{Admission, RawFrame, RawHello};
 use pschema_protocol::wire::{Record, Text, VERSION, Welcome, WireProperty, WireReply};
 use pschema_server::in_process::InProcess;
+use pschema_server::inspect;
 use pschema_server::{Setup, config};
 use pschema_sim::config::WorldFile;
 use pschema_store::past::{Past, export};
@@ -337,35 +342,63 @@ fn request(bytes: &[u8]) {
     thread_local! {
         static RUN: OnceCell<InProcess<Row>> = const { OnceCell::new() };
     }
-    let answered = |answer: &Answer| {
-        let bytes = codec::encode(answer).map_err(|error| error.to_string());
-        let back = bytes.and_then(|bytes| codec::decode::<Answer>(&bytes).map_err(|error| error.to_string()));
-        assert!(back.is_ok(), "an answer that can't be sent: {back:?}");
+    let answered = |run: &InProcess<Row>, question: &Question| {
+        let reply = inspect::reply(&run.view(), question);
+        assert!(is_read(&reply), "{question:?}: a reply that no tool can read");
     };
-    match &request {
-        Request::Say { words } => {
+    match request {
+        Request::Order(Order::Say(say)) => {
             let mut run = learnt();
-            if run.say(words).is_ok() {
+            if run.say(&say.words).is_ok() {
                 run.advance().unwrap_or_else(|error| panic!("{error}"));
             }
         }
-        Request::Achieve { goal, actions_max } => {
+        Request::Order(Order::Achieve(achieve)) => {
             let mut run = learnt();
-            if run.achieve(goal, *actions_max).is_ok() {
+            if run.achieve(&achieve.goal, achieve.actions_max).is_ok() {
                 run.advance().unwrap_or_else(|error| panic!("{error}"));
             }
-            answered(&run.answer(&request));
+            answered(&run, &Question::Pursuit(PursuitQuery {}));
         }
-        _ => RUN.with(|run| answered(&run.get_or_init(learnt).answer(&request))),
+        Request::Order(order) => {
+            if let Some(question) = order.told_by() {
+                RUN.with(|run| answered(run.get_or_init(learnt), &question));
+            }
+        }
+        Request::Question(question) => RUN.with(|run| answered(run.get_or_init(learnt), &question)),
     }
 }
 
-/// Answers, as a tool reads them.
+/// Replies, as a tool reads them: which question they answer decides what they are read as.
 fn answer(bytes: &[u8]) {
-    let Ok(answer) = codec::decode::<Answer>(bytes) else { return };
-    let again = codec::encode(&answer).and_then(|bytes| codec::decode::<Answer>(&bytes));
+    is_read(bytes);
+}
+
+/// Whether a tool that asked one question or another can read `bytes` as the reply.
+fn is_read(bytes: &[u8]) -> bool {
+    [
+        reads::<StatusQuery>(bytes),
+        reads::<SchemaQuery>(bytes),
+        reads::<DetailQuery>(bytes),
+        reads::<ExplanationQuery>(bytes),
+        reads::<WhyNotQuery>(bytes),
+        reads::<ReportQuery>(bytes),
+        reads::<TraceQuery>(bytes),
+        reads::<PredictionQuery>(bytes),
+        reads::<PlanQuery>(bytes),
+        reads::<PursuitQuery>(bytes),
+        reads::<LiveQuery>(bytes),
+        reads::<GraphQuery>(bytes),
+    ]
+    .contains(&true)
+}
+
+fn reads<Q: Ask>(bytes: &[u8]) -> bool {
+    let Ok(reply) = codec::decode::<Reply<Q::Answer>>(bytes) else { return false };
+    let again = codec::encode(&reply).and_then(|bytes| codec::decode::<Reply<Q::Answer>>(&bytes).map(drop));
     // Not compared: a NaN is not itself.
     assert!(again.is_ok(), "{again:?}");
+    true
 }
 
 /// The file by which bodies find their daemon.
@@ -568,23 +601,26 @@ fn requests() -> Vec<Vec<u8>> {
         limit: 7,
         offset: 2,
     };
-    let requests = [
-        Request::Status,
-        Request::Schemas(SchemaQuery::default()),
-        Request::Schemas(query),
-        Request::Show { id: 3 },
-        Request::Explain { step: Some(5), candidates_max: 9 },
-        Request::Say { words: vec![text("touch"), text("it")] },
-        Request::Stage(StageOrder::Set(text("free"))),
-        Request::Report,
-        Request::Trace { from: 3 },
-        Request::Predict { action: text("move(field=3)") },
-        Request::Plan { goal: vec![text("object{colour=blue, field=$x}"), text("touch")] },
-        Request::Achieve { goal: vec![text("touch")], actions_max: 20 },
-        Request::Pursuit,
-        Request::Cancel { number: 1 },
-        Request::Graph(GraphQuery { around: Some(3), depth: 2, goal: vec![text("touch")], limit: 9 }),
-        Request::WhyNot { schema: 3, step: Some(5) },
+    let goal = || vec![text("object{colour=blue, field=$x}"), text("touch")];
+    let requests: [Request; 18] = [
+        StatusQuery {}.into(),
+        SchemaQuery::default().into(),
+        query.into(),
+        DetailQuery { id: 3 }.into(),
+        ExplanationQuery { step: Some(5), candidates_max: 9 }.into(),
+        SayOrder { words: vec![text("touch"), text("it")] }.into(),
+        StageOrder::Set(text("free")).into(),
+        ReportQuery {}.into(),
+        TraceQuery { from: 3 }.into(),
+        PredictionQuery { action: text("move(field=3)") }.into(),
+        PlanQuery { goal: goal() }.into(),
+        AchieveOrder { goal: goal(), actions_max: 20 }.into(),
+        PursuitQuery {}.into(),
+        CancelOrder { number: 1 }.into(),
+        GraphQuery { around: Some(3), depth: 2, goal: Vec::new(), limit: 9 }.into(),
+        WhyNotQuery { schema: 3, step: None }.into(),
+        ExplanationQuery { step: None, candidates_max: 9 }.into(),
+        LiveQuery { trace_from: 0, candidates_max: 3, terms_max: 4, newest_max: 5 }.into(),
     ];
     requests.iter().filter_map(|request| codec::encode(request).ok()).collect()
 }
@@ -594,9 +630,11 @@ fn answers() -> Vec<Vec<u8>> {
     for _ in 0..20 {
         run.advance().unwrap_or_else(|error| panic!("{error}"));
     }
-    let asked = requests();
-    let requests = asked.iter().filter_map(|bytes| codec::decode::<Request>(bytes).ok());
-    requests.filter_map(|request| codec::encode(&run.answer(&request)).ok()).collect()
+    let questions = requests().into_iter().filter_map(|bytes| match codec::decode(&bytes).ok()? {
+        Request::Question(question) => Some(question),
+        Request::Order(order) => order.told_by(),
+    });
+    questions.map(|question| inspect::reply(&run.view(), &question)).collect()
 }
 
 fn domains() -> Vec<Vec<u8>> {

@@ -6,7 +6,8 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 
-use pschema_inspect::{Answer, Request};
+use pschema_inspect::codec::{self, Reply};
+use pschema_inspect::{StatusQuery, ask};
 use pschema_protocol::body::{Body, BodyLoop};
 use pschema_protocol::client::Client;
 
@@ -149,9 +150,9 @@ fn floods_are_counted_and_neither_fill_the_log_nor_the_disk_nor_memory() {
     let mut client = Client::connect(&place(&house), DEADLINE).unwrap();
     for number in 0..FLOOD {
         let bytes: Vec<u8> = (0..number % 200).map(|at| (number * 31 + at * 7) as u8 | 0x80).collect();
-        // An enum's variant of 0x80 and above is none.
+        // No JSON begins with a byte of 0x80 or above.
         let answer = client.request(&bytes).unwrap();
-        assert!(matches!(pschema_protocol::codec::decode(&answer), Ok(Answer::Error(_))), "{number}");
+        assert!(matches!(codec::decode(&answer), Ok(Reply::<()>::Problem(_))), "{number}");
     }
     serve(20);
     let after = house.status("default");
@@ -160,7 +161,7 @@ fn floods_are_counted_and_neither_fill_the_log_nor_the_disk_nor_memory() {
     // The good body's twenty steps and the others' declarations; nothing of thousands of messages.
     let written = journal(&after) - journal(&before);
     assert!(written < 64 * 1024, "{written} bytes of journal");
-    let Answer::Status(status) = client.ask(&Request::Status).unwrap() else { panic!("no status") };
+    let status = ask(StatusQuery {}, |request| client.request(request)).unwrap();
     assert_eq!(status.step, before["step"].as_u64().unwrap() + 20);
     drop((client, flooding));
     link.detach();

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-use pschema_inspect::{Answer, Request};
+use pschema_inspect::{Ask, AskError, ask};
 use pschema_protocol::client::{Client, ClientError};
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
+use pschema_server::inspect::Inspect;
 
 use crate::failure::Failure;
 
@@ -15,6 +16,16 @@ const ANSWER_WITHIN: Duration = Duration::from_secs(5);
 impl From<ClientError> for Failure {
     fn from(error: ClientError) -> Self {
         if error.is_no_daemon() { Self::NoDaemon(error.to_string()) } else { Self::of(error) }
+    }
+}
+
+impl From<AskError<ClientError>> for Failure {
+    fn from(error: AskError<ClientError>) -> Self {
+        match error {
+            AskError::Problem(problem) => Self::Failed(problem.0),
+            AskError::Codec(error) => Self::Failed(format!("{error}: use one release throughout")),
+            AskError::Send(error) => error.into(),
+        }
     }
 }
 
@@ -39,57 +50,20 @@ impl Learner {
         self.client.is_current()
     }
 
-    /// Asks, and turns the daemon's "no" into a failure.
-    pub(crate) fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
-        match self.client.ask(request)? {
-            Answer::Error(problem) => Err(Failure::Failed(problem)),
-            answer => Ok(answer),
-        }
+    /// Asks or orders; that the daemon does not answer is a failure.
+    pub(crate) fn ask<Q: Ask>(&mut self, asked: Q) -> Result<Q::Answer, Failure> {
+        Ok(ask(asked, |request| self.client.request(request))?)
     }
 }
 
-/// Who can be asked about a learner: its daemon, or the learner itself where it is in this process.
+/// Who can be asked about a learner: its daemon, its memory on disk, or the learner itself where it is in this process.
 pub(crate) trait Asks {
-    /// Asks, and turns a "no" into a failure.
-    fn ask(&mut self, request: &Request) -> Result<Answer, Failure>;
+    /// The answer; that there is none is a failure.
+    fn ask<Q: Inspect>(&mut self, question: Q) -> Result<Q::Answer, Failure>;
 }
 
 impl Asks for Learner {
-    fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
-        Learner::ask(self, request)
+    fn ask<Q: Inspect>(&mut self, question: Q) -> Result<Q::Answer, Failure> {
+        Learner::ask(self, question)
     }
 }
-
-/// An answer of a kind that the question does not have.
-pub(crate) fn unexpected(answer: &Answer) -> Failure {
-    let got = match answer {
-        Answer::Status(_) => "a status",
-        Answer::Schemas(_) => "a list of schemas",
-        Answer::Schema(_) => "a schema",
-        Answer::Explanation(_) => "an explanation",
-        Answer::Report(_) => "a report",
-        Answer::Done => "only that it is done",
-        Answer::Error(_) => "an error",
-        Answer::Trace(_) => "steps",
-        Answer::Prediction(_) => "a prediction",
-        Answer::Plan(_) => "a plan",
-        Answer::Pursuit(_) => "a goal",
-        Answer::Live(_) => "what is shown to those who watch",
-        Answer::Graph(_) => "a graph",
-        Answer::WhyNot(_) => "what stood in a schema's way",
-    };
-    Failure::Failed(format!(
-        "the daemon answered with {got}, which was not asked for: use one release throughout"
-    ))
-}
-
-/// Asks for one kind of answer: `expect!(learner, request, Answer::Status)`.
-macro_rules! ask_for {
-    ($learner:expr, $request:expr, $kind:path) => {
-        match $learner.ask($request)? {
-            $kind(answer) => Ok(answer),
-            other => Err($crate::learner::unexpected(&other)),
-        }
-    };
-}
-pub(crate) use ask_for;

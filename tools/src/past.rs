@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use pschema_inspect::{Answer, Request, SchemaSort};
-use pschema_server::inspect;
+use pschema_inspect::{GraphQuery, Question, Request, SchemaSort, StatusQuery};
+use pschema_server::inspect::Inspect;
 use pschema_server::mind::{HostFacts, View};
 use pschema_store::past::{Moment, Past, PastError};
 
@@ -17,33 +17,51 @@ impl From<PastError> for Failure {
     }
 }
 
+/// Whom to ask.
+pub(crate) enum Source {
+    /// A learner's daemon.
+    Daemon(Box<Learner>),
+    /// A memory on disk.
+    Disk(Box<Remembered>),
+}
+
 /// Whom to ask about a memory: the learner's daemon, or the memory on disk if a data directory is given.
-pub(crate) fn asked(memory: &MemoryArgs, general: &General) -> Result<Box<dyn Asks>, Failure> {
+pub(crate) fn asked(memory: &MemoryArgs, general: &General) -> Result<Source, Failure> {
     match &memory.data.data {
-        None => Ok(Box::new(Learner::connect(&memory.name.learner(general)?)?)),
-        Some(directory) => Ok(Box::new(Remembered::open(directory, memory.data.until)?)),
+        None => Ok(Source::Daemon(Box::new(Learner::connect(&memory.name.learner(general)?)?))),
+        Some(directory) => Ok(Source::Disk(Box::new(Remembered::open(directory, memory.data.until)?))),
     }
 }
 
-/// The answer to what is asked about a decision: of the daemon, while it keeps it; else of the memory that the daemon
-/// keeps on disk, which is only read, and delays nothing.
-pub(crate) fn answered(memory: &MemoryArgs, general: &General, request: &Request) -> Result<Answer, Failure> {
-    if memory.data.data.is_some() {
-        return asked(memory, general)?.ask(request);
+impl Asks for Source {
+    fn ask<Q: Inspect>(&mut self, question: Q) -> Result<Q::Answer, Failure> {
+        match self {
+            Self::Daemon(learner) => learner.ask(question),
+            Self::Disk(remembered) => remembered.ask(question),
+        }
     }
-    let mut learner = Learner::connect(&memory.name.learner(general)?)?;
-    let problem = match learner.ask(request) {
+}
+
+/// The answer to a question about a decision: of the daemon, while it keeps the decision; else of the memory that the daemon
+/// keeps on disk, which is only read, and delays nothing.
+pub(crate) fn answered<Q: Inspect>(
+    memory: &MemoryArgs,
+    general: &General,
+    question: Q,
+) -> Result<Q::Answer, Failure> {
+    let mut source = asked(memory, general)?;
+    let Source::Daemon(learner) = &mut source else { return source.ask(question) };
+    let problem = match learner.ask(question.clone()) {
         Err(Failure::Failed(problem)) => problem,
         answered => return answered,
     };
-    let Answer::Status(status) = learner.ask(&Request::Status)? else { return Err(Failure::Failed(problem)) };
-    let Some(storage) = status.storage else {
+    let Some(storage) = learner.ask(StatusQuery {})?.storage else {
         return Err(Failure::Failed(format!(
             "{problem}. Nothing older is kept: the daemon has its memory in RAM only; with `pschema server --data DIR` it \
              keeps all of it"
         )));
     };
-    Remembered::open(Path::new(&storage.directory), None)?.ask(request)
+    Remembered::open(Path::new(&storage.directory), None)?.ask(question)
 }
 
 /// A memory on disk, as it was at one moment.
@@ -64,39 +82,34 @@ impl Remembered {
         &self.past
     }
 
-    /// What of the past is needed to answer.
-    pub(crate) fn moment(&self, request: &Request) -> Result<Moment, Failure> {
-        Ok(match request {
-            Request::Explain { step, .. } | Request::WhyNot { step, .. } => {
-                self.past.decision(*step, self.until)?
-            }
-            Request::Status => self.past.moment_with_decision(self.until)?,
-            Request::Schemas(query) if query.sort == SchemaSort::Excitation => {
+    /// The moment of the past that a question is about.
+    pub(crate) fn moment(&self, question: &impl Inspect) -> Result<Moment, Failure> {
+        Ok(match question.clone().into() {
+            Request::Question(Question::Explain(explain)) => self.past.decision(explain.step, self.until)?,
+            Request::Question(Question::WhyNot(why_not)) => self.past.decision(why_not.step, self.until)?,
+            Request::Question(Question::Status(_)) => self.past.moment_with_decision(self.until)?,
+            Request::Question(Question::Schemas(query)) if query.sort == SchemaSort::Excitation => {
                 self.past.moment_with_decision(self.until)?
             }
             _ => self.past.moment(self.until)?,
         })
     }
 
-    /// What is answered of a moment.
-    pub(crate) fn answer(&self, moment: Moment, request: &Request) -> Result<Answer, Failure> {
-        let nothing_perceived = moment.perceived.is_none();
-        let of_the_world = match request {
-            Request::Predict { .. } | Request::Plan { .. } => true,
-            Request::Graph(query) => !query.goal.is_empty(),
+    /// The answer to a question about a moment.
+    pub(crate) fn answer<Q: Inspect>(&self, moment: Moment, question: &Q) -> Result<Q::Answer, Failure> {
+        let of_the_world = match question.clone().into() {
+            Request::Question(Question::Predict(_) | Question::Plan(_)) => true,
+            Request::Question(Question::Graph(GraphQuery { goal, .. })) => !goal.is_empty(),
             _ => false,
         };
-        if nothing_perceived && of_the_world {
+        if moment.perceived.is_none() && of_the_world {
             let step = moment.step();
             return Err(Failure::Failed(format!(
                 "nothing is known of what was perceived up to step {step}, so nothing can be said of the world as it was: \
                  name a later step with --until, or ask the running learner"
             )));
         }
-        match inspect::answer(&self.view(moment), request) {
-            Answer::Error(problem) => Err(Failure::Failed(problem)),
-            answer => Ok(answer),
-        }
+        question.answer(&self.view(moment)).map_err(Failure::of)
     }
 
     /// Everything there is to ask of a moment.
@@ -111,8 +124,8 @@ impl Remembered {
 }
 
 impl Asks for Remembered {
-    fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
-        let moment = self.moment(request)?;
-        self.answer(moment, request)
+    fn ask<Q: Inspect>(&mut self, question: Q) -> Result<Q::Answer, Failure> {
+        let moment = self.moment(&question)?;
+        self.answer(moment, &question)
     }
 }

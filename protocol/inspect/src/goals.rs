@@ -1,11 +1,13 @@
-//! What tools ask about goals: what would happen, how something could be brought about, and bringing it about.
+//! Goals: what would happen, how something could be brought about, and bringing it about.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Condition, ObservationText, ValueText};
+use crate::closed_set::closed_set;
+use crate::{Condition, ObservationText, SchemaInUse};
 
 /// What an action would do in the world as it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Prediction {
     /// The body that would do it.
     pub body: String,
@@ -17,31 +19,27 @@ pub struct Prediction {
     pub attempts: u32,
     /// How often the body carried it out.
     pub carried_out: u32,
-    /// The schema that says so; none when nothing that is known holds here.
+    /// The schema that predicts it; none when nothing that is known holds here.
     pub schema: Option<SchemaInUse>,
     /// Each outcome with its count, the rarer ones included.
     pub outcomes: Vec<Condition>,
 }
 
-/// A schema as it is used in one situation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SchemaInUse {
-    /// Its number.
-    pub id: u32,
-    /// `concrete`, `generalised`, `counter-example`.
-    pub kind: String,
-    /// The schema as it prints.
-    pub text: String,
-    /// Values of its variables.
-    pub binding: Vec<(String, ValueText)>,
-    /// The primitive that it comes to, as it prints.
-    pub action: String,
-    /// The concrete schema that achieves its target, when it is generalised.
-    pub carrier: Option<u32>,
+closed_set! {
+    /// What came of looking for a plan.
+    PlanState {
+        /// The goal holds, and there is nothing to do.
+        HoldsAlready = "holds already",
+        /// A plan was found.
+        Found = "found",
+        /// No chain of schemas that are known brings the goal about from here.
+        NothingLeadsThere = "nothing known leads there",
+    }
 }
 
 /// How a goal could be brought about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Plan {
     /// The body that would do it.
     pub body: String,
@@ -49,8 +47,8 @@ pub struct Plan {
     pub goal: Vec<String>,
     /// What is perceived, under the constraints of the present stage.
     pub world: Vec<ObservationText>,
-    /// `holds already`, `found`, or `nothing known leads there`.
-    pub state: String,
+    /// What came of looking for a plan.
+    pub state: PlanState,
     /// The probability that the plan brings the goal about: the product of those of its steps; none without a plan.
     pub probability: Option<f64>,
     /// The steps in order.
@@ -61,10 +59,11 @@ pub struct Plan {
 
 /// One schema of a plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlanStep {
     /// The schema.
     pub schema: SchemaInUse,
-    /// What the goal or later steps rely on. One that is `absent` is relied on not to happen.
+    /// What the goal or later steps rely on. What is `absent` is relied on not to happen.
     pub relies_on: Vec<Condition>,
     /// Of a generalised schema, the outcomes of its carrier that are its target.
     pub through: Vec<Condition>,
@@ -74,8 +73,27 @@ pub struct PlanStep {
     pub probability: f64,
 }
 
+closed_set! {
+    /// How a goal is doing, or how its pursuit ended.
+    PursuitState {
+        /// It is pursued.
+        Pursued = "pursued",
+        /// It was brought about.
+        Achieved = "achieved",
+        /// It was given up: no chain of schemas that are known brings it about.
+        NothingLeadsThere = "nothing known leads there",
+        /// It does not hold after all the actions that it might take.
+        ActionsUsedUp = "actions used up",
+        /// It was given up: the stage entered meanwhile does not lift what the goal speaks of.
+        Constrained = "constrained",
+        /// It was called off.
+        Cancelled = "cancelled",
+    }
+}
+
 /// The goal that is pursued, or was the last to be.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Pursuit {
     /// Its number, from 1 in the life of a memory.
     pub number: u64,
@@ -83,9 +101,10 @@ pub struct Pursuit {
     pub body: String,
     /// What is wanted, as it prints.
     pub goal: Vec<String>,
-    /// `pursued`, `achieved`, `nothing known leads there`, `actions used up`, `constrained` (the stage entered
-    /// meanwhile does not lift what the goal speaks of) or `cancelled`.
-    pub state: String,
+    /// How it is doing, or how its pursuit ended.
+    pub state: PursuitState,
+    /// Whether it was achieved.
+    pub achieved: bool,
     /// Actions sent for it.
     pub actions: u32,
     /// Actions that it may take.
@@ -93,17 +112,33 @@ pub struct Pursuit {
     /// Plans made for it.
     pub plans_made: u32,
     /// The last of them, at most 32, in order.
-    pub plans: Vec<PlanMade>,
+    pub plans: Vec<PursuitPlan>,
+}
+
+closed_set! {
+    /// Why a plan was made in pursuit of a goal.
+    PlanCause {
+        /// It is the first.
+        First = "first",
+        /// The last schema of the plan before was executed, and the goal does not hold.
+        NotReached = "not reached",
+        /// The outcome of the last step does not allow the next one.
+        NextNotAllowed = "next not allowed",
+        /// The body did not carry out the action.
+        NotCarriedOut = "not carried out",
+        /// The plan before was interrupted.
+        Interrupted = "interrupted",
+    }
 }
 
 /// A plan made in pursuit of a goal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PlanMade {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct PursuitPlan {
     /// Actions that had been sent for the goal.
     pub after_actions: u32,
-    /// `first`, `not reached` (the last schema was executed and the goal does not hold), `next not allowed` (by the
-    /// outcome of the last step), `not carried out` or `interrupted`.
-    pub because: String,
+    /// Why it was made.
+    pub because: PlanCause,
     /// The probability that it brings the goal about.
     pub probability: f64,
     /// The schemas in order.
@@ -114,10 +149,11 @@ pub struct PlanMade {
 
 /// The goal that a decision follows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct GoalFollowed {
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct DecisionGoal {
     /// What is wanted, as it prints.
     pub goal: Vec<String>,
-    /// The plan's schemas in order.
+    /// The schemas of the plan, in order.
     pub chain: Vec<SchemaInUse>,
     /// Which of them was executed, as an index.
     pub at: u32,
@@ -126,7 +162,8 @@ pub struct GoalFollowed {
 }
 
 /// The goal that is pursued, in short.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GoalSummary {
     /// Its number.
     pub number: u64,

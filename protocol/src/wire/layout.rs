@@ -13,10 +13,9 @@ use crate::limits::{
 pub const MAGIC: u32 = u32::from_le_bytes(*b"PSCH");
 /// Version of the protocol spoken by this build.
 pub const VERSION: u32 = 2;
-/// Version of what tools and daemon say to each other in pages: the types of [`crate::inspect`]. It is raised whenever
-/// one of them changes, for their bytes do not describe themselves; bodies are not concerned.
-/// `protocol/tests/tools_version.rs` sees to that.
-pub const TOOLS_VERSION: u32 = 2;
+/// Version of what tools and daemon say to each other in pages. What is in a page describes itself (JSON, whose fields keep
+/// their meaning), so this is raised only when a page itself, or the meaning of a request, changes. Bodies are not concerned.
+pub const TOOLS_VERSION: u32 = 3;
 
 /// Version of the messages that carry pictures.
 pub const PICTURES_VERSION: u32 = 1;

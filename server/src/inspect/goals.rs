@@ -1,10 +1,11 @@
 //! Goals: what would happen, how something could be brought about, and how what is pursued is doing.
 
+use pschema_inspect::codec::Problem;
 use pschema_inspect::{
-    Condition, GoalFollowed, GoalSummary, ObservationText, Plan, PlanMade, PlanStep, Prediction, Pursuit,
-    SchemaInUse,
+    Condition, DecisionGoal, GoalSummary, ObservationText, Plan, PlanCause, PlanQuery, PlanState, PlanStep,
+    Prediction, PredictionQuery, Pursuit, PursuitPlan, PursuitQuery, PursuitState, SchemaInUse,
 };
-use pschema_learner::decision::DecisionGoal;
+use pschema_learner::decision;
 use pschema_learner::execution::ChainLink;
 use pschema_learner::goals;
 use pschema_learner::memory::{Content, Memory};
@@ -12,98 +13,106 @@ use pschema_learner::notation;
 use pschema_learner::observation::Observation;
 use pschema_learner::plan;
 use pschema_learner::probability::Count;
-use pschema_learner::pursuit::{Ending, GOAL_PATTERNS_MAX, Goal, PlanCause};
+use pschema_learner::pursuit::{self, Ending, GOAL_PATTERNS_MAX, Goal};
 use pschema_learner::schema::PostCondition;
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::world_state::WorldState;
 
+use super::question::Inspect;
 use super::{schemas, text};
 use crate::mind::View;
 
-/// What `action` would do in the world as it is.
-///
-/// # Errors
-/// When no body is attached, or it has no such action.
-pub(super) fn predict(view: &View, action: &str) -> Result<Prediction, String> {
-    let (body, world) = here(view)?;
-    let content = &view.content;
-    let vocabulary = &content.vocabulary;
-    let repertoire = vocabulary.bodies().get(usize::from(body.0)).map_or(&[][..], |body| &body.repertoire);
-    let primitive =
-        notation::parse_primitive(vocabulary, repertoire, action).map_err(|error| error.to_string())?;
-    let memory = Memory::restore(content.clone(), view.parameters.clone());
-    let found = goals::predict(&memory, body, &world, primitive);
-    let at = usize::try_from(primitive.0).unwrap_or(usize::MAX);
-    let attempts: Count = content.attempts.get(at).copied().unwrap_or_default();
-    let outcomes = found.iter().flat_map(|prediction| &prediction.outcomes);
-    Ok(Prediction {
-        body: body_name(content, body),
-        action: notation::primitive(vocabulary, primitive),
-        world: world_text(content, &world),
-        attempts: attempts.trials,
-        carried_out: attempts.occurrences,
-        outcomes: outcomes.map(|post| condition(content, post)).collect(),
-        schema: found.map(|prediction| {
-            let link = ChainLink { schema: prediction.schema, binding: prediction.binding, carrier: None };
-            in_use(content, &link, Some(primitive))
-        }),
-    })
+impl Inspect for PredictionQuery {
+    fn answer(&self, view: &View) -> Result<Prediction, Problem> {
+        let (body, world) = here(view)?;
+        let content = &view.content;
+        let vocabulary = &content.vocabulary;
+        let repertoire =
+            vocabulary.bodies().get(usize::from(body.0)).map_or(&[][..], |body| &body.repertoire);
+        let primitive =
+            notation::parse_primitive(vocabulary, repertoire, &self.action).map_err(Problem::of)?;
+        let memory = Memory::restore(content.clone(), view.parameters.clone());
+        let found = goals::predict(&memory, body, &world, primitive);
+        let at = usize::try_from(primitive.0).unwrap_or(usize::MAX);
+        let attempts: Count = content.attempts.get(at).copied().unwrap_or_default();
+        let outcomes = found.iter().flat_map(|prediction| &prediction.outcomes);
+        Ok(Prediction {
+            body: body_name(content, body),
+            action: notation::primitive(vocabulary, primitive),
+            world: world_text(content, &world),
+            attempts: attempts.trials,
+            carried_out: attempts.occurrences,
+            outcomes: outcomes.map(|post| condition(content, post)).collect(),
+            schema: found.and_then(|prediction| {
+                let link =
+                    ChainLink { schema: prediction.schema, binding: prediction.binding, carrier: None };
+                in_use(content, &link, Some(primitive))
+            }),
+        })
+    }
+}
+
+impl Inspect for PlanQuery {
+    fn answer(&self, view: &View) -> Result<Plan, Problem> {
+        plan(view, &self.goal)
+    }
 }
 
 /// How `patterns` could be brought about from the world as it is.
 ///
 /// # Errors
 /// When no body is attached, or a pattern can't be read.
-pub(super) fn plan(view: &View, patterns: &[String]) -> Result<Plan, String> {
+pub(super) fn plan(view: &View, patterns: &[String]) -> Result<Plan, Problem> {
     let (body, world) = here(view)?;
     let content = &view.content;
-    let goal = notation::parse_goal(&content.vocabulary, patterns).map_err(|error| error.to_string())?;
+    let goal = notation::parse_goal(&content.vocabulary, patterns).map_err(Problem::of)?;
     if goal.is_empty() || goal.len() > GOAL_PATTERNS_MAX {
-        return Err(format!("a goal has 1 to {} patterns, not {}", GOAL_PATTERNS_MAX, goal.len()));
+        let (most, given) = (GOAL_PATTERNS_MAX, goal.len());
+        return Err(Problem::of(format!("a goal has 1 to {most} patterns, not {given}")));
     }
     let memory = Memory::restore(content.clone(), view.parameters.clone());
     let plan::PlanSearch { plan, truncated } = plan::plan(&memory, body, &world, &goal);
     let state = match &plan {
-        Some(plan) if plan.steps.is_empty() => "holds already",
-        Some(_) => "found",
-        None => "nothing known leads there",
+        Some(plan) if plan.steps.is_empty() => PlanState::HoldsAlready,
+        Some(_) => PlanState::Found,
+        None => PlanState::NothingLeadsThere,
     };
     let steps = plan.iter().flat_map(|plan| &plan.steps);
     Ok(Plan {
         body: body_name(content, body),
         goal: goal_text(content, &goal),
         world: world_text(content, &world),
-        state: state.to_owned(),
+        state,
         probability: plan.as_ref().map(|plan| plan.probability),
-        steps: steps.map(|step| plan_step(content, step)).collect(),
+        steps: steps.filter_map(|step| plan_step(content, step)).collect(),
         search_truncated: truncated,
     })
 }
 
-/// How the goal is doing that is pursued, or was the last to be.
-///
-/// # Errors
-/// When there has been none.
-pub(super) fn pursuit(view: &View) -> Result<Pursuit, String> {
-    let content = &view.content;
-    let pursuit = content.pursuit.as_ref().ok_or("no goal has been pursued yet")?;
-    let plans = pursuit.plans.iter().map(|plan| PlanMade {
-        after_actions: plan.after_actions,
-        because: because(plan.because).to_owned(),
-        probability: plan.probability,
-        chain: plan.chain.iter().map(|link| in_use(content, link, None)).collect(),
-        search_truncated: plan.truncated,
-    });
-    Ok(Pursuit {
-        number: pursuit.number,
-        body: body_name(content, pursuit.body),
-        goal: goal_text(content, &pursuit.goal),
-        state: pursuit.ended.map_or("pursued", ending).to_owned(),
-        actions: pursuit.actions,
-        actions_max: pursuit.actions_max,
-        plans_made: pursuit.plans_made,
-        plans: plans.collect(),
-    })
+impl Inspect for PursuitQuery {
+    fn answer(&self, view: &View) -> Result<Pursuit, Problem> {
+        let content = &view.content;
+        let pursuit = content.pursuit.as_ref().ok_or_else(|| Problem::of("no goal has been pursued yet"))?;
+        let state = pursuit.ended.map_or(PursuitState::Pursued, ending);
+        let plans = pursuit.plans.iter().map(|plan| PursuitPlan {
+            after_actions: plan.after_actions,
+            because: cause(plan.because),
+            probability: plan.probability,
+            chain: chain(content, &plan.chain),
+            search_truncated: plan.truncated,
+        });
+        Ok(Pursuit {
+            number: pursuit.number,
+            body: body_name(content, pursuit.body),
+            goal: goal_text(content, &pursuit.goal),
+            state,
+            achieved: state == PursuitState::Achieved,
+            actions: pursuit.actions,
+            actions_max: pursuit.actions_max,
+            plans_made: pursuit.plans_made,
+            plans: plans.collect(),
+        })
+    }
 }
 
 /// The goal that is pursued, in short.
@@ -120,18 +129,18 @@ pub(super) fn summary(view: &View) -> Option<GoalSummary> {
 }
 
 /// The goal that a decision follows.
-pub(super) fn followed(content: &Content, from: &DecisionGoal) -> GoalFollowed {
-    GoalFollowed {
+pub(super) fn followed(content: &Content, from: &decision::DecisionGoal) -> DecisionGoal {
+    DecisionGoal {
         goal: goal_text(content, &from.goal),
-        chain: from.chain.iter().map(|link| in_use(content, link, None)).collect(),
+        chain: chain(content, &from.chain),
         at: u32::try_from(from.at).unwrap_or(u32::MAX),
         probability: from.probability,
     }
 }
 
 /// The body that tools ask about, and what it perceives under the constraints of the present stage.
-fn here(view: &View) -> Result<(BodyId, WorldState), String> {
-    let (body, observations) = view.host.perceived.as_ref().ok_or(NO_BODY)?;
+fn here(view: &View) -> Result<(BodyId, WorldState), Problem> {
+    let (body, observations) = view.host.perceived.as_ref().ok_or_else(|| Problem::of(NO_BODY))?;
     Ok((*body, goals::perceived(&view.content, &view.curriculum, observations)))
 }
 
@@ -156,47 +165,53 @@ fn condition(content: &Content, post: &PostCondition<Observation>) -> Condition 
     text::condition(text::observation(&content.vocabulary, &post.what), post.absent, post.count)
 }
 
-fn plan_step(content: &Content, step: &plan::PlanStep) -> PlanStep {
-    PlanStep {
-        schema: in_use(content, &step.link, Some(step.action)),
+fn plan_step(content: &Content, step: &plan::PlanStep) -> Option<PlanStep> {
+    Some(PlanStep {
+        schema: in_use(content, &step.link, Some(step.action))?,
         relies_on: step.relies_on.iter().map(|post| condition(content, post)).collect(),
         through: step.through.iter().map(|post| condition(content, post)).collect(),
         reliability: step.reliability,
         probability: step.probability,
-    }
+    })
 }
 
-/// A schema under its binding. What it comes to is what its carrier does, unless `action` says.
-pub(super) fn in_use(content: &Content, link: &ChainLink, action: Option<PrimitiveId>) -> SchemaInUse {
-    let schema = content.schema(link.schema);
+/// Schemas one after the other, each under its binding.
+pub(super) fn chain(content: &Content, links: &[ChainLink]) -> Vec<SchemaInUse> {
+    links.iter().filter_map(|link| in_use(content, link, None)).collect()
+}
+
+/// A schema under its binding; none if memory has no such schema. What it comes to is what its carrier does, unless `action`
+/// says.
+fn in_use(content: &Content, link: &ChainLink, action: Option<PrimitiveId>) -> Option<SchemaInUse> {
+    let schema = content.schema(link.schema)?;
     let concrete = || content.schema(link.carrier.unwrap_or(link.schema))?.concrete();
     let action = action.or_else(|| concrete().map(|concrete| concrete.action));
-    SchemaInUse {
+    Some(SchemaInUse {
         id: link.schema.0,
-        kind: schema.map(|schema| schemas::kind(schema).to_owned()).unwrap_or_default(),
-        text: schema.map(|schema| notation::schema(content, schema)).unwrap_or_default(),
+        kind: schemas::kind(schema),
+        text: notation::schema(content, schema),
         binding: text::binding(content, link.schema, &link.binding),
         action: action.map(|action| notation::primitive(&content.vocabulary, action)).unwrap_or_default(),
         carrier: link.carrier.map(|carrier| carrier.0),
+    })
+}
+
+fn cause(cause: pursuit::PlanCause) -> PlanCause {
+    match cause {
+        pursuit::PlanCause::First => PlanCause::First,
+        pursuit::PlanCause::NotReached => PlanCause::NotReached,
+        pursuit::PlanCause::NextNotAllowed => PlanCause::NextNotAllowed,
+        pursuit::PlanCause::NotCarriedOut => PlanCause::NotCarriedOut,
+        pursuit::PlanCause::Interrupted => PlanCause::Interrupted,
     }
 }
 
-fn because(because: PlanCause) -> &'static str {
-    match because {
-        PlanCause::First => "first",
-        PlanCause::NotReached => "not reached",
-        PlanCause::NextNotAllowed => "next not allowed",
-        PlanCause::NotCarriedOut => "not carried out",
-        PlanCause::Interrupted => "interrupted",
-    }
-}
-
-fn ending(ending: Ending) -> &'static str {
+fn ending(ending: Ending) -> PursuitState {
     match ending {
-        Ending::Achieved => "achieved",
-        Ending::NothingLeadsThere => "nothing known leads there",
-        Ending::ActionsUsedUp => "actions used up",
-        Ending::Constrained => "constrained",
-        Ending::Cancelled => "cancelled",
+        Ending::Achieved => PursuitState::Achieved,
+        Ending::NothingLeadsThere => PursuitState::NothingLeadsThere,
+        Ending::ActionsUsedUp => PursuitState::ActionsUsedUp,
+        Ending::Constrained => PursuitState::Constrained,
+        Ending::Cancelled => PursuitState::Cancelled,
     }
 }

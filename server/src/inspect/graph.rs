@@ -2,45 +2,39 @@
 //! limited number of schemas and ties is told one by one; the others stand together, counted.
 
 mod around;
+mod basis;
+mod places;
 mod ties;
 mod whole;
 
 use std::collections::BTreeMap;
 
+use pschema_inspect::codec::Problem;
 use pschema_inspect::{
-    Graph, GraphCluster, GraphEdge, GraphNode, GraphQuery, GraphScope, Plan, SchemaSummary,
+    Graph, GraphCluster, GraphEdge, GraphNode, GraphQuery, GraphScope, Plan, PlanState, SchemaSummary,
 };
-use pschema_learner::memory::Content;
-use pschema_learner::observation::TypeId;
-use pschema_learner::schema::{Form, ObservationId, Schema, SchemaId, signature};
+use pschema_learner::schema::SchemaId;
 
-use super::{goals, no_schema, schemas};
+use super::question::{Inspect, no_schema};
+use super::{goals, schemas};
 use crate::mind::View;
-use ties::{Basis, Edges, Ties};
+use basis::{Basis, Selection, count};
+use places::{Cluster, Places};
+use ties::{Edges, Ties};
 
 /// Schemas told one by one, at most.
 const SHOWN_MAX: u32 = 5_000;
 /// Ties away from a schema, at most.
 const DEPTH_MAX: u32 = 8;
 
-/// What belongs to a graph.
-#[derive(Debug, Default)]
-struct Picked {
-    /// Schemas to be told one by one, by number.
-    shown: Vec<SchemaId>,
-    /// Schemas in its scope.
-    total: u64,
-    /// One after the other, in a chain.
-    next: Vec<(SchemaId, SchemaId)>,
-    /// Whether something was left out.
-    truncated: bool,
+impl Inspect for GraphQuery {
+    fn answer(&self, view: &View) -> Result<Graph, Problem> {
+        graph(view, self)
+    }
 }
 
 /// The graph that is asked for.
-///
-/// # Errors
-/// When there is no such schema, or no way to the goal is known or can be looked for: what to do instead.
-pub(super) fn graph(view: &View, query: &GraphQuery) -> Result<Graph, String> {
+fn graph(view: &View, query: &GraphQuery) -> Result<Graph, Problem> {
     let limit = if query.limit == 0 { SHOWN_MAX } else { query.limit.min(SHOWN_MAX) };
     let limit = usize::try_from(limit).unwrap_or(usize::MAX);
     let content = &view.content;
@@ -48,9 +42,9 @@ pub(super) fn graph(view: &View, query: &GraphQuery) -> Result<Graph, String> {
     let mut goal = Vec::new();
     let (scope, picked) = match (query.around, query.goal.is_empty()) {
         (Some(_), false) => {
-            return Err(
-                "a graph is around a schema, or of the chain to a goal: ask for one of them".to_owned()
-            );
+            return Err(Problem::of(
+                "a graph is around a schema, or of the chain to a goal: ask for one of them",
+            ));
         }
         (Some(id), true) => {
             content.schema(SchemaId(id)).ok_or_else(|| no_schema(view, id))?;
@@ -65,7 +59,7 @@ pub(super) fn graph(view: &View, query: &GraphQuery) -> Result<Graph, String> {
         }
         (None, true) => (GraphScope::All, whole::pick(content, limit)),
     };
-    let Told { clusters, nodes, edges } = told(basis(view), &picked, scope == GraphScope::All);
+    let Network { clusters, nodes, edges } = network(basis(view), &picked, scope == GraphScope::All);
     Ok(Graph {
         step: content.step,
         scope,
@@ -86,17 +80,15 @@ fn basis(view: &View) -> Basis<'_> {
     Basis { content: &view.content, ratio_min: view.parameters.prediction_ratio_min }
 }
 
-fn count(len: usize) -> u32 {
-    u32::try_from(len).unwrap_or(u32::MAX)
-}
-
 /// The schemas of a plan, with what carries out the generalised ones among them.
-fn chain(plan: &Plan) -> Result<Picked, String> {
+fn chain(plan: &Plan) -> Result<Selection, Problem> {
     let steps: Vec<_> = plan.steps.iter().map(|step| &step.schema).collect();
     if steps.is_empty() {
-        return Err(match plan.state.as_str() {
-            "holds already" => "the goal holds already, so that there is no chain to it".to_owned(),
-            state => format!("{state}: no chain of schemas to that goal is known from what is perceived now"),
+        return Err(match plan.state {
+            PlanState::HoldsAlready => Problem::of("the goal holds already, so that there is no chain to it"),
+            state => Problem::of(format!(
+                "{state}: no chain of schemas to that goal is known from what is perceived now"
+            )),
         });
     }
     let carriers = steps.iter().filter_map(|step| step.carrier);
@@ -105,103 +97,22 @@ fn chain(plan: &Plan) -> Result<Picked, String> {
     shown.dedup();
     let pairs =
         steps.windows(2).filter_map(|pair| Some((SchemaId(pair.first()?.id), SchemaId(pair.get(1)?.id))));
-    Ok(Picked { total: shown.len() as u64, shown, next: pairs.collect(), truncated: plan.search_truncated })
+    Ok(Selection {
+        total: shown.len() as u64,
+        shown,
+        next: pairs.collect(),
+        truncated: plan.search_truncated,
+    })
 }
 
-/// What belongs side by side: those with variables, and concrete ones by action, by the types of what they need and by those
-/// of what they make.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Cluster {
-    Concrete { action: usize, needed: Vec<TypeId>, made: Vec<TypeId> },
-    Generalised,
-}
-
-impl Cluster {
-    fn of(basis: Basis<'_>, schema: &Schema) -> Self {
-        let Form::Concrete(concrete) = &schema.form else { return Self::Generalised };
-        let content = basis.content;
-        let primitive = usize::try_from(concrete.action.0).ok();
-        let primitive = primitive.and_then(|at| content.vocabulary.primitives().get(at));
-        let kind = |id: ObservationId| content.observation(id).kind();
-        let needed = signature(concrete.pre.iter().map(|id| kind(*id)));
-        let mut made = signature(basis.made(concrete).map(kind));
-        made.dedup();
-        Self::Concrete { action: primitive.map_or(usize::MAX, |primitive| primitive.action), needed, made }
-    }
-
-    fn name(&self, content: &Content) -> String {
-        let Self::Concrete { action, needed, made } = self else { return "generalised".to_owned() };
-        let vocabulary = &content.vocabulary;
-        let action = vocabulary.actions().get(*action).map_or("?", |action| action.name.as_str());
-        let names = |types: &[TypeId]| {
-            let named = types.chunk_by(|a, b| a == b).map(|same| {
-                let kind = same.first().and_then(|kind| vocabulary.types().get(usize::from(kind.0)));
-                let name = kind.map_or("?", |kind| kind.declared.name.as_str());
-                if same.len() > 1 { format!("{} {name}", same.len()) } else { name.to_owned() }
-            });
-            named.collect::<Vec<_>>().join(" and ")
-        };
-        let made = if made.is_empty() { "nothing new".to_owned() } else { names(made) };
-        let needed = if needed.is_empty() {
-            "whatever is perceived".to_owned()
-        } else {
-            format!("given {}", names(needed))
-        };
-        format!("{action} for {made}, {needed}")
-    }
-}
-
-/// Where each schema is told: by itself, or with others.
-struct Places<'a> {
-    basis: Basis<'a>,
-    shown: &'a [SchemaId],
-    /// Those that stand together, by cluster and kind; the first is numbered after all that are shown.
-    together: BTreeMap<(Cluster, &'static str), (u32, u64)>,
-}
-
-impl<'a> Places<'a> {
-    fn new(basis: Basis<'a>, shown: &'a [SchemaId], with_the_rest: bool) -> Self {
-        let content = basis.content;
-        let mut places = Self { basis, shown, together: BTreeMap::new() };
-        if with_the_rest && shown.len() < content.schemas.len() {
-            for (id, schema) in numbered(content) {
-                if shown.binary_search(&id).is_err() {
-                    let key = (Cluster::of(basis, schema), schemas::kind(schema));
-                    places.together.entry(key).or_default().1 += 1;
-                }
-            }
-            for (at, (place, _)) in places.together.values_mut().enumerate() {
-                *place = count(shown.len() + at);
-            }
-        }
-        places
-    }
-
-    /// The node of a schema; none when it is left out.
-    fn of(&self, id: SchemaId, schema: &Schema) -> Option<u32> {
-        match self.shown.binary_search(&id) {
-            Ok(at) => Some(count(at)),
-            Err(_) if self.together.is_empty() => None,
-            Err(_) => {
-                let key = (Cluster::of(self.basis, schema), schemas::kind(schema));
-                self.together.get(&key).map(|(place, _)| *place)
-            }
-        }
-    }
-}
-
-fn numbered(content: &Content) -> impl Iterator<Item = (SchemaId, &Schema)> {
-    content.schemas.iter().zip(0..).map(|(schema, at)| (SchemaId(at), schema))
-}
-
-struct Told {
+/// Nodes in clusters, and what ties them.
+struct Network {
     clusters: Vec<GraphCluster>,
     nodes: Vec<GraphNode>,
     edges: Edges,
 }
 
-/// Nodes in clusters, and what ties them.
-fn told(basis: Basis<'_>, picked: &Picked, with_the_rest: bool) -> Told {
+fn network(basis: Basis<'_>, picked: &Selection, with_the_rest: bool) -> Network {
     let content = basis.content;
     let places = Places::new(basis, &picked.shown, with_the_rest);
     let shown: Vec<_> = picked.shown.iter().filter_map(|id| Some((*id, content.schema(*id)?))).collect();
@@ -213,10 +124,10 @@ fn told(basis: Basis<'_>, picked: &Picked, with_the_rest: bool) -> Told {
         *members.entry(cluster.clone()).or_default() += count;
     }
     let number = |wanted: &Cluster| count(members.keys().take_while(|cluster| *cluster != wanted).count());
-    let node = |schema: Option<SchemaSummary>, members, kind: &str, cluster: &Cluster| GraphNode {
+    let node = |schema: Option<SchemaSummary>, members, kind, cluster: &Cluster| GraphNode {
         schema,
         members,
-        kind: kind.to_owned(),
+        kind,
         cluster: number(cluster),
     };
     let single = shown.iter().map(|(id, schema)| {
@@ -224,7 +135,7 @@ fn told(basis: Basis<'_>, picked: &Picked, with_the_rest: bool) -> Told {
         node(Some(summary), 1, schemas::kind(schema), &Cluster::of(basis, schema))
     });
     let several =
-        places.together.iter().map(|((cluster, kind), (_, members))| node(None, *members, kind, cluster));
+        places.together.iter().map(|((cluster, kind), (_, members))| node(None, *members, *kind, cluster));
     let mut ties = Ties::new(basis, &places, &shown);
     ties.follow(&picked.next);
     ties.lineage();
@@ -233,7 +144,7 @@ fn told(basis: Basis<'_>, picked: &Picked, with_the_rest: bool) -> Told {
         ties.with_the_rest();
     }
     let edges = ties.edges();
-    Told {
+    Network {
         nodes: single.chain(several).collect(),
         clusters: members
             .iter()

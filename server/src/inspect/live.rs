@@ -3,12 +3,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use pschema_inspect::{Candidate, ExcitationTerm, Live, LiveQuery, Perceived, SchemaSummary};
-use pschema_learner::notation;
+use pschema_inspect::codec::Problem;
+use pschema_inspect::{
+    Candidate, ExcitationTerm, Live, LiveQuery, SchemaSummary, TermRole, WorldObservation,
+};
 use pschema_learner::observation::Observation;
 
-use super::{counts, explain, goals, schemas, stage, stage_name, text, trace};
-use crate::growth::resident_bytes;
+use super::question::Inspect;
+use super::{explain, schemas, status, text, trace};
 use crate::mind::View;
 
 /// Schemas in one answer.
@@ -18,40 +20,25 @@ const CANDIDATES_MAX: u32 = 32;
 /// Observations of the world state in one answer: more are on no screen.
 const PERCEIVED_MAX: usize = 256;
 
-/// A learner at one moment.
-pub(super) fn live(view: &View, query: &LiveQuery) -> Live {
-    let (schemas_total, _, schemas_generalised) = counts(view);
-    let candidates_max = query.candidates_max.clamp(1, CANDIDATES_MAX);
-    let mut explanation = explain::explain(view, None, candidates_max).ok();
-    let terms_max = usize::try_from(query.terms_max).unwrap_or(usize::MAX);
-    for candidate in explanation.iter_mut().flat_map(|explanation| &mut explanation.candidates) {
-        summarise(candidate, terms_max);
-    }
-    Live {
-        name: view.host.name.clone(),
-        uptime_s: view.uptime_s,
-        step: view.content.step,
-        durable_step: view.host.storage.as_ref().map(|storage| storage.durable_step),
-        curriculum: view.curriculum.name.clone(),
-        stage: stage_name(view),
-        stage_state: view.state.clone(),
-        saturation: stage::saturation(view),
-        habituation: stage::habituation(view),
-        trial: stage::trial(view),
-        goal: goals::summary(view),
-        schemas_total,
-        schemas_generalised,
-        steps_per_s: view.steps_per_s,
-        step_latency_us_p50: view.latencies.recent_us(0.5),
-        step_latency_us_p99: view.latencies.recent_us(0.99),
-        commit_latency_us_p50: view.commits.recent_us(0.5),
-        commit_latency_us_p99: view.commits.recent_us(0.99),
-        memory_bytes: resident_bytes(),
-        bodies: view.host.bodies.clone(),
-        world: world(view),
-        explanation,
-        newest: newest(view, query.newest_max),
-        trace: trace::page(view, query.trace_from),
+impl Inspect for LiveQuery {
+    fn answer(&self, view: &View) -> Result<Live, Problem> {
+        let candidates_max = self.candidates_max.clamp(1, CANDIDATES_MAX);
+        let decision = explain::decision(view, None).ok();
+        let mut explanation =
+            decision.map(|decision| explain::explanation(&view.content, decision, candidates_max));
+        let terms_max = usize::try_from(self.terms_max).unwrap_or(usize::MAX);
+        for candidate in explanation.iter_mut().flat_map(|explanation| &mut explanation.candidates) {
+            summarise(candidate, terms_max);
+        }
+        let mut status = status::status(view);
+        status.world.truncate(PERCEIVED_MAX);
+        Ok(Live {
+            status,
+            observations: observations(view),
+            explanation,
+            newest: newest(view, self.newest_max),
+            trace: trace::page(view, self.trace_from),
+        })
     }
 }
 
@@ -65,7 +52,7 @@ fn summarise(candidate: &mut Candidate, terms_max: usize) {
     candidate.terms.push(ExcitationTerm {
         observation: None,
         seen: None,
-        role: "rest".to_owned(),
+        role: TermRole::Rest,
         shared: 0,
         attention: 0,
         probability: 0.0,
@@ -81,7 +68,7 @@ fn newest(view: &View, max: u32) -> Vec<SchemaSummary> {
 }
 
 /// What is perceived, and what of it was not in the frame before.
-fn world(view: &View) -> Vec<Perceived> {
+fn observations(view: &View) -> Vec<WorldObservation> {
     let Some((_, perceived)) = &view.host.perceived else { return Vec::new() };
     let content = &view.content;
     let shown = &perceived[..perceived.len().min(PERCEIVED_MAX)];
@@ -98,11 +85,10 @@ fn world(view: &View) -> Vec<Perceived> {
             unknown -= 1;
         }
     }
-    let perceived = |one: &Observation| Perceived {
+    let told = |one: &Observation| WorldObservation {
         observation: text::observation(&content.vocabulary, one),
-        text: notation::observation(&content.vocabulary, one),
         new: !before.contains(one),
         attention: wanted.get(one).copied().unwrap_or_default(),
     };
-    shown.iter().map(perceived).collect()
+    shown.iter().map(told).collect()
 }

@@ -2,22 +2,38 @@
 
 use std::collections::{BTreeMap, BinaryHeap};
 
-use pschema_inspect::{SchemaDetail, SchemaList, SchemaQuery, SchemaSort, SchemaSummary};
+use pschema_inspect::codec::Problem;
+use pschema_inspect::{
+    DetailQuery, SchemaDetail, SchemaKind, SchemaList, SchemaQuery, SchemaSort, SchemaSummary,
+};
 use pschema_learner::decision::Subject;
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, Pattern, PropertyId, Term};
 use pschema_learner::schema::{Form, ObservationId, Schema, SchemaId};
 
-use super::{LIST_MAX, text};
+use super::question::{Inspect, no_schema};
+use super::text;
 use crate::mind::View;
+
+/// Schemas in one list.
+pub const LIST_MAX: u32 = 10_000;
+
+impl Inspect for SchemaQuery {
+    fn answer(&self, view: &View) -> Result<SchemaList, Problem> {
+        list(view, self)
+    }
+}
+
+impl Inspect for DetailQuery {
+    fn answer(&self, view: &View) -> Result<SchemaDetail, Problem> {
+        detail(view, self.id).ok_or_else(|| no_schema(view, self.id))
+    }
+}
 
 /// The schemas that fit a query: one pass over memory, in which patterns are not compared any more but looked up, for each
 /// observation is compared with them once.
-///
-/// # Errors
-/// When a pattern can't be read or the action is unknown: what is wrong and what there is.
-pub(super) fn list(view: &View, query: &SchemaQuery) -> Result<SchemaList, String> {
+fn list(view: &View, query: &SchemaQuery) -> Result<SchemaList, Problem> {
     let content = &view.content;
     let filter = Filter::new(content, query)?;
     let limit = if query.limit == 0 { LIST_MAX } else { query.limit.min(LIST_MAX) };
@@ -86,12 +102,12 @@ struct Filter {
 }
 
 impl Filter {
-    fn new(content: &Content, query: &SchemaQuery) -> Result<Self, String> {
+    fn new(content: &Content, query: &SchemaQuery) -> Result<Self, Problem> {
         let vocabulary = &content.vocabulary;
         let marked = |which: &str, text: &Option<String>| {
             let read = text.as_ref().map(|text| notation::parse_pattern(vocabulary, text)).transpose();
-            let read = read.map_err(|error| format!("{which} pattern: {error}"))?;
-            Ok::<_, String>(read.map(|pattern| Marked::new(content, pattern)))
+            let read = read.map_err(|error| Problem::of(format!("{which} pattern: {error}")))?;
+            Ok::<_, Problem>(read.map(|pattern| Marked::new(content, pattern)))
         };
         let action = query.action.as_deref().map(|name| primitives_of(content, name)).transpose()?;
         Ok(Self {
@@ -137,12 +153,12 @@ impl Filter {
 }
 
 /// For each primitive whether it is of the action of this name.
-fn primitives_of(content: &Content, name: &str) -> Result<Vec<bool>, String> {
+fn primitives_of(content: &Content, name: &str) -> Result<Vec<bool>, Problem> {
     let vocabulary = &content.vocabulary;
     let at = vocabulary.actions().iter().position(|known| known.name == name).ok_or_else(|| {
         let known: Vec<_> = vocabulary.actions().iter().map(|known| known.name.as_str()).collect();
         let known = if known.is_empty() { "none yet".to_owned() } else { known.join(", ") };
-        format!("no action is named {name:?}; there are: {known}")
+        Problem::of(format!("no action is named {name:?}; there are: {known}"))
     })?;
     Ok(vocabulary.primitives().iter().map(|primitive| primitive.action == at).collect())
 }
@@ -185,12 +201,13 @@ impl Rank {
     }
 }
 
-pub(super) fn kind(schema: &Schema) -> &'static str {
+/// What a schema is.
+pub(super) fn kind(schema: &Schema) -> SchemaKind {
     match &schema.form {
-        Form::Generalised(generalised) if generalised.retired => "retired",
-        Form::Generalised(_) => "generalised",
-        Form::Concrete(concrete) if concrete.contradicts.is_some() => "counter-example",
-        Form::Concrete(_) => "concrete",
+        Form::Generalised(generalised) if generalised.retired => SchemaKind::Retired,
+        Form::Generalised(_) => SchemaKind::Generalised,
+        Form::Concrete(concrete) if concrete.contradicts.is_some() => SchemaKind::CounterExample,
+        Form::Concrete(_) => SchemaKind::Concrete,
     }
 }
 
@@ -204,7 +221,7 @@ pub(super) fn summary(content: &Content, id: u32, schema: &Schema) -> SchemaSumm
     let (low, high) = schema.executions.interval();
     SchemaSummary {
         id,
-        kind: kind(schema).to_owned(),
+        kind: kind(schema),
         pre,
         action,
         post,
@@ -217,7 +234,7 @@ pub(super) fn summary(content: &Content, id: u32, schema: &Schema) -> SchemaSumm
 }
 
 /// One schema whole; none of that number, none.
-pub(super) fn detail(view: &View, id: u32) -> Option<SchemaDetail> {
+fn detail(view: &View, id: u32) -> Option<SchemaDetail> {
     let content = &view.content;
     let vocabulary = &content.vocabulary;
     let schema = content.schema(SchemaId(id))?;
@@ -250,7 +267,7 @@ pub(super) fn detail(view: &View, id: u32) -> Option<SchemaDetail> {
     let generalised = schema.generalised();
     Some(SchemaDetail {
         id,
-        kind: kind(schema).to_owned(),
+        kind: kind(schema),
         action,
         target,
         pre,

@@ -1,11 +1,11 @@
 //! Observations, patterns and bindings as tools get them.
 
-use pschema_inspect::{Condition, ObservationText, ValueText};
+use pschema_inspect::{Condition, Expectation, NamedValues, ObservationText, SchemaForm, ValueText};
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, Pattern, PropertyId, Substitution, Term, Value, Variable};
 use pschema_learner::probability::Count;
-use pschema_learner::schema::{Generalised, SchemaId};
+use pschema_learner::schema::{Form, Generalised, Schema, SchemaId};
 use pschema_learner::vocabulary::{ValueKind, Vocabulary, bin_middle};
 
 pub(super) fn observation(vocabulary: &Vocabulary, from: &Observation) -> ObservationText {
@@ -18,7 +18,7 @@ pub(super) fn pattern(vocabulary: &Vocabulary, from: &Pattern) -> ObservationTex
         let name = vocabulary.properties().get(usize::from(property.0));
         let value = match term {
             Term::Constant(constant) => value(vocabulary, *property, *constant),
-            Term::Variable(variable) => ValueText::Variable(notation::variable(*variable)),
+            Term::Variable(variable) => ValueText::Variable { var: notation::variable(*variable) },
         };
         (name.cloned().unwrap_or_default(), value)
     };
@@ -53,11 +53,36 @@ pub(super) fn condition(observation: ObservationText, absent: bool, count: Count
     }
 }
 
+/// The parts of a schema.
+pub(super) fn form(content: &Content, schema: &Schema) -> SchemaForm {
+    let vocabulary = &content.vocabulary;
+    let known = |id| observation(vocabulary, content.observation(id));
+    let expectation = |observation, absent| Expectation { observation, absent };
+    match &schema.form {
+        Form::Concrete(concrete) => SchemaForm {
+            pre: concrete.pre.iter().map(|id| known(*id)).collect(),
+            action: notation::primitive(vocabulary, concrete.action),
+            target: Vec::new(),
+            post: concrete.post.iter().map(|post| expectation(known(post.what), post.absent)).collect(),
+        },
+        Form::Generalised(law) => SchemaForm {
+            pre: law.pre.iter().map(|one| pattern(vocabulary, one)).collect(),
+            action: notation::schema_text(content, schema).action,
+            target: law.target.iter().map(|one| pattern(vocabulary, one)).collect(),
+            post: law
+                .post
+                .iter()
+                .map(|post| expectation(pattern(vocabulary, &post.what), post.absent))
+                .collect(),
+        },
+    }
+}
+
 /// The values of a generalised schema's variables. How a value prints depends on its property, so that is
 /// looked up where the variable occurs.
-pub(super) fn binding(content: &Content, id: SchemaId, from: &Substitution) -> Vec<(String, ValueText)> {
+pub(super) fn binding(content: &Content, id: SchemaId, from: &Substitution) -> NamedValues {
     let Some(generalised) = content.schema(id).and_then(|schema| schema.generalised()) else {
-        return Vec::new();
+        return NamedValues::default();
     };
     let shown = from.bindings().iter().filter_map(|(variable, bound)| {
         let property = property_of(generalised, *variable)?;

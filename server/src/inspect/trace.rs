@@ -1,23 +1,31 @@
 //! What was decided in each step, page by page.
 
-use pschema_inspect::{TracePage, TraceRecord, TracedDecision};
+use pschema_inspect::codec::{MESSAGE_BYTES_MAX, Problem};
+use pschema_inspect::{TraceDecision, TracePage, TraceQuery, TraceRecord};
 use pschema_learner::decision::Reason;
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, TypeId, Value};
 use pschema_learner::vocabulary::Vocabulary;
-use pschema_protocol::limits::ANSWER_BYTES_MAX;
 
+use super::question::Inspect;
 use super::text;
 use crate::mind::View;
 use crate::trace::{Decided, RECORDS_KEPT_MAX, Record};
 
 /// Records in one page.
 pub(crate) const PAGE_MAX: usize = 256;
-/// No record is longer: 16 observations of 8 properties, each with names of at most 64 bytes, all of them words.
-const RECORD_BYTES_MAX: usize = 32 * 1024;
+/// No record is longer: 16 observations of 8 properties, each with names of at most 64 bytes, all of them words, and each
+/// of their letters a quotation mark, which JSON writes as two.
+const RECORD_BYTES_MAX: usize = 48 * 1024;
 
 // Room for the stages' names is left as well.
-const _: () = assert!(PAGE_MAX * RECORD_BYTES_MAX <= ANSWER_BYTES_MAX / 2);
+const _: () = assert!(PAGE_MAX * RECORD_BYTES_MAX <= MESSAGE_BYTES_MAX / 4 * 3);
+
+impl Inspect for TraceQuery {
+    fn answer(&self, view: &View) -> Result<TracePage, Problem> {
+        Ok(page(view, self.from))
+    }
+}
 
 /// The records from the number `from` on.
 pub(super) fn page(view: &View, from: u64) -> TracePage {
@@ -61,30 +69,30 @@ fn heard(vocabulary: &Vocabulary, observation: &Observation) -> Vec<String> {
     symbols.map(|(property, value)| notation::value(vocabulary, *property, *value)).collect()
 }
 
-fn decision(vocabulary: &Vocabulary, from: &Decided) -> TracedDecision {
+fn decision(vocabulary: &Vocabulary, from: &Decided) -> TraceDecision {
     let name = |kind: &TypeId| {
         vocabulary.types().get(usize::from(kind.0)).map(|kind| kind.declared.name.clone()).unwrap_or_default()
     };
     let mut predicts: Vec<_> = from.predicts.iter().map(name).collect();
     predicts.sort_unstable();
-    TracedDecision {
+    TraceDecision {
         excitation_top: from.excitation_top,
         excitation: from.excitation,
         schema: from.schema.map(|schema| schema.0),
         generalised: from.generalised,
         distance: from.distance,
         action: notation::primitive(vocabulary, from.action),
-        reason: reason(from.reason).to_owned(),
+        reason: reason(from.reason),
         predicts,
     }
 }
 
 /// What made a choice, for tools.
-pub(super) fn reason(reason: Reason) -> &'static str {
+pub(super) fn reason(reason: Reason) -> pschema_inspect::Reason {
     match reason {
-        Reason::Excitation => "excitation",
-        Reason::Tie => "tie",
-        Reason::Chain => "chain",
-        Reason::Goal => "goal",
+        Reason::Excitation => pschema_inspect::Reason::Excitation,
+        Reason::Tie => pschema_inspect::Reason::Tie,
+        Reason::Chain => pschema_inspect::Reason::Chain,
+        Reason::Goal => pschema_inspect::Reason::Goal,
     }
 }

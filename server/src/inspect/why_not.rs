@@ -1,37 +1,43 @@
 //! Why a schema was not executed.
 
-use pschema_inspect::{Difference, Lacking, Verdict, WhyNot};
+use pschema_inspect::codec::Problem;
+use pschema_inspect::{ObservationText, UnmetCondition, Verdict, WhyNot, WhyNotQuery};
 use pschema_learner::decision::Decision;
 use pschema_learner::memory::{Content, Memory};
 use pschema_learner::notation;
-use pschema_learner::observation::{Observation, Term};
+use pschema_learner::observation::{Observation, PropertyId, Term};
 use pschema_learner::schema::SchemaId;
 use pschema_learner::why_not::{self, Reweighing, WeighError};
 
-use super::{explain, goals, no_schema, schemas, text, trace};
+use super::question::{Inspect, no_schema};
+use super::{explain, goals, schemas, text, trace};
 use crate::mind::View;
+
+impl Inspect for WhyNotQuery {
+    fn answer(&self, view: &View) -> Result<WhyNot, Problem> {
+        why_not(view, self.schema, self.step)
+    }
+}
 
 /// Why schema `id` was not executed in `step`, or in the last decision. The decision is weighed once more in memory as it
 /// was, which takes time in proportion to memory.
-///
-/// # Errors
-/// When there is no such schema, that step decided nothing or too long ago, or memory has changed since: what to do.
-pub(super) fn why_not(view: &View, id: u32, step: Option<u64>) -> Result<WhyNot, String> {
+fn why_not(view: &View, id: u32, step: Option<u64>) -> Result<WhyNot, Problem> {
     let decision = explain::decision(view, step)?;
     let content = &view.content;
     let schema = content.schema(SchemaId(id)).ok_or_else(|| no_schema(view, id))?;
     if schema.created_step >= decision.step {
-        return Err(format!("schema {id} was made only after step {} decided", decision.step));
+        let step = decision.step;
+        return Err(Problem::of(format!("schema {id} was made only after step {step} decided")));
     }
     let memory = Memory::restore(content.clone(), view.parameters.clone());
     let weighed = why_not::weigh(&memory, &view.curriculum, decision, SchemaId(id));
     let weighed = weighed.map_err(|error| match error {
         WeighError::Schema => no_schema(view, id),
-        WeighError::Changed => format!(
+        WeighError::Changed => Problem::of(format!(
             "step {} can't be weighed again: memory has changed since, up to step {}. Only the latest decision can be \
              asked about in RAM; of a memory on disk, any step",
             decision.step, content.step
-        ),
+        )),
     })?;
     told(view, decision, id, &weighed).ok_or_else(|| no_schema(view, id))
 }
@@ -47,72 +53,67 @@ fn told(view: &View, decision: &Decision, id: u32, weighed: &Reweighing) -> Opti
         body: body.map(|body| body.name.clone()).unwrap_or_default(),
         world: observations(content, decision.world.observations()),
         schema: id,
-        kind: schemas::kind(schema).to_owned(),
+        kind: schemas::kind(schema),
         text: notation::schema(content, schema),
-        verdict: verdict(content, &weighed.verdict),
+        form: text::form(content, schema),
+        verdict: verdict(content, &weighed.verdict)?,
         binding: text::binding(content, SchemaId(id), &weighed.binding),
         bindings: u32::try_from(weighed.bindings).unwrap_or(u32::MAX),
         candidate: weighed.candidate.as_ref().map(|candidate| explain::candidate(content, candidate)),
-        chain: weighed.chain.iter().map(|link| goals::in_use(content, link, None)).collect(),
+        chain: goals::chain(content, &weighed.chain),
         attempts: attempts.trials,
         carried_out: attempts.occurrences,
         habituated: weighed.habituated,
         search_truncated: weighed.search_truncated,
         chosen: explain::candidate(content, decision.candidates.get(decision.chosen)?),
         action: notation::primitive(&content.vocabulary, decision.action),
-        reason: trace::reason(decision.reason).to_owned(),
+        reason: trace::reason(decision.reason),
         ties: u32::try_from(decision.ties).unwrap_or(u32::MAX),
     })
 }
 
-fn observations(content: &Content, list: &[Observation]) -> Vec<pschema_inspect::ObservationText> {
+fn observations(content: &Content, list: &[Observation]) -> Vec<ObservationText> {
     list.iter().map(|one| text::observation(&content.vocabulary, one)).collect()
 }
 
-fn verdict(content: &Content, from: &why_not::Verdict) -> Verdict {
-    match from {
+fn verdict(content: &Content, from: &why_not::Verdict) -> Option<Verdict> {
+    Some(match from {
         why_not::Verdict::Chosen => Verdict::Chosen,
         why_not::Verdict::ExecutedFor(schema) => Verdict::ExecutedFor { schema: schema.0 },
         why_not::Verdict::NotWeighed => Verdict::NotWeighed,
         why_not::Verdict::Retired => Verdict::Retired,
         why_not::Verdict::NotInRepertoire => Verdict::NotInRepertoire,
         why_not::Verdict::PreConditions(list) => {
-            Verdict::PreConditions { lacking: list.iter().map(|one| lacking(content, one)).collect() }
+            Verdict::PreConditions { lacking: list.iter().map(|one| unmet(content, one)).collect() }
         }
         why_not::Verdict::TargetNotAchievable(target) => {
             Verdict::TargetNotAchievable { target: observations(content, target) }
         }
         why_not::Verdict::StoodInFor(by) => {
-            let kind = content.schema(*by).map(schemas::kind).unwrap_or_default();
-            Verdict::StoodInFor { by: by.0, kind: kind.to_owned() }
+            Verdict::StoodInFor { by: by.0, kind: content.schema(*by).map(schemas::kind)? }
         }
         why_not::Verdict::NotExciting => Verdict::NotExciting,
         why_not::Verdict::LessExciting(by) => Verdict::LessExciting { by: *by },
         why_not::Verdict::LotFellOnAnother => Verdict::LotFellOnAnother,
-    }
+    })
 }
 
-fn lacking(content: &Content, from: &why_not::UnmetCondition) -> Lacking {
+fn unmet(content: &Content, from: &why_not::UnmetCondition) -> UnmetCondition {
     let vocabulary = &content.vocabulary;
-    let mut differs = Vec::new();
-    for (property, term) in from.wanted.terms() {
-        // A variable may be anything.
-        let Term::Constant(wanted) = term else { continue };
-        let Some(nearest) = &from.nearest else { break };
-        let seen = nearest.properties().iter().find(|(known, _)| known == property).map(|(_, value)| *value);
-        if seen == Some(*wanted) {
-            continue;
-        }
-        differs.push(Difference {
-            property: vocabulary.properties().get(usize::from(property.0)).cloned().unwrap_or_default(),
-            wanted: text::value(vocabulary, *property, *wanted),
-            seen: seen.map(|value| text::value(vocabulary, *property, value)),
-        });
-    }
-    Lacking {
+    let seen = from.nearest.as_ref().map(|nearest| nearest.properties());
+    // A variable may be anything.
+    let differs = from.wanted.terms().iter().filter(|(property, term)| {
+        let value = seen.and_then(|seen| seen.iter().find(|(known, _)| known == property));
+        matches!(term, Term::Constant(wanted) if value.map(|(_, value)| value) != Some(wanted))
+    });
+    let name = |property: PropertyId| vocabulary.properties().get(usize::from(property.0)).cloned();
+    UnmetCondition {
         wanted: text::pattern(vocabulary, &from.wanted),
         nearest: from.nearest.as_ref().map(|seen| text::observation(vocabulary, seen)),
-        differs,
+        differs: match seen {
+            Some(_) => differs.filter_map(|(property, _)| name(*property)).collect(),
+            None => Vec::new(),
+        },
         constrained: from.constrained,
     }
 }

@@ -3,13 +3,29 @@
 
 pub(crate) mod process;
 
+use pschema_inspect::{Ask, AskError};
 use pschema_learner::curriculum::{
     Afterwards, Argument, Curriculum, Habituation, Lift, NamedObservation, Pool, Saturation, SceneCommand,
     Stage,
 };
 use pschema_learner::parameters::Parameters;
+use pschema_protocol::client::{Client, ClientError};
 use pschema_protocol::prelude::*;
 use pschema_server::Setup;
+
+/// Asks a daemon, or gives it an order.
+pub(crate) fn ask<Q: Ask>(client: &mut Client, asked: Q) -> Result<Q::Answer, AskError<ClientError>> {
+    pschema_inspect::ask(asked, |request| client.request(request))
+}
+
+/// Why a daemon does not answer, or not obey.
+pub(crate) fn problem<Q: Ask>(client: &mut Client, asked: Q) -> String {
+    match ask(client, asked) {
+        Err(AskError::Problem(problem)) => problem.0,
+        Err(error) => panic!("{error}"),
+        Ok(_) => panic!("it was answered"),
+    }
+}
 
 pub(crate) const FIELDS: i64 = 8;
 

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use pschema_inspect::{Answer, Request, Status};
+use pschema_inspect::{Status, StatusQuery};
 use pschema_learner::memory::Memory;
 use pschema_learner::parameters::Parameters;
 use pschema_protocol::body::{Body, Outcome, RunOptions, Senses};
@@ -198,10 +198,7 @@ pub(crate) fn recovered(data: &Path, seed: u64) -> Memory {
 
 pub(crate) fn status(place: &Place) -> Status {
     let mut client = Client::connect(place, PATIENCE).unwrap();
-    match client.ask(&Request::Status).unwrap() {
-        Answer::Status(status) => *status,
-        other => panic!("{other:?}"),
-    }
+    super::ask(&mut client, StatusQuery {}).unwrap()
 }
 
 pub(crate) fn served(directory: &Path, data: &str, seed: u64, more: &[&str]) -> Daemon {

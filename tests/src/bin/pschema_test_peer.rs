@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use pschema_inspect::{Answer, Request};
+use pschema_inspect::{StatusQuery, ask};
 use pschema_protocol::body::{RunOptions, run};
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
@@ -68,7 +68,7 @@ fn body(place: Place, name: &str) -> Result<(), Box<dyn std::error::Error>> {
 fn tool(place: &Place) -> Result<(), Box<dyn std::error::Error>> {
     let mut client = Client::connect(place, Duration::from_secs(20))?;
     loop {
-        let _answer: Answer = client.ask(&Request::Status)?;
+        ask(StatusQuery {}, |request| client.request(request))?;
     }
 }
 

@@ -6,10 +6,11 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use pschema_inspect::{Answer, GraphQuery, Request, SchemaQuery, SchemaSort};
+use pschema_inspect::{
+    DetailQuery, ExplanationQuery, GraphQuery, Question, SchemaQuery, SchemaSort, StatusQuery, WhyNotQuery,
+};
 use pschema_learner::decision::{Decision, Subject};
 use pschema_process::say;
-use pschema_protocol::codec;
 use pschema_server::inspect;
 use pschema_server::mind::{HostFacts, View};
 use pschema_tools::kit::{Columns, Failure, show};
@@ -142,51 +143,34 @@ impl Life {
 }
 
 /// One question of each kind, and what is wanted of it.
-fn questions(schema: u32) -> Vec<(&'static str, Request, Option<f64>)> {
-    let list = |query: SchemaQuery| Request::Schemas(SchemaQuery { limit: 100, ..query });
+fn questions(schema: u32) -> Vec<(&'static str, Question, Option<f64>)> {
+    let list = |query: SchemaQuery| Question::Schemas(SchemaQuery { limit: 100, ..query });
     let pattern = |text: &str| Some(text.to_owned());
     let wanted = Some(LIST_MS_WANTED);
+    let (action, pre, post) = (pattern("move"), pattern("object{field=17}"), pattern("touch{}"));
+    let finger = pattern("finger{field=$x}");
+    let (uses, surest) = (SchemaSort::Uses, SchemaSort::Probability);
+    let explain = ExplanationQuery { step: None, candidates_max: 5 };
+    let all = GraphQuery { limit: 2_000, ..GraphQuery::default() };
+    let around = GraphQuery { around: Some(schema), limit: 200, ..GraphQuery::default() };
+    let usual = SchemaQuery::default;
     vec![
-        ("status", Request::Status, None),
-        ("schemas, the oldest", list(SchemaQuery::default()), wanted),
-        (
-            "schemas by action",
-            list(SchemaQuery { action: pattern("move"), ..SchemaQuery::default() }),
-            wanted,
-        ),
-        (
-            "schemas by pre-condition",
-            list(SchemaQuery { pre: pattern("object{field=17}"), ..SchemaQuery::default() }),
-            wanted,
-        ),
-        (
-            "schemas by outcome",
-            list(SchemaQuery { post: pattern("touch{}"), ..SchemaQuery::default() }),
-            wanted,
-        ),
+        ("status", Question::Status(StatusQuery {}), None),
+        ("schemas, the oldest", list(usual()), wanted),
+        ("schemas by action", list(SchemaQuery { action, ..usual() }), wanted),
+        ("schemas by pre-condition", list(SchemaQuery { pre, ..usual() }), wanted),
+        ("schemas by outcome", list(SchemaQuery { post, ..usual() }), wanted),
         (
             "schemas by outcome, the most used",
-            list(SchemaQuery {
-                post: pattern("finger{field=$x}"),
-                sort: SchemaSort::Uses,
-                ..SchemaQuery::default()
-            }),
+            list(SchemaQuery { post: finger, sort: uses, ..usual() }),
             wanted,
         ),
-        (
-            "schemas, the surest",
-            list(SchemaQuery { sort: SchemaSort::Probability, ..SchemaQuery::default() }),
-            wanted,
-        ),
-        ("show", Request::Show { id: schema }, None),
-        ("explain", Request::Explain { step: None, candidates_max: 5 }, None),
-        ("why not", Request::WhyNot { schema, step: None }, None),
-        ("graph, the whole", Request::Graph(GraphQuery { limit: 2_000, ..GraphQuery::default() }), None),
-        (
-            "graph around a schema",
-            Request::Graph(GraphQuery { around: Some(schema), limit: 200, ..GraphQuery::default() }),
-            None,
-        ),
+        ("schemas, the surest", list(SchemaQuery { sort: surest, ..usual() }), wanted),
+        ("show", Question::Show(DetailQuery { id: schema }), None),
+        ("explain", Question::Explain(explain), None),
+        ("why not", Question::WhyNot(WhyNotQuery { schema, step: None }), None),
+        ("graph, the whole", Question::Graph(all), None),
+        ("graph around a schema", Question::Graph(around), None),
     ]
 }
 
@@ -196,17 +180,17 @@ fn measured(life: &mut Life, mix: Mix, rounds: u32) -> Result<InspectTimes, Fail
     let schemas = life.world.schemas();
     let observations = life.world.learner().memory().content().observations.len();
     let mut asked = Vec::new();
-    for (question, request, wanted) in questions(life.schema()) {
+    for (name, question, wanted) in questions(life.schema()) {
         let mut times = Times::default();
         let mut bytes = 0;
         for _ in 0..rounds {
             let view = life.view();
             let began = Instant::now();
-            bytes = answered(&view, &request)?;
+            bytes = answered(&view, &question)?;
             times.push(began.elapsed());
         }
         asked.push(AnswerTimes {
-            question,
+            question: name,
             answer_ms_p50: times.p50() / 1e3,
             answer_ms_max: times.at(1.0) / 1e3,
             answer_bytes: bytes,
@@ -232,11 +216,12 @@ fn measured(life: &mut Life, mix: Mix, rounds: u32) -> Result<InspectTimes, Fail
 }
 
 /// How long the answer is, as a tool gets it.
-fn answered(view: &View, request: &Request) -> Result<usize, Failure> {
-    match inspect::answer(view, request) {
-        Answer::Error(problem) => Err(Failure::Failed(format!("{request:?}: {problem}"))),
-        answer => Ok(codec::encode(&answer).map_err(Failure::of)?.len()),
+fn answered(view: &View, question: &Question) -> Result<usize, Failure> {
+    let reply = inspect::reply(view, question);
+    if reply.starts_with(b"{\"problem\":") {
+        return Err(Failure::Failed(format!("{question:?}: {}", String::from_utf8_lossy(&reply))));
     }
+    Ok(reply.len())
 }
 
 /// Times of steps without questions, of steps with questions, and of the views that those were answered from.
@@ -249,7 +234,7 @@ struct StepsBeside {
 
 /// Steps without and with questions in turn, so that both see the same memory and the same machine.
 fn beside(life: &mut Life) -> Result<StepsBeside, Failure> {
-    let (jobs, questions) = sync_channel::<(View, Request)>(1);
+    let (jobs, questions) = sync_channel::<(View, Question)>(1);
     let idle = AtomicBool::new(true);
     std::thread::scope(|scope| {
         let idle = &idle;
@@ -269,24 +254,24 @@ fn beside(life: &mut Life) -> Result<StepsBeside, Failure> {
 }
 
 /// Asks the next question if nobody waits for an answer.
-fn ask(life: &Life, jobs: &SyncSender<(View, Request)>, idle: &AtomicBool, views: &mut Times) {
+fn ask(life: &Life, jobs: &SyncSender<(View, Question)>, idle: &AtomicBool, views: &mut Times) {
     if !idle.swap(false, Ordering::AcqRel) {
         return;
     }
     let kinds = questions(life.schema());
     let next = views.len() % kinds.len();
-    let Some((_, request, _)) = kinds.into_iter().nth(next) else { return };
+    let Some((_, question, _)) = kinds.into_iter().nth(next) else { return };
     let began = Instant::now();
     let view = life.view();
     views.push(began.elapsed());
     // If the other thread is gone, it says why when it is joined.
-    jobs.send((view, request)).ok();
+    jobs.send((view, question)).ok();
 }
 
-fn serve(questions: &Receiver<(View, Request)>, idle: &AtomicBool) -> Result<u64, Failure> {
+fn serve(questions: &Receiver<(View, Question)>, idle: &AtomicBool) -> Result<u64, Failure> {
     let mut count = 0;
-    while let Ok((view, request)) = questions.recv() {
-        answered(&view, &request)?;
+    while let Ok((view, question)) = questions.recv() {
+        answered(&view, &question)?;
         drop(view);
         count += 1;
         idle.store(true, Ordering::Release);

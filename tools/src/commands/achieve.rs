@@ -4,14 +4,14 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use pschema_inspect::{Answer, Pursuit, Request};
+use pschema_inspect::{AchieveOrder, CancelOrder, Pursuit, PursuitQuery, PursuitState};
 use pschema_process::{Stop, say};
 
 use crate::args::{General, OrderArgs};
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for};
+use crate::learner::Learner;
 use crate::output;
-use crate::render::{goals, json_goals, schema};
+use crate::render::{goals, schema};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema achieve 'touch{}'\n  \
@@ -41,17 +41,15 @@ pub(crate) fn run(args: AchieveArgs, general: &General) -> Result<(), Failure> {
     let name = args.order.learner(general, "`achieve`")?;
     let stop = Stop::on_signals_and_hangup()?;
     let mut learner = Learner::connect(&name)?;
-    let request = Request::Achieve { goal: args.goal, actions_max: args.actions_max };
-    let begun = ask_for!(learner, &request, Answer::Pursuit)?;
+    let begun = learner.ask(AchieveOrder { goal: args.goal, actions_max: args.actions_max })?;
     let waiting = Waiting { number: begun.number, until: Instant::now() + Duration::from_secs(args.wait) };
     let (end, why) = waiting.follow(&mut learner, begun, &stop, general.quiet())?;
-    let achieved = end.state == "achieved";
     if args.json {
-        output::print_json(&json_goals::Pursuit::from(&*end))?;
-    } else if achieved {
+        output::print_json(&end)?;
+    } else if end.achieved {
         output::print(&schema::wrapped(&format!("{}.", goals::ending(&end)), ""))?;
     }
-    if achieved { Ok(()) } else { Err(Failure::Failed(goals::ending(&end) + &why)) }
+    if end.achieved { Ok(()) } else { Err(Failure::Failed(goals::ending(&end) + &why)) }
 }
 
 /// A goal whose end is waited for.
@@ -65,10 +63,10 @@ impl Waiting {
     fn follow(
         &self,
         learner: &mut Learner,
-        begun: Box<Pursuit>,
+        begun: Pursuit,
         stop: &Stop,
         quiet: bool,
-    ) -> Result<(Box<Pursuit>, String), Failure> {
+    ) -> Result<(Pursuit, String), Failure> {
         let mut now = begun;
         let mut told = 0;
         let mut why = String::new();
@@ -76,7 +74,7 @@ impl Waiting {
             if !quiet {
                 tell(&now, &mut told);
             }
-            if now.state != "pursued" {
+            if now.state != PursuitState::Pursued {
                 return Ok((now, why));
             }
             if stop.is_raised() {
@@ -87,17 +85,17 @@ impl Waiting {
                 " because the time was up: allow more with --wait".clone_into(&mut why);
             } else {
                 thread::sleep(ASK_EVERY);
-                now = self.current(ask_for!(learner, &Request::Pursuit, Answer::Pursuit)?)?;
+                now = self.current(learner.ask(PursuitQuery {})?)?;
             }
         }
     }
 
-    fn call_off(&self, learner: &mut Learner) -> Result<Box<Pursuit>, Failure> {
-        self.current(ask_for!(learner, &Request::Cancel { number: self.number }, Answer::Pursuit)?)
+    fn call_off(&self, learner: &mut Learner) -> Result<Pursuit, Failure> {
+        self.current(learner.ask(CancelOrder { number: self.number })?)
     }
 
     /// What the learner says, if it is still about this goal.
-    fn current(&self, said: Box<Pursuit>) -> Result<Box<Pursuit>, Failure> {
+    fn current(&self, said: Pursuit) -> Result<Pursuit, Failure> {
         if said.number == self.number {
             return Ok(said);
         }

@@ -1,14 +1,13 @@
 //! `pschema explain`.
 
 use clap::Args;
-use pschema_inspect::{Answer, Request};
+use pschema_inspect::{ExplanationQuery, WhyNotQuery};
 
 use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
-use crate::learner::unexpected;
 use crate::output;
 use crate::past::answered;
-use crate::render::{explanation, json, why_not};
+use crate::render::{explanation, why_not};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema explain\n  pschema explain --step 228 --candidates 3\n  \
@@ -32,15 +31,15 @@ pub(crate) struct ExplainArgs {
 }
 
 pub(crate) fn run(args: ExplainArgs, general: &General) -> Result<(), Failure> {
-    let request = match args.why_not {
-        Some(schema) => Request::WhyNot { schema, step: args.step },
-        None => Request::Explain { step: args.step, candidates_max: args.candidates },
-    };
-    match (answered(&args.memory, general, &request)?, args.json) {
-        (Answer::Explanation(told), true) => output::print_json(&json::Reasons::from(&*told)),
-        (Answer::Explanation(told), false) => output::print(&explanation::explanation(&told)),
-        (Answer::WhyNot(told), true) => output::print_json(&why_not::Json::from(&*told)),
-        (Answer::WhyNot(told), false) => output::print(&why_not::why_not(&told)),
-        (other, _) => Err(unexpected(&other)),
+    let step = args.step;
+    match args.why_not {
+        Some(schema) => {
+            let answer = answered(&args.memory, general, WhyNotQuery { schema, step })?;
+            output::show(args.json, &answer, why_not::why_not)
+        }
+        None => {
+            let query = ExplanationQuery { step, candidates_max: args.candidates };
+            output::show(args.json, &answered(&args.memory, general, query)?, explanation::explanation)
+        }
     }
 }

@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use pschema_inspect::{Answer, Request};
+use pschema_inspect::StatusQuery;
 use pschema_process::{Stop, say};
 use pschema_protocol::domain::LearnerName;
 use pschema_store::past::Past;
@@ -15,7 +15,7 @@ use pschema_store::past::export::{ExportError, Lines};
 use crate::args::{DataArgs, General, MemoryArgs};
 use crate::bar::Bar;
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for};
+use crate::learner::Learner;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema export --data ~/arm -o arm.jsonl\n  \
@@ -75,8 +75,7 @@ pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
 
 /// The data directory of a running daemon.
 fn served(name: &LearnerName) -> Result<PathBuf, Failure> {
-    let status = ask_for!(Learner::connect(name)?, &Request::Status, Answer::Status)?;
-    match status.storage {
+    match Learner::connect(name)?.ask(StatusQuery {})?.storage {
         Some(storage) => Ok(PathBuf::from(storage.directory)),
         None => Err(Failure::Failed(format!(
             "the memory of {name} is in RAM only, so it can't be exported: start its daemon with --data DIR"

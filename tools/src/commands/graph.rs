@@ -4,11 +4,11 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use pschema_inspect::{Answer, Graph, GraphQuery, Request};
+use pschema_inspect::{Graph, GraphQuery};
 
 use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
-use crate::learner::ask_for;
+use crate::learner::Asks;
 use crate::output;
 use crate::past::asked;
 use crate::render::graph::{dot, svg};
@@ -54,7 +54,7 @@ enum GraphFormat {
 pub(crate) fn run(args: GraphArgs, general: &General) -> Result<(), Failure> {
     let mut memory = asked(&args.memory, general)?;
     let query = GraphQuery { around: args.around, depth: args.depth, goal: args.goal, limit: args.limit };
-    let graph = ask_for!(memory, &Request::Graph(query), Answer::Graph)?;
+    let graph = memory.ask(query)?;
     let text = written(&graph, args.format)?;
     let Some(path) = &args.out else { return output::print(&text) };
     let failed = |error| Failure::Failed(format!("cannot write {}: {error}", path.display()));

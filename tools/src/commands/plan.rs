@@ -1,14 +1,14 @@
 //! `pschema plan PATTERN...`.
 
 use clap::Args;
-use pschema_inspect::{Answer, Request};
+use pschema_inspect::PlanQuery;
 
 use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
-use crate::learner::ask_for;
+use crate::learner::Asks;
 use crate::output;
 use crate::past::asked;
-use crate::render::{goals, json_goals};
+use crate::render::goals;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema plan 'touch{}'\n  \
@@ -26,10 +26,5 @@ pub(crate) struct PlanArgs {
 
 pub(crate) fn run(args: PlanArgs, general: &General) -> Result<(), Failure> {
     let mut memory = asked(&args.memory, general)?;
-    let answer = ask_for!(memory, &Request::Plan { goal: args.goal }, Answer::Plan)?;
-    if args.json {
-        output::print_json(&json_goals::Plan::from(&*answer))
-    } else {
-        output::print(&goals::plan(&answer))
-    }
+    output::show(args.json, &memory.ask(PlanQuery { goal: args.goal })?, goals::plan)
 }

@@ -1,14 +1,14 @@
 //! `pschema predict ACTION`.
 
 use clap::Args;
-use pschema_inspect::{Answer, Request};
+use pschema_inspect::PredictionQuery;
 
 use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
-use crate::learner::ask_for;
+use crate::learner::Asks;
 use crate::output;
 use crate::past::asked;
-use crate::render::{goals, json_goals};
+use crate::render::goals;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema predict 'move(j1=0.426, j2=0.817)'")]
@@ -24,10 +24,5 @@ pub(crate) struct PredictArgs {
 
 pub(crate) fn run(args: PredictArgs, general: &General) -> Result<(), Failure> {
     let mut memory = asked(&args.memory, general)?;
-    let answer = ask_for!(memory, &Request::Predict { action: args.action }, Answer::Prediction)?;
-    if args.json {
-        output::print_json(&json_goals::Prediction::from(&*answer))
-    } else {
-        output::print(&goals::prediction(&answer))
-    }
+    output::show(args.json, &memory.ask(PredictionQuery { action: args.action })?, goals::prediction)
 }

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use pschema_inspect::{Answer, Request};
+use pschema_inspect::{StageState, StatusQuery};
 use pschema_store::past::Made;
 use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::output;
 use crate::past::Remembered;
+use crate::render::status;
 use crate::render::table::Columns;
 use crate::render::words::{count, duration, plain};
 
@@ -40,7 +41,7 @@ struct ReplayReport {
     frame: u64,
     curriculum: String,
     stage: String,
-    stage_state: String,
+    stage_state: StageState,
     schemas_total: u32,
     schemas_concrete: u32,
     schemas_generalised: u32,
@@ -60,9 +61,7 @@ pub(crate) fn run(args: ReplayArgs) -> Result<(), Failure> {
     let moment = remembered.past().moment(args.until)?;
     let replay_s = began.elapsed().as_secs_f64();
     let (frame, snapshot_step, frames_replayed) = (moment.frame, moment.snapshot_step, moment.frames);
-    let Answer::Status(status) = remembered.answer(moment, &Request::Status)? else {
-        return Err(Failure::Failed("memory was rebuilt, and can't be told of".to_owned()));
-    };
+    let status = remembered.answer(moment, &StatusQuery {})?;
     let made = match &args.out {
         Some(out) => Some(remembered.past().branch(args.until, out)?),
         None => None,
@@ -76,7 +75,7 @@ pub(crate) fn run(args: ReplayArgs) -> Result<(), Failure> {
         schemas_total: status.schemas_total,
         schemas_concrete: status.schemas_concrete,
         schemas_generalised: status.schemas_generalised,
-        memory_digest: status.memory_digest,
+        memory_digest: status.memory_digest.unwrap_or_default(),
         snapshot_step,
         frames_replayed,
         replay_s,
@@ -89,7 +88,10 @@ fn text(f: &ReplayReport) -> String {
     let mut facts = Columns::new(&[]);
     let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
     fact("step", f.step.to_string());
-    fact("stage", format!("{} ({}) of {}", plain(&f.stage), plain(&f.stage_state), plain(&f.curriculum)));
+    fact(
+        "stage",
+        format!("{} ({}) of {}", plain(&f.stage), status::state(&f.stage_state), plain(&f.curriculum)),
+    );
     let (concrete, generalised) = (f.schemas_concrete, f.schemas_generalised);
     fact("schemas", format!("{}: {concrete} concrete, {generalised} generalised", f.schemas_total));
     fact("digest", f.memory_digest.clone());

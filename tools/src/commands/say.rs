@@ -1,11 +1,11 @@
 //! `pschema say WORD...`.
 
 use clap::Args;
-use pschema_inspect::{Answer, Request};
+use pschema_inspect::{SayOrder, StageState};
 
 use crate::args::{General, OrderArgs};
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for};
+use crate::learner::Learner;
 use crate::output;
 use crate::render::words::plain;
 
@@ -26,12 +26,11 @@ pub(crate) fn run(args: SayArgs, general: &General) -> Result<(), Failure> {
     let name = args.order.learner(general, "`say`")?;
     let mut learner = Learner::connect(&name)?;
     let said = args.words.join(" ");
-    let request = Request::Say { words: args.words };
-    let report = ask_for!(learner, &request, Answer::Report)?;
+    let report = learner.ask(SayOrder { words: args.words })?;
     if args.json {
         output::print_json(&report)
     } else {
-        let when = if report.stage_state == "held" {
+        let when = if report.stage_state == StageState::Held {
             "is held, and hears it when it steps or goes on"
         } else {
             "hears it next"

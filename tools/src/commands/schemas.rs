@@ -1,11 +1,11 @@
 //! `pschema schemas`.
 
 use clap::{Args, ValueEnum};
-use pschema_inspect::{Answer, Request, SchemaQuery, SchemaSort};
+use pschema_inspect::{SchemaQuery, SchemaSort};
 
 use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
-use crate::learner::ask_for;
+use crate::learner::Asks;
 use crate::output;
 use crate::past::asked;
 use crate::render::schema;
@@ -77,6 +77,5 @@ pub(crate) fn run(args: SchemasArgs, general: &General) -> Result<(), Failure> {
         limit: args.limit,
         offset: args.offset,
     };
-    let answer = ask_for!(memory, &Request::Schemas(query), Answer::Schemas)?;
-    output::show(args.json, &answer, |answer| schema::list(answer, args.offset))
+    output::show(args.json, &memory.ask(query)?, |list| schema::list(list, args.offset))
 }

@@ -1,14 +1,14 @@
 //! `pschema show ID`.
 
 use clap::Args;
-use pschema_inspect::{Answer, Request};
+use pschema_inspect::DetailQuery;
 
 use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
-use crate::learner::ask_for;
+use crate::learner::Asks;
 use crate::output;
 use crate::past::asked;
-use crate::render::{json, schema};
+use crate::render::schema;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema show 226")]
@@ -24,10 +24,5 @@ pub(crate) struct ShowArgs {
 
 pub(crate) fn run(args: ShowArgs, general: &General) -> Result<(), Failure> {
     let mut memory = asked(&args.memory, general)?;
-    let answer = ask_for!(memory, &Request::Show { id: args.id }, Answer::Schema)?;
-    if args.json {
-        output::print_json(&json::Schema::from(&*answer))
-    } else {
-        output::print(&schema::detail(&answer))
-    }
+    output::show(args.json, &memory.ask(DetailQuery { id: args.id })?, schema::detail)
 }

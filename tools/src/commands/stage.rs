@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use pschema_inspect::{Answer, Request, StageOrder};
+use pschema_inspect::{ReportQuery, StageOrder};
 
 use crate::args::{DataArgs, General, MemoryArgs, NameArgs, refuse_order};
 use crate::failure::Failure;
-use crate::learner::ask_for;
+use crate::learner::{Asks, Learner};
 use crate::output;
 use crate::past::asked;
 use crate::render::status;
@@ -59,18 +59,22 @@ enum StageCommand {
 
 pub(crate) fn run(args: StageArgs, general: &General) -> Result<(), Failure> {
     let order = match args.order.unwrap_or(StageCommand::Show) {
-        StageCommand::Show => StageOrder::Show,
-        StageCommand::Next => StageOrder::Next,
-        StageCommand::Hold => StageOrder::Hold,
-        StageCommand::Resume => StageOrder::Resume,
-        StageCommand::Step => StageOrder::Step,
-        StageCommand::Set { stage } => StageOrder::Set(stage),
+        StageCommand::Show => None,
+        StageCommand::Next => Some(StageOrder::Next),
+        StageCommand::Hold => Some(StageOrder::Hold),
+        StageCommand::Resume => Some(StageOrder::Resume),
+        StageCommand::Step => Some(StageOrder::Step),
+        StageCommand::Set { stage } => Some(StageOrder::Set(stage)),
     };
-    if order != StageOrder::Show {
-        refuse_order(args.data.as_deref(), "an order to the curriculum")?;
-    }
-    let data = DataArgs { data: args.data, until: args.until };
-    let mut memory = asked(&MemoryArgs { name: args.name, data }, general)?;
-    let report = ask_for!(memory, &Request::Stage(order), Answer::Report)?;
-    output::show(args.json, &report, |report| status::report(report))
+    let report = match order {
+        Some(order) => {
+            refuse_order(args.data.as_deref(), "an order to the curriculum")?;
+            Learner::connect(&args.name.learner(general)?)?.ask(order)?
+        }
+        None => {
+            let data = DataArgs { data: args.data, until: args.until };
+            asked(&MemoryArgs { name: args.name, data }, general)?.ask(ReportQuery {})?
+        }
+    };
+    output::show(args.json, &report, status::report)
 }

@@ -1,11 +1,11 @@
 //! `pschema status`.
 
 use clap::Args;
-use pschema_inspect::{Answer, Request};
+use pschema_inspect::StatusQuery;
 
 use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for};
+use crate::learner::Learner;
 use crate::output;
 use crate::past::Remembered;
 use crate::render::past_status::{self, PastStatus};
@@ -31,12 +31,9 @@ pub(crate) fn run(args: StatusArgs, general: &General) -> Result<(), Failure> {
         return past(&Remembered::open(directory, args.memory.data.until)?, args.json);
     }
     let name = args.memory.name.learner(general)?;
-    let answered =
-        Learner::connect(&name).and_then(|mut learner| ask_for!(learner, &Request::Status, Answer::Status));
-    match answered {
+    match Learner::connect(&name).and_then(|mut learner| learner.ask(StatusQuery {})) {
         Ok(answer) if args.metrics => output::print(&metrics::metrics(&answer)),
-        Ok(answer) if args.json => output::print_json(&answer),
-        Ok(answer) => output::print(&status::status(&answer)),
+        Ok(answer) => output::show(args.json, &answer, status::status),
         Err(failure @ Failure::NoDaemon(_)) if args.metrics => {
             // A collector wants to know that, too.
             output::print(&metrics::down(name.as_str()))?;
@@ -47,11 +44,9 @@ pub(crate) fn run(args: StatusArgs, general: &General) -> Result<(), Failure> {
 }
 
 fn past(remembered: &Remembered, json: bool) -> Result<(), Failure> {
-    let moment = remembered.moment(&Request::Status)?;
+    let moment = remembered.moment(&StatusQuery {})?;
     let (frame, at_unix_ms) = (moment.frame, moment.at_unix_ms);
-    let Answer::Status(status) = remembered.answer(moment, &Request::Status)? else {
-        return Err(Failure::Failed("memory was rebuilt, and can't be told of".to_owned()));
-    };
+    let status = remembered.answer(moment, &StatusQuery {})?;
     let past = remembered.past();
     let directory = past.directory().display().to_string();
     let told = PastStatus::new(&status, directory, past.seed(), frame, at_unix_ms, past.files()?);

@@ -9,13 +9,13 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use pschema_inspect::{Answer, Live, LiveQuery, Request, SchemaQuery, SchemaSummary, TraceRecord};
+use pschema_inspect::{Live, LiveQuery, SchemaQuery, SchemaSummary, TraceRecord};
 use pschema_protocol::domain::Place;
 use pschema_protocol::picture::PictureMessage;
 use pschema_protocol::transport::pictures::PictureWatch;
 
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for};
+use crate::learner::Learner;
 
 pub(crate) use lines::Lines;
 
@@ -103,7 +103,7 @@ fn follow(
     let (mut from, mut known) = (0, None);
     while !stop.load(Ordering::Relaxed) && recorded.steps < steps_max {
         let query = LiveQuery { trace_from: from, candidates_max: 1, terms_max: 0, newest_max: NEWEST_MAX };
-        let live = ask_for!(learner, &Request::Live(query), Answer::Live)?;
+        let live = learner.ask(query)?;
         recorded.steps_missed += live.trace.from.saturating_sub(from);
         let left = usize::try_from(steps_max - recorded.steps).unwrap_or(usize::MAX);
         let records = &live.trace.records[..live.trace.records.len().min(left)];
@@ -118,7 +118,7 @@ fn follow(
             eye = None;
         }
         if let Some(seen) = seen.flatten() {
-            recorders.iter_mut().try_for_each(|recorder| recorder.picture(live.step, &seen))?;
+            recorders.iter_mut().try_for_each(|recorder| recorder.picture(live.status.step, &seen))?;
             recorded.pictures += 1;
         }
         if from >= live.trace.total {
@@ -153,20 +153,20 @@ fn schemas(
     recorders: &mut [Box<dyn Recorder>],
     recorded: &mut Recorded,
 ) -> Result<(), Failure> {
-    let mut from = known.replace(live.schemas_total).unwrap_or(live.schemas_total);
-    while from < live.schemas_total {
+    let total = live.status.schemas_total;
+    let mut from = known.replace(total).unwrap_or(total);
+    while from < total {
         let oldest_shown = live.newest.last().map_or(u32::MAX, |schema| schema.id);
         let listed = if from >= oldest_shown {
             live.newest.iter().rev().filter(|schema| schema.id >= from).cloned().collect()
         } else {
             // More were made at once than are shown to those who watch.
-            let query =
-                SchemaQuery { offset: from, limit: live.schemas_total - from, ..SchemaQuery::default() };
-            ask_for!(learner, &Request::Schemas(query), Answer::Schemas)?.schemas
+            let query = SchemaQuery { offset: from, limit: total - from, ..SchemaQuery::default() };
+            learner.ask(query)?.schemas
         };
         let Some(last) = listed.last().map(|schema| schema.id) else { break };
-        for schema in listed.iter().filter(|schema| schema.id < live.schemas_total) {
-            recorders.iter_mut().try_for_each(|recorder| recorder.schema(live.step, schema))?;
+        for schema in listed.iter().filter(|schema| schema.id < total) {
+            recorders.iter_mut().try_for_each(|recorder| recorder.schema(live.status.step, schema))?;
             recorded.schemas += 1;
         }
         from = last.saturating_add(1);

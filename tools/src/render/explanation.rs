@@ -1,11 +1,11 @@
 //! `explain` for people: a sentence first, then the sum that made it so.
 
-use pschema_inspect::{Candidate, ExcitationTerm, Explanation, ObservationText, ValueText};
+use pschema_inspect::{Candidate, ExcitationTerm, Explanation, ObservationText, Reason, TermRole};
 
 use super::goals;
 use super::schema::wrapped;
 use super::table::Columns;
-use super::words::{binding, count, notation, plain, value};
+use super::words::{binding, bound, count, expectation, notation, plain, side};
 
 /// Why an action was chosen.
 pub fn explanation(e: &Explanation) -> String {
@@ -29,20 +29,19 @@ pub(crate) fn in_a_sentence(e: &Explanation) -> String {
 }
 
 fn sentence(e: &Explanation, chosen: &Candidate) -> String {
-    let because = match e.reason.as_str() {
-        "goal" => e.goal.as_ref().map_or_else(|| "for a goal".to_owned(), goals::followed),
-        "chain" => "because it is the next of a chain begun before".to_owned(),
-        "tie" => format!(
+    let because = match e.reason {
+        Reason::Goal => e.goal.as_ref().map_or_else(|| "for a goal".to_owned(), goals::followed),
+        Reason::Chain => "because it is the next of a chain begun before".to_owned(),
+        Reason::Tie => format!(
             "because {} candidates were equally exciting (E = {}) and the lot fell on it",
             e.ties,
             shown(chosen.excitation)
         ),
-        "excitation" => format!(
+        Reason::Excitation => format!(
             "because nothing else was as exciting: E = {}{}",
             shown(chosen.excitation),
             rival(e, chosen)
         ),
-        other => format!("because of {} (E = {})", plain(other), shown(chosen.excitation)),
     };
     // What is done for a goal is done whatever it excites.
     let exciting = strongest(chosen).filter(|_| e.goal.is_none());
@@ -54,10 +53,12 @@ fn sentence(e: &Explanation, chosen: &Candidate) -> String {
 /// What the chosen schema expects of it, under its binding.
 fn expecting(chosen: &Candidate) -> String {
     let Some(id) = chosen.schema else { return String::new() };
-    let text = bound_text(&chosen.text, &chosen.binding);
-    let parts: Vec<_> = text.split(" / ").collect();
-    let [pre, _, post] = parts.as_slice() else { return format!(", as schema {id} says") };
-    let given = if *pre == "∅" { String::new() } else { format!(" given {pre}") };
+    let bound = bound(&chosen.form, &chosen.binding);
+    let post = side(bound.post.iter().map(expectation));
+    let given = match bound.pre.as_slice() {
+        [] => String::new(),
+        pre => format!(" given {}", side(pre.iter().map(notation))),
+    };
     match chosen.distance {
         0 | 1 => format!(", of which schema {id} expects {post}{given}"),
         // What was sent is the first of a chain to it.
@@ -74,7 +75,7 @@ fn rival(e: &Explanation, chosen: &Candidate) -> String {
 
 fn strongest(candidate: &Candidate) -> Option<&ExcitationTerm> {
     // The rest is many terms in one: none of them is the strongest for that. Of equals the first.
-    let terms = candidate.terms.iter().filter(|term| term.role != "rest");
+    let terms = candidate.terms.iter().filter(|term| term.role != TermRole::Rest);
     terms.rev().max_by(|a, b| a.value.total_cmp(&b.value))
 }
 
@@ -86,7 +87,7 @@ fn told(term: &ExcitationTerm, chosen: &Candidate) -> String {
     } else {
         format!("Of its sum {sum}, {value} comes")
     };
-    let from = match (&term.observation, &term.seen, term.role.as_str()) {
+    let from = match (&term.observation, &term.seen, term.role) {
         (Some(remembered), Some(seen), role) => {
             let attended = match term.attention {
                 0 => "never had attention before".to_owned(),
@@ -97,15 +98,15 @@ fn told(term: &ExcitationTerm, chosen: &Candidate) -> String {
                 "{part} from {}, which was perceived: it has {} in common with the schema's {} {}, which {attended}",
                 notation(seen),
                 count(term.shared, "value"),
-                plain(role),
+                role,
                 notation(remembered)
             )
         }
-        (_, _, "babbling") => format!("{part} from the drive to try what was never tried here"),
-        (_, _, "habituation") => {
+        (_, _, TermRole::Babbling) => format!("{part} from the drive to try what was never tried here"),
+        (_, _, TermRole::Habituation) => {
             format!("{part} from the drive to repeat what is not yet known well enough")
         }
-        (_, _, role) => format!("{part} of its {}", plain(role)),
+        (_, _, role) => format!("{part} of its {role}"),
     };
     match chosen.distance {
         0 | 1 => format!(" {from}."),
@@ -129,22 +130,6 @@ pub(super) fn shown(figure: f64) -> String {
 pub(super) fn sum(candidate: &Candidate) -> f64 {
     // From 0: an empty sum of floats would be -0.
     candidate.terms.iter().fold(0.0, |sum, term| sum + term.value)
-}
-
-/// A schema's text with the values of its variables put in.
-pub(super) fn bound_text(text: &str, binding: &[(String, ValueText)]) -> String {
-    let mut parts = text.split('$');
-    let mut bound = plain(parts.next().unwrap_or_default());
-    for part in parts {
-        let end = part.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(part.len());
-        let (name, rest) = part.split_at(end);
-        match binding.iter().find(|(known, _)| known == name) {
-            Some((_, known)) => bound.push_str(&value(known)),
-            None => bound.push_str(&format!("${}", plain(name))),
-        }
-        bound.push_str(&plain(rest));
-    }
-    bound
 }
 
 fn heading(chosen: &Candidate) -> String {
@@ -182,7 +167,7 @@ pub(super) fn terms(chosen: &Candidate, world: &[ObservationText]) -> String {
         // A drive, and what is added up already, is no product.
         let of_pair = |figure: String| if t.seen.is_some() { figure } else { "-".to_owned() };
         table.row([
-            plain(&t.role),
+            t.role.to_string(),
             remembered,
             seen,
             of_pair(t.shared.to_string()),

@@ -1,7 +1,8 @@
 //! `predict`, `plan` and `achieve` for people.
 
 use pschema_inspect::{
-    Condition, GoalFollowed, ObservationText, Plan, PlanMade, Prediction, Pursuit, SchemaInUse,
+    Condition, DecisionGoal, ObservationText, Plan, PlanCause, Prediction, Pursuit, PursuitPlan,
+    PursuitState, SchemaInUse,
 };
 
 use super::schema::wrapped;
@@ -93,31 +94,26 @@ fn in_use(s: &SchemaInUse) -> String {
     let with = binding(&s.binding);
     let with = if with.is_empty() { String::new() } else { format!(", with {with}") };
     let carrier = s.carrier.map_or_else(String::new, |carrier| format!(", through schema {carrier}"));
-    format!("schema {} ({}), {}{with}{carrier}", s.id, plain(&s.kind), plain(&s.text))
+    format!("schema {} ({}), {}{with}{carrier}", s.id, s.kind, plain(&s.text))
 }
 
 /// A plan made in pursuit of a goal, as a line of the talk.
-pub(crate) fn plan_made(plan: &PlanMade) -> String {
-    let why = match plan.because.as_str() {
-        "first" => "Plan".to_owned(),
-        because => {
-            let after = count(plan.after_actions, "action");
-            format!("Another plan after {after}, because {}", told(because))
-        }
+pub(crate) fn plan_made(plan: &PursuitPlan) -> String {
+    let because = match plan.because {
+        PlanCause::First => None,
+        PlanCause::NotReached => Some("the last one was carried through and the goal does not hold"),
+        PlanCause::NextNotAllowed => Some("the last step's outcome does not allow the next"),
+        PlanCause::NotCarriedOut => Some("the body did not carry out the action"),
+        PlanCause::Interrupted => Some("it was interrupted"),
     };
+    let after = count(plan.after_actions, "action");
+    let why = because.map_or_else(
+        || "Plan".to_owned(),
+        |because| format!("Another plan after {after}, because {because}"),
+    );
     let chain: Vec<_> = plan.chain.iter().map(link).collect();
     let budget = if plan.search_truncated { "; the search used up its budget" } else { "" };
     format!("{why}: {} (probability {:.2}{budget})", chain.join(", then "), plan.probability)
-}
-
-fn told(because: &str) -> String {
-    match because {
-        "not reached" => "the last one was carried through and the goal does not hold".to_owned(),
-        "next not allowed" => "the last step's outcome does not allow the next".to_owned(),
-        "not carried out" => "the body did not carry out the action".to_owned(),
-        "interrupted" => "it was interrupted".to_owned(),
-        other => plain(other),
-    }
 }
 
 fn link(s: &SchemaInUse) -> String {
@@ -129,35 +125,34 @@ fn link(s: &SchemaInUse) -> String {
 /// How the pursuit of a goal ended, as a sentence without its full stop.
 pub(crate) fn ending(p: &Pursuit) -> String {
     let (goal, actions) = (goal(&p.goal), count(p.actions, "action"));
-    match p.state.as_str() {
-        "achieved" if p.actions == 0 => format!("{goal} holds already"),
-        "achieved" => format!("{goal} was achieved with {actions}"),
-        "nothing known leads there" => {
+    match p.state {
+        PursuitState::Achieved if p.actions == 0 => format!("{goal} holds already"),
+        PursuitState::Achieved => format!("{goal} was achieved with {actions}"),
+        PursuitState::NothingLeadsThere => {
             format!("{goal} was given up after {actions}: nothing known leads there from here")
         }
-        "actions used up" => {
+        PursuitState::ActionsUsedUp => {
             format!("{goal} does not hold after {actions}, all it may take: allow more with --actions-max")
         }
-        "constrained" => {
+        PursuitState::Constrained => {
             format!(
                 "{goal} was given up after {actions}: the stage entered meanwhile does not lift what it speaks of"
             )
         }
-        "cancelled" => format!("{goal} was called off after {actions}"),
-        "pursued" => format!("{goal} is pursued, {actions} so far"),
-        other => format!("{goal}: {} after {actions}", plain(other)),
+        PursuitState::Cancelled => format!("{goal} was called off after {actions}"),
+        PursuitState::Pursued => format!("{goal} is pursued, {actions} so far"),
     }
 }
 
 /// The goal that a decision follows, as a clause.
-pub(crate) fn followed(f: &GoalFollowed) -> String {
+pub(crate) fn followed(f: &DecisionGoal) -> String {
     let (at, all) = (f.at.saturating_add(1), f.chain.len());
     let step = if all == 1 { "the plan".to_owned() } else { format!("step {at} of {all} of the plan") };
     format!("because it is {step} for the goal {} (probability {:.2})", goal(&f.goal), f.probability)
 }
 
 /// The chain that a decision follows, the schema executed marked.
-pub(crate) fn chain(f: &GoalFollowed) -> String {
+pub(crate) fn chain(f: &DecisionGoal) -> String {
     let mut table = Columns::new(&["", "schema", "plan", "action"]).figures(&[1]);
     for (at, s) in f.chain.iter().enumerate() {
         let mark = if u32::try_from(at).is_ok_and(|at| at == f.at) { ">" } else { "" };

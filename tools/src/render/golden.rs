@@ -6,7 +6,7 @@ use std::path::Path;
 use pschema_inspect::*;
 use serde::Serialize;
 
-use super::{explanation, figures, goals, json, json_goals, schema, status, why_not};
+use super::{explanation, figures, goals, schema, status, why_not};
 use crate::run::Results;
 use crate::run::tests::{report, stage};
 
@@ -38,7 +38,7 @@ fn symbol(name: &str) -> ValueText {
 }
 
 fn variable(name: &str) -> ValueText {
-    ValueText::Variable(name.to_owned())
+    ValueText::variable(name)
 }
 
 fn blue_in(field: ValueText) -> ObservationText {
@@ -63,7 +63,7 @@ pub(super) fn a_status() -> Status {
         durable_step: None,
         curriculum: "exp1-s1".to_owned(),
         stage: "probe".to_owned(),
-        stage_state: "acting".to_owned(),
+        stage_state: StageState::Acting,
         saturation: None,
         habituation: None,
         trial: Some(TrialStatus {
@@ -81,7 +81,7 @@ pub(super) fn a_status() -> Status {
             name: "sim".to_owned(),
             kind: "simulated arm".to_owned(),
             pid: 4712,
-            state: "attached".to_owned(),
+            state: BodyState::Attached,
             frames: 700,
             frames_refused: 1,
             last_refusal: Some("observation 3 (object): property field = 912 is outside 0..=460".to_owned()),
@@ -93,7 +93,7 @@ pub(super) fn a_status() -> Status {
         commit_latency_us_p99: 310.9,
         memory_bytes: 23 * 1024 * 1024,
         growth: [(64, 31.0), (128, 36.5)]
-            .map(|(schemas, step_latency_us_p50)| Growth {
+            .map(|(schemas, step_latency_us_p50)| GrowthStatus {
                 schemas,
                 steps: u64::from(schemas) * 2,
                 step_latency_us_p50,
@@ -101,7 +101,7 @@ pub(super) fn a_status() -> Status {
                 memory_bytes: 20 * 1024 * 1024 + u64::from(schemas) * 1024,
             })
             .to_vec(),
-        memory_digest: "9b1f".repeat(16),
+        memory_digest: Some("9b1f".repeat(16)),
         excitation_top: 1.75,
         world: vec!["object{colour=blue, field=17}".to_owned(), "finger{field=4}".to_owned()],
         goal: None,
@@ -111,9 +111,9 @@ pub(super) fn a_status() -> Status {
 }
 
 fn a_list() -> SchemaList {
-    let summary = |id: u32, kind: &str, pre: &[&str], action: &str, post: &[&str]| SchemaSummary {
+    let summary = |id: u32, kind: SchemaKind, pre: &[&str], action: &str, post: &[&str]| SchemaSummary {
         id,
-        kind: kind.to_owned(),
+        kind,
         pre: pre.iter().map(|text| (*text).to_owned()).collect(),
         action: action.to_owned(),
         post: post.iter().map(|text| (*text).to_owned()).collect(),
@@ -127,11 +127,17 @@ fn a_list() -> SchemaList {
     SchemaList {
         matching: 228,
         schemas: vec![
-            summary(4, "concrete", &[], "move(j1=0.43, j2=0.84)", &["finger{field=4}"]),
-            summary(224, "counter-example", &[blue], "move(j1=0.5, j2=0.9)", &["finger{field=17}", blue]),
+            summary(4, SchemaKind::Concrete, &[], "move(j1=0.43, j2=0.84)", &["finger{field=4}"]),
+            summary(
+                224,
+                SchemaKind::CounterExample,
+                &[blue],
+                "move(j1=0.5, j2=0.9)",
+                &["finger{field=17}", blue],
+            ),
             summary(
                 226,
-                "generalised",
+                SchemaKind::Generalised,
                 &["object{colour=$a, field=$b}"],
                 "achieve finger{field=$b}",
                 &["finger{field=$b}", "object{colour=$a, field=$b}", "touch{}"],
@@ -147,7 +153,7 @@ fn a_schema() -> SchemaDetail {
     lost.absent = true;
     SchemaDetail {
         id: 226,
-        kind: "generalised".to_owned(),
+        kind: SchemaKind::Generalised,
         action: "finger{field=$b}".to_owned(),
         target: vec![finger_in(b())],
         pre: vec![pre.clone()],
@@ -171,38 +177,62 @@ fn a_schema() -> SchemaDetail {
     }
 }
 
+fn expected(observation: ObservationText) -> Expectation {
+    Expectation { observation, absent: false }
+}
+
+fn binding(field: i64) -> NamedValues {
+    NamedValues(vec![("a".to_owned(), symbol("blue")), ("b".to_owned(), ValueText::Integer(field))])
+}
+
+/// The law that the finger touches what is in the field that it is brought to.
+fn touching_form() -> SchemaForm {
+    SchemaForm {
+        pre: vec![observation("object", &[("colour", variable("a")), ("field", variable("b"))])],
+        action: "achieve finger{field=$b}".to_owned(),
+        target: vec![finger_in(variable("b"))],
+        post: vec![expected(observation("touch", &[]))],
+    }
+}
+
 fn an_explanation() -> Explanation {
-    let term = |remembered: Option<ObservationText>, role: &str, shared: u32, attention: u32, value: f64| {
-        let seen = remembered.is_some().then(|| blue_in(ValueText::Integer(17)));
-        let role = role.to_owned();
-        ExcitationTerm {
-            observation: remembered,
-            seen,
-            role,
-            shared,
-            attention,
-            probability: 1.0,
-            weight: 1.0,
-            value,
-        }
-    };
+    let term =
+        |remembered: Option<ObservationText>, role: TermRole, shared: u32, attention: u32, value: f64| {
+            let seen = remembered.is_some().then(|| blue_in(ValueText::Integer(17)));
+            ExcitationTerm {
+                observation: remembered,
+                seen,
+                role,
+                shared,
+                attention,
+                probability: 1.0,
+                weight: 1.0,
+                value,
+            }
+        };
     let reaching = Candidate {
         schema: Some(17),
         text: "∅ / move(j1=0.43, j2=0.84) / finger{field=17}".to_owned(),
-        binding: Vec::new(),
+        form: SchemaForm {
+            action: "move(j1=0.43, j2=0.84)".to_owned(),
+            post: vec![expected(finger_in(ValueText::Integer(17)))],
+            ..SchemaForm::default()
+        },
+        binding: NamedValues::default(),
         distance: 1,
         excitation: 0.5,
-        terms: vec![term(Some(finger_in(ValueText::Integer(17))), "post-condition", 1, 1, 0.5)],
+        terms: vec![term(Some(finger_in(ValueText::Integer(17))), TermRole::PostCondition, 1, 1, 0.5)],
     };
     let touching = Candidate {
         schema: Some(226),
         text: "object{colour=$a, field=$b} / achieve finger{field=$b} / touch{}".to_owned(),
-        binding: vec![("a".to_owned(), symbol("blue")), ("b".to_owned(), ValueText::Integer(17))],
+        form: touching_form(),
+        binding: binding(17),
         distance: 2,
         excitation: 1.25,
         terms: vec![
-            term(Some(blue_in(ValueText::Integer(17))), "pre-condition", 2, 0, 2.0),
-            term(Some(finger_in(ValueText::Integer(17))), "post-condition", 1, 1, 0.5),
+            term(Some(blue_in(ValueText::Integer(17))), TermRole::PreCondition, 2, 0, 2.0),
+            term(Some(finger_in(ValueText::Integer(17))), TermRole::PostCondition, 1, 1, 0.5),
         ],
     };
     Explanation {
@@ -211,7 +241,7 @@ fn an_explanation() -> Explanation {
         world: vec![blue_in(ValueText::Integer(17))],
         chosen: 0,
         action: "move(j1=0.43, j2=0.84)".to_owned(),
-        reason: "excitation".to_owned(),
+        reason: Reason::Excitation,
         ties: 1,
         candidates_total: 224,
         candidates: vec![touching, reaching],
@@ -231,13 +261,19 @@ fn a_why_not(verdict: Verdict) -> WhyNot {
         body: explained.body,
         world: explained.world,
         schema: 42,
-        kind: "concrete".to_owned(),
+        kind: SchemaKind::Concrete,
         text: "object{colour=blue, field=4} / move(j1=0.10, j2=0.20) / touch{}".to_owned(),
+        form: SchemaForm {
+            pre: vec![blue_in(ValueText::Integer(4))],
+            action: "move(j1=0.10, j2=0.20)".to_owned(),
+            target: Vec::new(),
+            post: vec![expected(observation("touch", &[]))],
+        },
         verdict,
-        binding: Vec::new(),
+        binding: NamedValues::default(),
         bindings: 0,
         candidate: excited.then_some(candidate),
-        chain: if excited { vec![in_use(17, "concrete", 4)] } else { Vec::new() },
+        chain: if excited { vec![in_use(17, SchemaKind::Concrete, 4)] } else { Vec::new() },
         attempts: 9,
         carried_out: 8,
         habituated: excited.then_some(true),
@@ -252,25 +288,21 @@ fn a_why_not(verdict: Verdict) -> WhyNot {
 #[test]
 fn why_not_as_text_and_json() {
     let wanted = blue_in(ValueText::Integer(4));
-    let differs = vec![Difference {
-        property: "field".to_owned(),
-        wanted: ValueText::Integer(4),
-        seen: Some(ValueText::Integer(17)),
-    }];
+    let differs = vec!["field".to_owned()];
     let nearest = Some(blue_in(ValueText::Integer(17)));
-    let unseen = Lacking {
+    let unseen = UnmetCondition {
         wanted: finger_in(ValueText::Integer(4)),
         nearest: None,
         differs: Vec::new(),
         constrained: true,
     };
-    let lacking = vec![Lacking { wanted, nearest, differs, constrained: false }, unseen];
+    let lacking = vec![UnmetCondition { wanted, nearest, differs, constrained: false }, unseen];
     let missing = a_why_not(Verdict::PreConditions { lacking });
     check("why-not-lacking.txt", &why_not::why_not(&missing));
-    check_json("why-not-lacking.json", &why_not::Json::from(&missing));
+    check_json("why-not-lacking.json", &missing);
     let duller = a_why_not(Verdict::LessExciting { by: 1.0 });
     check("why-not-duller.txt", &why_not::why_not(&duller));
-    check_json("why-not-duller.json", &why_not::Json::from(&duller));
+    check_json("why-not-duller.json", &duller);
     let says = |verdict: Verdict, text: &str| {
         let told = why_not::why_not(&a_why_not(verdict)).replace('\n', " ");
         assert!(told.contains(text), "{told}");
@@ -281,7 +313,7 @@ fn why_not_as_text_and_json() {
     says(Verdict::NotInRepertoire, "sim can't do its action");
     says(Verdict::NotExciting, "its excitation is 0");
     says(Verdict::LotFellOnAnother, "the lot fell on schema 226");
-    says(Verdict::StoodInFor { by: 9, kind: "counter-example".to_owned() }, "schema 9, a counter-example");
+    says(Verdict::StoodInFor { by: 9, kind: SchemaKind::CounterExample }, "schema 9, a counter-example");
     says(
         Verdict::TargetNotAchievable { target: vec![finger_in(variable("b"))] },
         "achieves its target finger{field=$b}",
@@ -315,10 +347,10 @@ fn status_as_table_and_json() {
 
 /// Motor babbling, after so many quiet actions of five, with so many schemas left to habituate to.
 fn babbling(quiet_actions: u32, habituation_left: Option<u32>) -> Status {
-    let state = if habituation_left.is_some() { "habituating" } else { "acting" };
+    let state = if habituation_left.is_some() { StageState::Habituating } else { StageState::Acting };
     Status {
         stage: "motor babbling".to_owned(),
-        stage_state: state.to_owned(),
+        stage_state: state,
         saturation: Some(SaturationStatus { quiet_actions, quiet_actions_wanted: 5, saturation_below: 1.0 }),
         habituation: Some(HabituationStatus { habituation_left, executions_min: 40, interval_max: 0.2 }),
         trial: None,
@@ -354,13 +386,13 @@ fn schemas_as_table_and_json() {
 #[test]
 fn one_schema_as_text_and_json() {
     check("show.txt", &schema::detail(&a_schema()));
-    check_json("show.json", &json::Schema::from(&a_schema()));
+    check_json("show.json", &a_schema());
 }
 
 #[test]
 fn an_explanation_as_text_and_json() {
     check("explain.txt", &explanation::explanation(&an_explanation()));
-    check_json("explain.json", &json::Reasons::from(&an_explanation()));
+    check_json("explain.json", &an_explanation());
     let mut other = an_explanation();
     other.chosen = 9;
     assert!(
@@ -381,12 +413,12 @@ fn a_run_as_table_and_json() {
     check("experiments.txt", &figures::several(&[a_run(1), a_run(2)]));
 }
 
-fn in_use(id: u32, kind: &str, field: i64) -> SchemaInUse {
+fn in_use(id: u32, kind: SchemaKind, field: i64) -> SchemaInUse {
     SchemaInUse {
         id,
-        kind: kind.to_owned(),
+        kind,
         text: "object{colour=$a, field=$b} / achieve finger{field=$b} / touch{}".to_owned(),
-        binding: vec![("a".to_owned(), symbol("blue")), ("b".to_owned(), ValueText::Integer(field))],
+        binding: binding(field),
         action: "move(j1=0.43, j2=0.84)".to_owned(),
         carrier: Some(4),
     }
@@ -400,7 +432,7 @@ fn a_prediction() -> Prediction {
         world: vec![blue_in(ValueText::Integer(17))],
         attempts: 16,
         carried_out: 15,
-        schema: Some(in_use(226, "generalised", 17)),
+        schema: Some(in_use(226, SchemaKind::Generalised, 17)),
         outcomes: vec![condition(observation("touch", &[]), 14, 15), gone],
     }
 }
@@ -408,7 +440,7 @@ fn a_prediction() -> Prediction {
 fn a_plan() -> Plan {
     let stays = Condition { absent: true, ..condition(blue_in(ValueText::Integer(17)), 2, 15) };
     let step = PlanStep {
-        schema: in_use(226, "generalised", 17),
+        schema: in_use(226, SchemaKind::Generalised, 17),
         relies_on: vec![condition(observation("touch", &[]), 14, 15), stays],
         through: vec![condition(finger_in(ValueText::Integer(17)), 15, 15)],
         reliability: 0.94,
@@ -418,7 +450,7 @@ fn a_plan() -> Plan {
         body: "arm".to_owned(),
         goal: vec!["touch{}".to_owned(), "object{field=17}".to_owned()],
         world: vec![blue_in(ValueText::Integer(17))],
-        state: "found".to_owned(),
+        state: PlanState::Found,
         probability: Some(0.76),
         steps: vec![step],
         search_truncated: true,
@@ -426,29 +458,30 @@ fn a_plan() -> Plan {
 }
 
 fn a_pursuit() -> Pursuit {
-    let made = |after_actions, because: &str| PlanMade {
+    let made = |after_actions, because| PursuitPlan {
         after_actions,
-        because: because.to_owned(),
+        because,
         probability: 0.76,
-        chain: vec![in_use(226, "generalised", 17), in_use(12, "concrete", 17)],
+        chain: vec![in_use(226, SchemaKind::Generalised, 17), in_use(12, SchemaKind::Concrete, 17)],
         search_truncated: false,
     };
     Pursuit {
         number: 3,
         body: "arm".to_owned(),
         goal: vec!["touch{}".to_owned()],
-        state: "achieved".to_owned(),
+        state: PursuitState::Achieved,
+        achieved: true,
         actions: 3,
         actions_max: 50,
         plans_made: 2,
-        plans: vec![made(0, "first"), made(1, "next not allowed")],
+        plans: vec![made(0, PlanCause::First), made(1, PlanCause::NextNotAllowed)],
     }
 }
 
 #[test]
 fn a_prediction_as_text_and_json() {
     check("predict.txt", &goals::prediction(&a_prediction()));
-    check_json("predict.json", &json_goals::Prediction::from(&a_prediction()));
+    check_json("predict.json", &a_prediction());
     let unknown = Prediction { schema: None, outcomes: Vec::new(), attempts: 0, ..a_prediction() };
     let told = goals::prediction(&unknown);
     assert!(told.contains("Nothing that is known") && told.contains("never tried"), "{told}");
@@ -457,7 +490,7 @@ fn a_prediction_as_text_and_json() {
 #[test]
 fn a_plan_as_text_and_json() {
     check("plan.txt", &goals::plan(&a_plan()));
-    check_json("plan.json", &json_goals::Plan::from(&a_plan()));
+    check_json("plan.json", &a_plan());
     let none = Plan { probability: None, steps: Vec::new(), ..a_plan() };
     let told = goals::plan(&none);
     assert!(told.starts_with("Nothing known leads") && told.contains("budget"), "{told}");
@@ -470,22 +503,22 @@ fn a_pursuit_as_talk_and_json() {
     let pursuit = a_pursuit();
     let talk: Vec<_> = pursuit.plans.iter().map(goals::plan_made).collect();
     check("achieve.talk", &(talk.join("\n") + "\n" + &goals::ending(&pursuit) + "\n"));
-    check_json("achieve.json", &json_goals::Pursuit::from(&pursuit));
-    for state in ["nothing known leads there", "actions used up", "constrained", "cancelled", "\x1b[2J"] {
-        let told = goals::ending(&Pursuit { state: state.to_owned(), ..a_pursuit() });
-        assert!(told.contains("3 actions") && !told.contains('\x1b'), "{told}");
+    check_json("achieve.json", &pursuit);
+    for state in PursuitState::ALL.iter().copied() {
+        let told = goals::ending(&Pursuit { state, ..a_pursuit() });
+        assert!(told.contains("3 actions"), "{told}");
     }
 }
 
 #[test]
 fn a_decision_for_a_goal_says_which_and_what_step_of_the_plan_it_is() {
-    let goal = GoalFollowed {
+    let goal = DecisionGoal {
         goal: vec!["touch{}".to_owned()],
         chain: a_pursuit().plans[0].chain.clone(),
         at: 1,
         probability: 0.76,
     };
-    let explained = Explanation { reason: "goal".to_owned(), goal: Some(goal), ..an_explanation() };
+    let explained = Explanation { reason: Reason::Goal, goal: Some(goal), ..an_explanation() };
     check("explain-goal.txt", &explanation::explanation(&explained));
     let mut pursuing = a_status();
     pursuing.goal = Some(GoalSummary {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use pschema_inspect::{BodyStatus, Status};
+use pschema_inspect::{BodyState, BodyStatus, Durability, Status};
 
 /// What a family of samples is.
 #[derive(Clone, Copy)]
@@ -102,8 +102,8 @@ fn learnt(page: &mut Page<'_>, s: &Status) {
     }
     page.family("stage_info", Kind::Gauge, "The present stage of the curriculum, and what it is doing.");
     // What it is stuck on may be anything, and would make a series of its own each time.
-    let state = if s.stage_state.starts_with("stuck") { "stuck" } else { s.stage_state.as_str() };
-    let labels = [("curriculum", s.curriculum.as_str()), ("stage", &s.stage), ("state", state)];
+    let labels =
+        [("curriculum", s.curriculum.as_str()), ("stage", &s.stage), ("state", s.stage_state.as_str())];
     page.sample("stage_info", &labels, 1.0);
     let top = "Top excitation of the last decision.";
     page.one("excitation_top", Kind::Gauge, top, s.excitation_top);
@@ -115,7 +115,7 @@ fn learnt(page: &mut Page<'_>, s: &Status) {
 
 fn kept(page: &mut Page<'_>, s: &Status) {
     let durable = "Whether memory is on disk before anything rests on it.";
-    let strict = s.storage.as_ref().is_some_and(|storage| storage.durability == "strict");
+    let strict = s.storage.as_ref().is_some_and(|storage| storage.durability == Durability::Strict);
     page.one("durability_strict", Kind::Gauge, durable, if strict { 1.0 } else { 0.0 });
     let Some(storage) = &s.storage else { return };
     let last = "Steps known to be on disk.";
@@ -141,7 +141,7 @@ fn bodies(page: &mut Page<'_>, bodies: &[BodyStatus]) {
     let mut named: BTreeMap<(&str, &str), (bool, u64, u64)> = BTreeMap::new();
     for body in bodies {
         let (attached, frames, refused) = named.entry((&body.name, &body.kind)).or_default();
-        *attached |= body.state == "attached";
+        *attached |= body.state == BodyState::Attached;
         *frames = frames.saturating_add(body.frames);
         *refused = refused.saturating_add(body.frames_refused);
     }
@@ -171,7 +171,7 @@ fn bodies(page: &mut Page<'_>, bodies: &[BodyStatus]) {
 mod tests {
     use std::collections::BTreeSet;
 
-    use pschema_inspect::Storage;
+    use pschema_inspect::StorageStatus;
 
     use super::*;
     use crate::render::golden::a_status;
@@ -223,9 +223,9 @@ mod tests {
     #[test]
     fn the_page_is_of_the_exposition_format() {
         let mut status = a_status();
-        status.storage = Some(Storage {
+        status.storage = Some(StorageStatus {
             directory: "/var/lib/robot".to_owned(),
-            durability: "strict".to_owned(),
+            durability: Durability::Strict,
             durable_step: 344,
             journal_bytes: 1_000,
             oldest_step: 0,

@@ -8,8 +8,6 @@ pub(crate) mod goals;
 mod golden;
 pub(crate) mod graph;
 pub(crate) mod journal;
-pub(crate) mod json;
-pub(crate) mod json_goals;
 pub(crate) mod metrics;
 pub(crate) mod past_status;
 pub(crate) mod schema;

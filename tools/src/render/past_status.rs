@@ -1,6 +1,6 @@
 //! `status --data`: what a daemon's `status` says, as far as it is about memory, of memory as it was.
 
-use pschema_inspect::{GoalSummary, HabituationStatus, SaturationStatus, Status, TrialStatus};
+use pschema_inspect::{GoalSummary, HabituationStatus, SaturationStatus, StageState, Status, TrialStatus};
 use pschema_store::past::Files;
 use serde::Serialize;
 
@@ -22,14 +22,14 @@ pub(crate) struct PastStatus<'a> {
     journal_bytes: u64,
     curriculum: &'a str,
     stage: &'a str,
-    stage_state: &'a str,
+    stage_state: &'a StageState,
     saturation: &'a Option<SaturationStatus>,
     habituation: &'a Option<HabituationStatus>,
     trial: &'a Option<TrialStatus>,
     schemas_total: u32,
     schemas_concrete: u32,
     schemas_generalised: u32,
-    memory_digest: &'a str,
+    memory_digest: Option<&'a str>,
     excitation_top: f64,
     world: &'a [String],
     goal: &'a Option<GoalSummary>,
@@ -62,7 +62,7 @@ impl<'a> PastStatus<'a> {
             schemas_total: status.schemas_total,
             schemas_concrete: status.schemas_concrete,
             schemas_generalised: status.schemas_generalised,
-            memory_digest: &status.memory_digest,
+            memory_digest: status.memory_digest.as_deref(),
             excitation_top: status.excitation_top,
             world: &status.world,
             goal: &status.goal,

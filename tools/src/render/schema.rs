@@ -1,9 +1,9 @@
 //! `schemas` and `show` for people.
 
-use pschema_inspect::{Condition, SchemaDetail, SchemaList, SchemaSummary};
+use pschema_inspect::{Condition, SchemaDetail, SchemaList};
 
 use super::table::{Columns, WIDTH};
-use super::words::{condition, count, notation, plain, probability, schema_sentence, side};
+use super::words::{condition, count, notation, plain, probability, schema_sentence, side, summary_notation};
 
 /// A list of schemas, from which the first `offset` were left out.
 pub(crate) fn list(list: &SchemaList, offset: u32) -> String {
@@ -16,7 +16,7 @@ pub(crate) fn list(list: &SchemaList, offset: u32) -> String {
     let mut table = Columns::new(&["id", "kind", "schema", "succeeds"]).figures(&[0]);
     for s in &list.schemas {
         let succeeds = probability(s.probability, s.successes, s.executions, s.low, s.high);
-        table.row([s.id.to_string(), plain(&s.kind), one_line(s), succeeds]);
+        table.row([s.id.to_string(), s.kind.to_string(), summary_notation(s), succeeds]);
     }
     let (from, shown) = (u64::from(offset), list.schemas.len() as u64);
     let (end, all) = (from + shown, count(list.matching, "schema"));
@@ -29,14 +29,9 @@ pub(crate) fn list(list: &SchemaList, offset: u32) -> String {
     table.text(&[0, 1, 3]) + &more
 }
 
-fn one_line(s: &SchemaSummary) -> String {
-    let written = |list: &[String]| side(list.iter().map(|o| plain(o)));
-    format!("{} / {} / {}", written(&s.pre), plain(&s.action), written(&s.post))
-}
-
 /// One schema whole.
 pub(crate) fn detail(s: &SchemaDetail) -> String {
-    let mut text = format!("Schema {}, {}, made in step {}\n\n", s.id, plain(&s.kind), s.created_step);
+    let mut text = format!("Schema {}, {}, made in step {}\n\n", s.id, s.kind, s.created_step);
     text.push_str(&wrapped(&capital(&schema_sentence(s)), "  "));
     text.push('\n');
     let mut facts = Columns::new(&[]);

@@ -1,6 +1,9 @@
 //! `status` and `stage` for people.
 
-use pschema_inspect::{BodyStatus, Growth, HabituationStatus, Report, SaturationStatus, Status, TrialStatus};
+use pschema_inspect::{
+    BodyStatus, Durability, GrowthStatus, HabituationStatus, Report, SaturationStatus, StageState, Status,
+    TrialStatus,
+};
 
 use super::goals;
 use super::schema::wrapped;
@@ -34,9 +37,9 @@ pub(crate) fn status(s: &Status) -> String {
 }
 
 /// What the last doublings of memory cost; none before there was one.
-fn growth(rows: &[Growth]) -> Option<String> {
+fn growth(rows: &[GrowthStatus]) -> Option<String> {
     let told = rows.get(rows.len().saturating_sub(GROWTH_MAX)..).filter(|_| rows.len() > 1)?;
-    let row = |row: &Growth| {
+    let row = |row: &GrowthStatus| {
         let (p50, p99) = (row.step_latency_us_p50, row.step_latency_us_p99);
         format!("from {} schemas {p50:.0}/{p99:.0} us and {}", row.schemas, bytes(row.memory_bytes))
     };
@@ -44,10 +47,15 @@ fn growth(rows: &[Growth]) -> Option<String> {
     Some(format!("{} (median/99 % of a step; memory when it got there)", told.join(", ")))
 }
 
+/// What the curriculum is doing: what it is stuck on may come from a body.
+pub(crate) fn state(state: &StageState) -> String {
+    plain(&state.to_string())
+}
+
 /// Where the curriculum stands, and what has been learnt.
 pub(crate) fn learnt(s: &Status, facts: &mut Columns) {
     let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
-    fact("stage", format!("{} ({}) of {}", plain(&s.stage), plain(&s.stage_state), plain(&s.curriculum)));
+    fact("stage", format!("{} ({}) of {}", plain(&s.stage), state(&s.stage_state), plain(&s.curriculum)));
     if let Some(told) = &s.trial {
         fact("trial", trial(told));
     }
@@ -64,7 +72,9 @@ pub(crate) fn learnt(s: &Status, facts: &mut Columns) {
 /// What memory is, and what it is about to do.
 pub(crate) fn doing(s: &Status, facts: &mut Columns) {
     let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
-    fact("digest", plain(&s.memory_digest));
+    if let Some(digest) = &s.memory_digest {
+        fact("digest", plain(digest));
+    }
     if let Some(goal) = &s.goal {
         let (number, wanted, body) = (goal.number, goals::goal(&goal.goal), plain(&goal.body));
         let actions = format!("{} of at most {}", count(goal.actions, "action"), goal.actions_max);
@@ -117,9 +127,9 @@ pub(crate) fn habituation(h: &HabituationStatus) -> String {
 fn durability(s: &Status) -> String {
     match &s.storage {
         Some(storage) => {
-            let relaxed = match storage.durability.as_str() {
-                "relaxed" => "; RELAXED: actions do not wait for the disk, so steps can be lost",
-                _ => "",
+            let relaxed = match storage.durability {
+                Durability::Relaxed => "; RELAXED: actions do not wait for the disk, so steps can be lost",
+                Durability::Strict => "",
             };
             format!("durable up to {}{relaxed}", storage.durable_step)
         }
@@ -145,7 +155,7 @@ fn bodies(bodies: &[BodyStatus]) -> String {
         Columns::new(&["body", "kind", "process", "state", "frames", "refused"]).figures(&[2, 4, 5]);
     for b in bodies {
         let (frames, refused) = (b.frames.to_string(), b.frames_refused.to_string());
-        table.row([plain(&b.name), plain(&b.kind), b.pid.to_string(), plain(&b.state), frames, refused]);
+        table.row([plain(&b.name), plain(&b.kind), b.pid.to_string(), b.state.to_string(), frames, refused]);
     }
     let mut text = table.text(&[]);
     for b in bodies {
@@ -159,8 +169,8 @@ fn bodies(bodies: &[BodyStatus]) -> String {
 
 /// Where a curriculum stands.
 pub(crate) fn report(r: &Report) -> String {
-    let state = if r.finished { "finished" } else { &r.stage_state };
-    let mut text = format!("{}: stage {}, {}\n\n", plain(&r.curriculum), plain(&r.stage), plain(state));
+    let state = if r.finished { StageState::Finished.to_string() } else { state(&r.stage_state) };
+    let mut text = format!("{}: stage {}, {state}\n\n", plain(&r.curriculum), plain(&r.stage));
     if let Some(stuck) = &r.stuck {
         text.push_str(&format!("It cannot go on: {}\n\n", plain(stuck)));
     }

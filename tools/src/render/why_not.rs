@@ -1,14 +1,13 @@
-//! `explain --why-not` for people and programs: what stood in a schema's way, then both sides of the comparison.
+//! `explain --why-not` for people: what stood in a schema's way, then both sides of the comparison.
 
-use pschema_inspect::{Candidate, Difference, Lacking, SchemaInUse, Verdict, WhyNot};
-use serde::Serialize;
+use pschema_inspect::{
+    Candidate, ObservationText, Reason, SchemaKind, TermRole, UnmetCondition, Verdict, WhyNot,
+};
 
-use super::explanation::{bound_text, named, perceived, shown, sum, terms};
-use super::json::{CandidateJson, Observation, Values, all};
-use super::json_goals::InUse;
+use super::explanation::{named, perceived, shown, sum, terms};
 use super::schema::wrapped;
 use super::table::Columns;
-use super::words::{notation, plain, side, value};
+use super::words::{bound, form_notation, notation, plain, side, value};
 
 /// Why a schema was not executed.
 pub fn why_not(why: &WhyNot) -> String {
@@ -45,7 +44,7 @@ fn sentence(why: &WhyNot) -> String {
         ),
         Verdict::NotWeighed => not(format!(
             "{} was being followed, so that nothing else was weighed. {}.",
-            if why.reason == "goal" { "a plan for a goal" } else { "a chain begun before" },
+            if why.reason == Reason::Goal { "a plan for a goal" } else { "a chain begun before" },
             instead
         )),
         Verdict::Retired => {
@@ -54,7 +53,7 @@ fn sentence(why: &WhyNot) -> String {
         Verdict::NotInRepertoire => not(format!("{} can't do its action. {}.", plain(&why.body), instead)),
         Verdict::PreConditions { lacking } => {
             let reasons: Vec<_> = lacking.iter().map(missing).collect();
-            let chain = if why.kind == "generalised" {
+            let chain = if why.kind == SchemaKind::Generalised {
                 ""
             } else {
                 " No chain that is known leads from here to where it holds."
@@ -68,7 +67,7 @@ fn sentence(why: &WhyNot) -> String {
         )),
         Verdict::StoodInFor { by, kind } => not(format!(
             "schema {by}, {} for exactly this case, is selected instead (paper, IV-A).",
-            if kind == "counter-example" { "a counter-example" } else { "a concrete schema" }
+            if *kind == SchemaKind::CounterExample { "a counter-example" } else { "a concrete schema" }
         )),
         Verdict::NotExciting => not(format!(
             "nothing that was perceived shares a value with what it remembers, so that its excitation is 0. {}.",
@@ -108,7 +107,7 @@ fn far(why: &WhyNot) -> String {
 }
 
 /// A pre-condition that does not hold, with what comes nearest to it.
-fn missing(lacking: &Lacking) -> String {
+fn missing(lacking: &UnmetCondition) -> String {
     let wanted = notation(&lacking.wanted);
     if lacking.constrained {
         return format!(
@@ -119,10 +118,11 @@ fn missing(lacking: &Lacking) -> String {
     let Some(nearest) = &lacking.nearest else {
         return format!("its pre-condition {wanted} does not hold; nothing of that type was perceived");
     };
-    let seen = |difference: &Difference| {
-        let (name, wanted) = (plain(&difference.property), value(&difference.wanted));
-        let seen = difference.seen.as_ref().map_or_else(|| "none".to_owned(), value);
-        format!("{name} {wanted} wanted, {seen} seen")
+    let seen = |property: &String| {
+        let of = |observation: &ObservationText| {
+            observation.properties.get(property).map_or_else(|| "none".to_owned(), value)
+        };
+        format!("{} {} wanted, {} seen", plain(property), of(&lacking.wanted), of(nearest))
     };
     let differs: Vec<_> = lacking.differs.iter().map(seen).collect();
     let differs = match differs.is_empty() {
@@ -154,25 +154,25 @@ fn truncated(why: &WhyNot) -> Option<String> {
 }
 
 fn heading(why: &WhyNot) -> String {
-    let text = bound_text(&why.text, &why.binding);
+    let text = form_notation(&bound(&why.form, &why.binding));
     let bindings = match why.bindings {
         0 | 1 => String::new(),
         n => format!(" (the nearest of {n} bindings)"),
     };
-    format!("Schema {}, {}: {text}{bindings}", why.schema, plain(&why.kind))
+    format!("Schema {}, {}: {text}{bindings}", why.schema, why.kind)
 }
 
 /// Both excitations, part by part.
 fn beside(why: &WhyNot, asked: &Candidate) -> String {
     let mut table =
         Columns::new(&["", &format!("schema {}", why.schema), &named(&why.chosen)]).figures(&[1, 2]);
-    let part = |candidate: &Candidate, role: &str| {
+    let part = |candidate: &Candidate, role: TermRole| {
         candidate.terms.iter().filter(|term| term.role == role).fold(0.0, |sum, term| sum + term.value)
     };
-    for role in ["pre-condition", "post-condition", "association", "babbling", "habituation", "rest"] {
+    for role in TermRole::ALL.iter().copied() {
         let (a, b) = (part(asked, role), part(&why.chosen, role));
         if a != 0.0 || b != 0.0 {
-            table.row([role.to_owned(), shown(a), shown(b)]);
+            table.row([role.to_string(), shown(a), shown(b)]);
         }
     }
     table.row(["sum".to_owned(), shown(sum(asked)), shown(sum(&why.chosen))]);
@@ -184,116 +184,4 @@ fn beside(why: &WhyNot, asked: &Candidate) -> String {
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// What `pschema explain --why-not ID --json` prints.
-#[derive(Debug, Serialize)]
-pub struct Json<'a> {
-    step: u64,
-    body: &'a str,
-    world: Vec<Observation<'a>>,
-    schema: u32,
-    kind: &'a str,
-    text: &'a str,
-    /// `chosen`, `executed-for`, `not-weighed`, `retired`, …
-    verdict: &'static str,
-    /// Of `executed-for` and `stood-in-for`: which schema.
-    other: Option<u32>,
-    /// Of `pre-conditions`.
-    lacking: Vec<LackingJson<'a>>,
-    /// Of `target-not-achievable`.
-    target: Vec<Observation<'a>>,
-    /// Of `less-exciting`.
-    less_by: Option<f64>,
-    binding: Values<'a>,
-    bindings: u32,
-    candidate: Option<CandidateJson<'a>>,
-    chain: Vec<InUse<'a>>,
-    attempts: u32,
-    carried_out: u32,
-    habituated: Option<bool>,
-    search_truncated: bool,
-    chosen: CandidateJson<'a>,
-    action: &'a str,
-    reason: &'a str,
-    ties: u32,
-}
-
-#[derive(Debug, Serialize)]
-struct LackingJson<'a> {
-    wanted: Observation<'a>,
-    nearest: Option<Observation<'a>>,
-    differs: Vec<&'a str>,
-    constrained: bool,
-}
-
-impl<'a> From<&'a Lacking> for LackingJson<'a> {
-    fn from(lacking: &'a Lacking) -> Self {
-        Self {
-            wanted: (&lacking.wanted).into(),
-            nearest: lacking.nearest.as_ref().map(Observation::from),
-            differs: lacking.differs.iter().map(|difference| difference.property.as_str()).collect(),
-            constrained: lacking.constrained,
-        }
-    }
-}
-
-impl<'a> From<&'a WhyNot> for Json<'a> {
-    fn from(why: &'a WhyNot) -> Self {
-        let (mut other, mut lacking, mut target, mut less_by) = (None, Vec::new(), Vec::new(), None);
-        let verdict = match &why.verdict {
-            Verdict::Chosen => "chosen",
-            Verdict::ExecutedFor { schema } => {
-                other = Some(*schema);
-                "executed-for"
-            }
-            Verdict::NotWeighed => "not-weighed",
-            Verdict::Retired => "retired",
-            Verdict::NotInRepertoire => "not-in-repertoire",
-            Verdict::PreConditions { lacking: list } => {
-                lacking = all(list);
-                "pre-conditions"
-            }
-            Verdict::TargetNotAchievable { target: list } => {
-                target = all(list);
-                "target-not-achievable"
-            }
-            Verdict::StoodInFor { by, .. } => {
-                other = Some(*by);
-                "stood-in-for"
-            }
-            Verdict::NotExciting => "not-exciting",
-            Verdict::LessExciting { by } => {
-                less_by = Some(*by);
-                "less-exciting"
-            }
-            Verdict::LotFellOnAnother => "lot-fell-on-another",
-        };
-        let chain: &'a [SchemaInUse] = &why.chain;
-        Self {
-            step: why.step,
-            body: &why.body,
-            world: all(&why.world),
-            schema: why.schema,
-            kind: &why.kind,
-            text: &why.text,
-            verdict,
-            other,
-            lacking,
-            target,
-            less_by,
-            binding: Values(&why.binding),
-            bindings: why.bindings,
-            candidate: why.candidate.as_ref().map(CandidateJson::from),
-            chain: all(chain),
-            attempts: why.attempts,
-            carried_out: why.carried_out,
-            habituated: why.habituated,
-            search_truncated: why.search_truncated,
-            chosen: (&why.chosen).into(),
-            action: &why.action,
-            reason: &why.reason,
-            ties: why.ties,
-        }
-    }
 }

@@ -1,6 +1,8 @@
 //! Small things in words: observations, schemas, probabilities, durations.
 
-use pschema_inspect::{Condition, ObservationText, SchemaDetail, ValueText};
+use pschema_inspect::{
+    Condition, Expectation, NamedValues, ObservationText, SchemaDetail, SchemaForm, SchemaSummary, ValueText,
+};
 
 /// Text of others (names of bodies, words heard) without what would steer a terminal.
 pub(crate) fn plain(text: &str) -> String {
@@ -19,23 +21,72 @@ pub(crate) fn side(things: impl IntoIterator<Item = String>) -> String {
     if things.is_empty() { "∅".to_owned() } else { things.join(" & ") }
 }
 
+/// What is observed, or `no longer …` where it is not observed any more.
+fn outcome(observation: &ObservationText, absent: bool) -> String {
+    let observation = notation(observation);
+    if absent { format!("no longer {observation}") } else { observation }
+}
+
 /// A post-condition as it is written: `no longer …` where it says what is not observed any more.
 pub(crate) fn condition(condition: &Condition) -> String {
-    let observation = notation(&condition.observation);
-    if condition.absent { format!("no longer {observation}") } else { observation }
+    outcome(&condition.observation, condition.absent)
+}
+
+/// What a schema expects, as it is written.
+pub(crate) fn expectation(expectation: &Expectation) -> String {
+    outcome(&expectation.observation, expectation.absent)
 }
 
 /// A schema as it is written, on one line: pre-conditions / action / post-conditions.
-pub(crate) fn schema_notation(schema: &SchemaDetail) -> String {
-    let action = match schema.target.as_slice() {
-        [] => plain(&schema.action),
+fn on_one_line(
+    pre: &[ObservationText],
+    target: &[ObservationText],
+    action: &str,
+    post: impl Iterator<Item = String>,
+) -> String {
+    let action = match target {
+        [] => plain(action),
         target => format!("achieve {}", side(target.iter().map(notation))),
     };
-    format!(
-        "{} / {action} / {}",
-        side(schema.pre.iter().map(notation)),
-        side(schema.post.iter().map(condition))
-    )
+    format!("{} / {action} / {}", side(pre.iter().map(notation)), side(post))
+}
+
+/// A schema as it is written, on one line.
+pub(crate) fn schema_notation(schema: &SchemaDetail) -> String {
+    on_one_line(&schema.pre, &schema.target, &schema.action, schema.post.iter().map(condition))
+}
+
+/// The same, of a schema of which only the parts are known.
+pub(crate) fn form_notation(form: &SchemaForm) -> String {
+    on_one_line(&form.pre, &form.target, &form.action, form.post.iter().map(expectation))
+}
+
+/// The same, of a schema in a list.
+pub(crate) fn summary_notation(schema: &SchemaSummary) -> String {
+    let written = |list: &[String]| side(list.iter().map(|one| plain(one)));
+    format!("{} / {} / {}", written(&schema.pre), plain(&schema.action), written(&schema.post))
+}
+
+/// A schema with the values of its variables put in.
+pub(crate) fn bound(form: &SchemaForm, binding: &NamedValues) -> SchemaForm {
+    let bound = |observation: &ObservationText| {
+        let value = |value: &ValueText| match value {
+            ValueText::Variable { var } => binding.get(var).unwrap_or(value).clone(),
+            constant => constant.clone(),
+        };
+        let properties = observation.properties.iter().map(|(name, known)| (name.clone(), value(known)));
+        ObservationText { kind: observation.kind.clone(), properties: properties.collect() }
+    };
+    SchemaForm {
+        pre: form.pre.iter().map(bound).collect(),
+        action: form.action.clone(),
+        target: form.target.iter().map(bound).collect(),
+        post: form
+            .post
+            .iter()
+            .map(|post| Expectation { observation: bound(&post.observation), absent: post.absent })
+            .collect(),
+    }
 }
 
 /// A value as it is written.
@@ -45,12 +96,12 @@ pub(crate) fn value(value: &ValueText) -> String {
         ValueText::Symbol(s) => plain(s),
         ValueText::Boolean(b) => b.to_string(),
         ValueText::Real(r) => r.to_string(),
-        ValueText::Variable(v) => format!("${}", plain(v)),
+        ValueText::Variable { var } => format!("${}", plain(var)),
     }
 }
 
 /// What is bound to what: `$a=blue, $b=17`; empty for nothing.
-pub(crate) fn binding(binding: &[(String, ValueText)]) -> String {
+pub(crate) fn binding(binding: &NamedValues) -> String {
     let pairs = binding.iter().map(|(name, v)| format!("${}={}", plain(name), value(v)));
     pairs.collect::<Vec<_>>().join(", ")
 }
@@ -110,12 +161,12 @@ pub(crate) fn schema_sentence(schema: &SchemaDetail) -> String {
         sentence.push_str(&target.join(" and "));
     }
     sentence.push_str(", and ");
-    sentence.push_str(&outcome(schema, &mut known));
+    sentence.push_str(&news(schema, &mut known));
     sentence
 }
 
 /// What probably comes of a schema beyond what was there before and what its target asks for anyway.
-fn outcome(schema: &SchemaDetail, known: &mut Vec<String>) -> String {
+fn news(schema: &SchemaDetail, known: &mut Vec<String>) -> String {
     let known_before =
         |c: &Condition| schema.pre.contains(&c.observation) || schema.target.contains(&c.observation);
     let said = |c: &&Condition| c.probability > 0.5 && (c.absent || !known_before(c));
@@ -132,8 +183,8 @@ pub(crate) fn missing(general: &SchemaDetail, exception: &SchemaDetail) -> Strin
     let held = |kind: &str| exception.post.iter().any(|c| !c.absent && c.observation.kind == kind);
     let lacking =
         general.post.iter().filter(|c| !c.absent && c.probability > 0.5 && !held(&c.observation.kind));
-    let told = lacking.map(|c| match (c.observation.kind.as_str(), c.observation.properties.as_slice()) {
-        ("touch", []) => "it does not touch".to_owned(),
+    let told = lacking.map(|c| match (c.observation.kind.as_str(), c.observation.properties.is_empty()) {
+        ("touch", true) => "it does not touch".to_owned(),
         _ => format!("there is no {}", plain(&c.observation.kind)),
     });
     let told: Vec<_> = told.collect();
@@ -142,10 +193,10 @@ pub(crate) fn missing(general: &SchemaDetail, exception: &SchemaDetail) -> Strin
 
 fn clause(condition: &Condition, known: &mut Vec<String>) -> String {
     let observation = &condition.observation;
-    match (observation.kind.as_str(), observation.properties.as_slice(), condition.absent) {
+    match (observation.kind.as_str(), observation.properties.is_empty(), condition.absent) {
         // The one event that the paper's first experiment is about deserves a verb.
-        ("touch", [], false) => "it touches".to_owned(),
-        ("touch", [], true) => "it no longer touches".to_owned(),
+        ("touch", true, false) => "it touches".to_owned(),
+        ("touch", true, true) => "it no longer touches".to_owned(),
         (_, _, false) => format!("there is {}", with_article(observation, known)),
         (_, _, true) => format!("there is no longer {}", with_article(observation, known)),
     }
@@ -156,7 +207,7 @@ fn clause(condition: &Condition, known: &mut Vec<String>) -> String {
 fn order(observation: &ObservationText, known: &mut Vec<String>) -> String {
     let is_place = |name: &str| name == "field";
     let fixed =
-        |(name, value): &(String, ValueText)| is_place(name) || !matches!(value, ValueText::Variable(_));
+        |(name, value): &(String, ValueText)| is_place(name) || !matches!(value, ValueText::Variable { .. });
     let place = observation.properties.iter().find(|(name, _)| is_place(name));
     match place {
         Some((name, place)) if observation.properties.iter().all(fixed) => {
@@ -168,10 +219,10 @@ fn order(observation: &ObservationText, known: &mut Vec<String>) -> String {
 
 /// An observation as a noun: `a blue object in field 4`. A variable is "any" when it is first met.
 fn with_article(observation: &ObservationText, known: &mut Vec<String>) -> String {
-    let colour = observation.properties.iter().find_map(|(name, value)| match value {
-        ValueText::Symbol(colour) if name == "colour" => Some(plain(colour)),
+    let colour = match observation.properties.get("colour") {
+        Some(ValueText::Symbol(colour)) => Some(plain(colour)),
         _ => None,
-    });
+    };
     let noun = colour.iter().cloned().chain([plain(&observation.kind)]).collect::<Vec<_>>().join(" ");
     let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
     let mut text = format!("{article} {noun}");
@@ -191,9 +242,9 @@ fn with_article(observation: &ObservationText, known: &mut Vec<String>) -> Strin
 
 fn qualified(name: &str, property: &ValueText, known: &mut Vec<String>) -> String {
     match property {
-        ValueText::Variable(variable) if !known.contains(variable) => {
-            known.push(variable.clone());
-            format!("any {name} ${}", plain(variable))
+        ValueText::Variable { var } if !known.contains(var) => {
+            known.push(var.clone());
+            format!("any {name} ${}", plain(var))
         }
         other => format!("{name} {}", value(other)),
     }
@@ -209,7 +260,7 @@ mod tests {
     }
 
     fn variable(name: &str) -> ValueText {
-        ValueText::Variable(name.to_owned())
+        ValueText::variable(name)
     }
 
     fn sure(observation: ObservationText) -> Condition {
@@ -229,7 +280,7 @@ mod tests {
         let finger = observation("finger", &[("field", variable("b"))]);
         SchemaDetail {
             id: 226,
-            kind: "generalised".to_owned(),
+            kind: pschema_inspect::SchemaKind::Generalised,
             action: String::new(),
             target: vec![finger.clone()],
             pre: vec![object.clone()],
@@ -266,7 +317,7 @@ mod tests {
     fn what_is_fixed_about_a_thing_is_said_in_passing_or_not_at_all() {
         let mut schema = touching();
         let green = ("colour".to_owned(), ValueText::Symbol("green".to_owned()));
-        schema.target[0].properties.insert(0, green.clone());
+        schema.target[0].properties.0.insert(0, green.clone());
         assert!(
             schema_sentence(&schema).contains(": bring the finger to field $b, and"),
             "{}",

@@ -31,7 +31,7 @@ pub(super) fn steps(to: &mut dyn Write, section: &Section<'_>) -> io::Result<()>
                     decision.generalised.to_string(),
                     decision.distance.to_string(),
                     field(&decision.action),
-                    field(&decision.reason),
+                    field(decision.reason.as_str()),
                     field(&decision.predicts),
                 ]),
             }

@@ -30,7 +30,7 @@ fn row(step: u64, stage: usize, trial: u32, schemas: u32) -> StepRecord {
             generalised: touching,
             distance: 1,
             action: text("move(j1=0.43, j2=0.84)"),
-            reason: text("excitation"),
+            reason: pschema_inspect::Reason::Excitation,
             predicts: text(if touching { "finger touch" } else { "finger" }),
             touching,
         }),

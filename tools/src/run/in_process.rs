@@ -2,10 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use pschema_inspect::{Answer, Report, Request};
+use pschema_inspect::Report;
 use pschema_process::Stop;
 use pschema_server::ServerArgs;
 use pschema_server::in_process::{InProcess, InProcessError, Progress};
+use pschema_server::inspect::Inspect;
 use pschema_sim::config::FileError;
 
 use crate::design::Design;
@@ -68,11 +69,8 @@ fn begun(condition: &Condition, seed: u64, stop: &Stop) -> Result<InProcess<AnyB
 }
 
 impl Asks for InProcess<AnyBody> {
-    fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
-        match self.answer(request) {
-            Answer::Error(problem) => Err(Failure::Failed(problem)),
-            answer => Ok(answer),
-        }
+    fn ask<Q: Inspect>(&mut self, question: Q) -> Result<Q::Answer, Failure> {
+        InProcess::ask(self, &question).map_err(Failure::of)
     }
 }
 

@@ -1,9 +1,9 @@
 //! What a run left in memory that is worth showing.
 
-use pschema_inspect::{Answer, Request, SchemaDetail, SchemaQuery, SchemaSort};
+use pschema_inspect::{DetailQuery, SchemaDetail, SchemaQuery, SchemaSort};
 
 use crate::failure::Failure;
-use crate::learner::{Asks, ask_for};
+use crate::learner::Asks;
 
 /// Generalised schemas, and counter-examples, shown at most.
 const SHOWN_MAX: usize = 4;
@@ -26,8 +26,8 @@ impl Knowledge {
             limit: SHOWN_MAX as u32,
             ..SchemaQuery::default()
         };
-        let list = ask_for!(asked, &Request::Schemas(query), Answer::Schemas)?;
-        let mut show = |id: u32| ask_for!(asked, &Request::Show { id }, Answer::Schema).map(|schema| *schema);
+        let list = asked.ask(query)?;
+        let mut show = |id: u32| asked.ask(DetailQuery { id });
         let generalised = list.schemas.iter().map(|s| show(s.id)).collect::<Result<Vec<_>, _>>()?;
         let exceptions = generalised.iter().flat_map(|s| s.counter_examples.iter().copied()).take(SHOWN_MAX);
         let exceptions = exceptions.map(&mut show).collect::<Result<Vec<_>, _>>()?;

@@ -7,14 +7,14 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use pschema_inspect::{Answer, Report, Request};
+use pschema_inspect::{Report, ReportQuery};
 use pschema_process::Stop;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use tempfile::TempDir;
 
 use crate::design::Design;
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for};
+use crate::learner::Learner;
 use crate::render::words::plain;
 
 use super::body::BodyProcess;
@@ -133,10 +133,10 @@ impl Pair {
             // A child that ended explains better what is wrong than an answer that fails to come.
             self.daemon.check()?;
             self.body.check()?;
-            let report = ask_for!(self.learner, &Request::Report, Answer::Report)?;
+            let report = self.learner.ask(ReportQuery {})?;
             seen(&report, &mut self.learner)?;
             if report.finished {
-                return Ok(*report);
+                return Ok(report);
             }
             if report.stuck.is_some() {
                 return Err(stuck(&report));
@@ -171,7 +171,7 @@ impl Pair {
 
 /// A curriculum that ended before its end.
 pub(super) fn stuck(report: &Report) -> Failure {
-    let why = plain(report.stuck.as_deref().unwrap_or(&report.stage_state));
+    let why = plain(&report.stuck.clone().unwrap_or_else(|| report.stage_state.to_string()));
     Failure::Failed(format!(
         "the curriculum cannot go on after step {}, stage {}: {why}",
         report.step,

@@ -1,11 +1,11 @@
 //! The figures that a curriculum's `[[experiment.measure]]` tables ask for, read off a run.
 
-use pschema_inspect::{Answer, Report, Request, SchemaQuery, StageSummary};
+use pschema_inspect::{Report, SchemaQuery, StageSummary};
 use serde::Serialize;
 
 use crate::design::{Design, Measure, Quantity};
 use crate::failure::Failure;
-use crate::learner::{Asks, ask_for};
+use crate::learner::Asks;
 
 use super::trace::Trace;
 
@@ -154,7 +154,7 @@ fn schemas(wanted: &Measure, asked: &mut impl Asks) -> Result<f64, Failure> {
     let mut matching = |post: Option<&String>| {
         let query =
             SchemaQuery { pre: wanted.pre.clone(), post: post.cloned(), limit: 1, ..SchemaQuery::default() };
-        ask_for!(asked, &Request::Schemas(query), Answer::Schemas).map(|list| list.matching)
+        asked.ask(query).map(|list| list.matching)
     };
     let all = matching(wanted.post.as_ref())?;
     let except = match &wanted.except_post {

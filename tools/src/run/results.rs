@@ -188,7 +188,7 @@ pub(crate) mod tests {
             curriculum: "exp1-s1".to_owned(),
             seed: 7,
             stage: "probe".to_owned(),
-            stage_state: "finished".to_owned(),
+            stage_state: pschema_inspect::StageState::Finished,
             finished: true,
             stuck: None,
             step: 330,

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use pschema_inspect::{Answer, ObservationText, Request, TracePage, TraceRecord, ValueText};
+use pschema_inspect::{ObservationText, Reason, TracePage, TraceQuery, TraceRecord, ValueText};
 
 use crate::design::{Design, FieldMap};
 use crate::failure::Failure;
-use crate::learner::{Asks, ask_for};
+use crate::learner::Asks;
 use crate::render::words::notation;
 
 /// Every step of a run.
@@ -63,7 +63,7 @@ pub(crate) struct StepDecision {
     pub(crate) generalised: bool,
     pub(crate) distance: u32,
     pub(crate) action: Arc<str>,
-    pub(crate) reason: Arc<str>,
+    pub(crate) reason: Reason,
     pub(crate) predicts: Arc<str>,
     /// Whether the schema is one of those that figure 6 tells apart.
     pub(crate) touching: bool,
@@ -73,7 +73,7 @@ impl Trace {
     /// Fetches what has been added since the last time.
     pub(crate) fn fetch(&mut self, asked: &mut impl Asks, design: &Design) -> Result<(), Failure> {
         loop {
-            let page: TracePage = *ask_for!(asked, &Request::Trace { from: self.next }, Answer::Trace)?;
+            let page = asked.ask(TraceQuery { from: self.next })?;
             let (total, fetched) = (page.total, page.records.len());
             self.take(page, design);
             if fetched == 0 || self.next >= total {
@@ -115,7 +115,7 @@ impl Trace {
             distance: decision.distance,
             touching: design.touching.as_ref().is_some_and(|kind| decision.predicts.contains(kind)),
             action: self.text(&decision.action),
-            reason: self.text(&decision.reason),
+            reason: decision.reason,
             predicts: self.text(&decision.predicts.join(" ")),
         });
         StepRecord {
@@ -227,8 +227,7 @@ impl Trial {
 }
 
 fn integer(observation: &ObservationText, property: &str) -> Option<i64> {
-    let (_, value) = observation.properties.iter().find(|(name, _)| name == property)?;
-    match value {
+    match observation.properties.get(property)? {
         ValueText::Integer(value) => Some(*value),
         _ => None,
     }

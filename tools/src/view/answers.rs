@@ -1,18 +1,32 @@
-//! What is answered, as the page reads it.
+//! What is answered, as the page reads it: answers as they travel, with what only this program tells of them.
 
 use hyper::StatusCode;
 use pschema_inspect::{
-    Answer, Candidate, ExcitationTerm, Explanation, Live, Perceived, SchemaDetail, SchemaSummary, TracePage,
-    TraceRecord,
+    Ask, DetailQuery, Graph, GraphQuery, Live, LiveQuery, Report, ReportQuery, SayOrder, SchemaDetail,
+    SchemaQuery, StageOrder, WhyNotQuery,
 };
 use serde::Serialize;
 
+use super::question::Question;
 use super::work::{Reply, Trouble};
 use crate::failure::Failure;
+use crate::learner::Asks;
 use crate::render::graph::svg;
-use crate::render::json::{Observation, Schema};
-use crate::render::words::{binding, notation, schema_notation, schema_sentence};
+use crate::render::words::{schema_notation, schema_sentence};
 use crate::render::{explanation, why_not};
+
+/// Candidates of a decision that the page shows.
+const CANDIDATES_SHOWN: u32 = 8;
+/// Terms of each that it shows one by one.
+const TERMS_SHOWN: u32 = 12;
+/// Newest schemas that it shows.
+const NEWEST_SHOWN: u32 = 8;
+/// Schemas on one page of the list.
+const LISTED_MAX: u32 = 100;
+/// Schemas drawn one by one in a graph: more can't be told apart on a screen.
+const DRAWN_MAX: u32 = 200;
+/// How far from a schema a graph reaches.
+const DEPTH_MAX: u32 = 4;
 
 /// Which learner a page is about.
 #[derive(Debug, Default, Serialize)]
@@ -31,41 +45,93 @@ pub(super) struct About {
     pub(super) version: &'static str,
 }
 
-/// As JSON.
-pub(super) fn json(value: &impl Serialize) -> Reply {
-    serde_json::to_vec(value).map_err(|error| Failure::of(error).into())
+/// Who answers the page: the daemon, or memory as it was.
+pub(super) trait Respondent: Asks {
+    /// Which learner it is.
+    fn about(&mut self) -> Result<About, Trouble>;
+
+    /// Obeys an order, if it can.
+    fn obey<O: Ask<Answer = Report>>(&mut self, order: O) -> Result<Report, Trouble>;
+
+    /// Why its last decision can't be told, if so.
+    fn undecided(&self) -> Option<&str>;
 }
 
-/// An answer of the daemon, or of memory as it was; `undecided` says why its last decision can't be told, if so.
-pub(super) fn answer(answer: &Answer, undecided: Option<&str>) -> Reply {
-    match answer {
-        Answer::Live(live) => json(&Shown { undecided, ..Shown::from(&**live) }),
-        Answer::Schemas(list) => json(list),
-        Answer::Schema(schema) => json(&Whole::from(&**schema)),
-        Answer::Report(report) => json(report),
-        Answer::Graph(drawn) => json(&Drawn {
-            step: drawn.step,
-            nodes_total: drawn.nodes_total,
-            shown: drawn.shown,
-            truncated: drawn.truncated,
-            edges_total: drawn.edges_total,
-            schemas: drawn.nodes.iter().map(|node| node.schema.as_ref().map(|schema| schema.id)).collect(),
-            svg: svg::bare(drawn),
-            style: svg::STYLE,
-        }),
-        Answer::WhyNot(why) => json(&Told { text: why_not::why_not(why) }),
-        Answer::Error(problem) => Err(Trouble::new(StatusCode::UNPROCESSABLE_ENTITY, problem.clone())),
-        other => Err(crate::learner::unexpected(other).into()),
+/// The answer to what the page asks.
+pub(super) fn reply(question: Question, from: &mut impl Respondent) -> Reply {
+    match question {
+        Question::About => json(&from.about()?),
+        Question::Live { trace_from } => {
+            let live = from.ask(LiveQuery {
+                trace_from,
+                candidates_max: CANDIDATES_SHOWN,
+                terms_max: TERMS_SHOWN,
+                newest_max: NEWEST_SHOWN,
+            })?;
+            let sentence = live.explanation.as_ref().map(explanation::in_a_sentence);
+            json(&Moment { live: &live, sentence, undecided: from.undecided() })
+        }
+        Question::Report => json(&from.ask(ReportQuery {})?),
+        Question::Schemas { action, pre, post, generalised, sort, limit, offset } => {
+            let limit = limit.clamp(1, LISTED_MAX);
+            json(&from.ask(SchemaQuery { action, pre, post, generalised, sort, limit, offset })?)
+        }
+        Question::Show { id } => json(&Whole::from(&from.ask(DetailQuery { id })?)),
+        Question::WhyNot { id } => {
+            let why = from.ask(WhyNotQuery { schema: id, step: None })?;
+            json(&WhyNotText { text: why_not::why_not(&why) })
+        }
+        Question::Graph { around, depth } => {
+            let depth = depth.clamp(1, DEPTH_MAX);
+            let graph = from.ask(GraphQuery { around, depth, goal: Vec::new(), limit: DRAWN_MAX })?;
+            json(&Drawing::from(&graph))
+        }
+        Question::Hold => json(&from.obey(StageOrder::Hold)?),
+        Question::Resume => json(&from.obey(StageOrder::Resume)?),
+        Question::Step => json(&from.obey(StageOrder::Step)?),
+        Question::Say { words } => json(&from.obey(SayOrder { words })?),
     }
 }
 
+fn json(value: &impl Serialize) -> Reply {
+    serde_json::to_vec(value).map_err(|error| Failure::of(error).into())
+}
+
+/// Everything that is shown of one moment.
 #[derive(Serialize)]
-struct Told {
+struct Moment<'a> {
+    #[serde(flatten)]
+    live: &'a Live,
+    /// Why it did what it did last.
+    sentence: Option<String>,
+    /// Why there is no decision, when there was one that can't be made again.
+    undecided: Option<&'a str>,
+}
+
+/// A schema, with how it reads.
+#[derive(Serialize)]
+struct Whole<'a> {
+    #[serde(flatten)]
+    schema: &'a SchemaDetail,
+    sentence: String,
+    notation: String,
+}
+
+impl<'a> From<&'a SchemaDetail> for Whole<'a> {
+    fn from(schema: &'a SchemaDetail) -> Self {
+        Self { sentence: schema_sentence(schema), notation: schema_notation(schema), schema }
+    }
+}
+
+/// Why a schema was not executed, as text.
+#[derive(Serialize)]
+struct WhyNotText {
     text: String,
 }
 
+/// A graph, drawn.
 #[derive(Serialize)]
-struct Drawn {
+struct Drawing {
     step: u64,
     nodes_total: u64,
     shown: u32,
@@ -77,226 +143,75 @@ struct Drawn {
     style: &'static str,
 }
 
-/// A schema, with how it reads.
-#[derive(Serialize)]
-struct Whole<'a> {
-    #[serde(flatten)]
-    schema: Schema<'a>,
-    sentence: String,
-    notation: String,
-}
-
-impl<'a> From<&'a SchemaDetail> for Whole<'a> {
-    fn from(schema: &'a SchemaDetail) -> Self {
-        Self { sentence: schema_sentence(schema), notation: schema_notation(schema), schema: schema.into() }
-    }
-}
-
-/// All that is shown at once; fields of `live` mean the same here.
-#[derive(Serialize)]
-struct Shown<'a> {
-    name: &'a str,
-    uptime_s: f64,
-    step: u64,
-    durable_step: Option<u64>,
-    curriculum: &'a str,
-    stage: &'a str,
-    stage_state: &'a str,
-    saturation: &'a Option<pschema_inspect::SaturationStatus>,
-    habituation: &'a Option<pschema_inspect::HabituationStatus>,
-    trial: &'a Option<pschema_inspect::TrialStatus>,
-    goal: &'a Option<pschema_inspect::GoalSummary>,
-    schemas_total: u32,
-    schemas_generalised: u32,
-    steps_per_s: f64,
-    step_latency_us_p50: f64,
-    step_latency_us_p99: f64,
-    commit_latency_us_p50: f64,
-    commit_latency_us_p99: f64,
-    memory_bytes: u64,
-    bodies: &'a [pschema_inspect::BodyStatus],
-    world: Vec<Noticed<'a>>,
-    decision: Option<Decided<'a>>,
-    /// Why there is no decision, when there was one that can't be made again.
-    undecided: Option<&'a str>,
-    newest: &'a [SchemaSummary],
-    trace: Trace<'a>,
-}
-
-impl<'a> From<&'a Live> for Shown<'a> {
-    fn from(live: &'a Live) -> Self {
+impl From<&Graph> for Drawing {
+    fn from(graph: &Graph) -> Self {
         Self {
-            name: &live.name,
-            uptime_s: live.uptime_s,
-            step: live.step,
-            durable_step: live.durable_step,
-            curriculum: &live.curriculum,
-            stage: &live.stage,
-            stage_state: &live.stage_state,
-            saturation: &live.saturation,
-            habituation: &live.habituation,
-            trial: &live.trial,
-            goal: &live.goal,
-            schemas_total: live.schemas_total,
-            schemas_generalised: live.schemas_generalised,
-            steps_per_s: live.steps_per_s,
-            step_latency_us_p50: live.step_latency_us_p50,
-            step_latency_us_p99: live.step_latency_us_p99,
-            commit_latency_us_p50: live.commit_latency_us_p50,
-            commit_latency_us_p99: live.commit_latency_us_p99,
-            memory_bytes: live.memory_bytes,
-            bodies: &live.bodies,
-            world: live.world.iter().map(Noticed::from).collect(),
-            decision: live.explanation.as_ref().map(Decided::from),
-            undecided: None,
-            newest: &live.newest,
-            trace: Trace::from(&live.trace),
+            step: graph.step,
+            nodes_total: graph.nodes_total,
+            shown: graph.shown,
+            truncated: graph.truncated,
+            edges_total: graph.edges_total,
+            schemas: graph.nodes.iter().map(|node| node.schema.as_ref().map(|schema| schema.id)).collect(),
+            svg: svg::bare(graph),
+            style: svg::STYLE,
         }
     }
 }
 
-#[derive(Serialize)]
-struct Noticed<'a> {
-    text: &'a str,
-    observation: Observation<'a>,
-    new: bool,
-    attention: u32,
+/// Why a memory on disk obeys nothing.
+pub(super) fn no_orders() -> Trouble {
+    let problem = "memory on disk takes no orders: go back to the present of a learner that runs";
+    Trouble::new(StatusCode::CONFLICT, problem)
 }
 
-impl<'a> From<&'a Perceived> for Noticed<'a> {
-    fn from(one: &'a Perceived) -> Self {
-        Self {
-            text: &one.text,
-            observation: (&one.observation).into(),
-            new: one.new,
-            attention: one.attention,
+#[cfg(test)]
+mod tests {
+    use pschema_inspect::{Request, SchemaSort};
+    use pschema_server::inspect::Inspect;
+
+    use super::*;
+
+    /// Answers nothing, and keeps what it was asked.
+    #[derive(Default)]
+    struct Silent(Option<Request>);
+
+    impl Asks for Silent {
+        fn ask<Q: Inspect>(&mut self, question: Q) -> Result<Q::Answer, Failure> {
+            self.0 = Some(question.into());
+            Err(Failure::Failed("nothing".to_owned()))
         }
     }
-}
 
-/// A decision, with the sentence that tells it.
-#[derive(Serialize)]
-struct Decided<'a> {
-    step: u64,
-    body: &'a str,
-    action: &'a str,
-    reason: &'a str,
-    ties: u32,
-    chosen: u32,
-    candidates_total: u32,
-    sentence: String,
-    candidates: Vec<Considered<'a>>,
-}
+    impl Respondent for Silent {
+        fn about(&mut self) -> Result<About, Trouble> {
+            Ok(About::default())
+        }
 
-impl<'a> From<&'a Explanation> for Decided<'a> {
-    fn from(e: &'a Explanation) -> Self {
-        Self {
-            step: e.step,
-            body: &e.body,
-            action: &e.action,
-            reason: &e.reason,
-            ties: e.ties,
-            chosen: e.chosen,
-            candidates_total: e.candidates_total,
-            sentence: explanation::in_a_sentence(e),
-            candidates: e.candidates.iter().map(Considered::from).collect(),
+        fn obey<O: Ask<Answer = Report>>(&mut self, _: O) -> Result<Report, Trouble> {
+            Err(no_orders())
+        }
+
+        fn undecided(&self) -> Option<&str> {
+            None
         }
     }
-}
 
-#[derive(Serialize)]
-struct Considered<'a> {
-    schema: Option<u32>,
-    text: &'a str,
-    binding: String,
-    distance: u32,
-    excitation: f64,
-    terms: Vec<Term<'a>>,
-}
-
-impl<'a> From<&'a Candidate> for Considered<'a> {
-    fn from(c: &'a Candidate) -> Self {
-        Self {
-            schema: c.schema,
-            text: &c.text,
-            binding: binding(&c.binding),
-            distance: c.distance,
-            excitation: c.excitation,
-            terms: c.terms.iter().map(Term::from).collect(),
-        }
+    fn asked(question: Question) -> Option<Request> {
+        let mut silent = Silent::default();
+        assert!(reply(question, &mut silent).is_err());
+        silent.0
     }
-}
 
-#[derive(Serialize)]
-struct Term<'a> {
-    remembered: Option<String>,
-    seen: Option<String>,
-    role: &'a str,
-    shared: u32,
-    attention: u32,
-    probability: f64,
-    weight: f64,
-    value: f64,
-}
-
-impl<'a> From<&'a ExcitationTerm> for Term<'a> {
-    fn from(t: &'a ExcitationTerm) -> Self {
-        Self {
-            remembered: t.observation.as_ref().map(notation),
-            seen: t.seen.as_ref().map(notation),
-            role: &t.role,
-            shared: t.shared,
-            attention: t.attention,
-            probability: t.probability,
-            weight: t.weight,
-            value: t.value,
-        }
-    }
-}
-
-/// Steps, as far as the curve needs them.
-#[derive(Serialize)]
-struct Trace<'a> {
-    from: u64,
-    total: u64,
-    stages: &'a [String],
-    records: Vec<Point<'a>>,
-}
-
-impl<'a> From<&'a TracePage> for Trace<'a> {
-    fn from(page: &'a TracePage) -> Self {
-        let records = page.records.iter().map(Point::from).collect();
-        Self { from: page.from, total: page.total, stages: &page.stages, records }
-    }
-}
-
-/// A step of the curve.
-#[derive(Serialize)]
-struct Point<'a> {
-    step: u64,
-    stage: u32,
-    /// Excitation of the most excited candidate; none when nothing was decided.
-    top: Option<f64>,
-    /// Whether the schema chosen predicts a touch: the lower curve of figure 6.
-    touching: bool,
-    /// Whether a touch was felt.
-    touched: bool,
-    heard: &'a [String],
-}
-
-/// The paper's touch sensor; other bodies have other senses, and then nothing is marked.
-const TOUCH: &str = "touch";
-
-impl<'a> From<&'a TraceRecord> for Point<'a> {
-    fn from(record: &'a TraceRecord) -> Self {
-        let decision = record.decision.as_ref();
-        Self {
-            step: record.step,
-            stage: record.stage,
-            top: decision.map(|decision| decision.excitation_top),
-            touching: decision.is_some_and(|decision| decision.predicts.iter().any(|kind| kind == TOUCH)),
-            touched: record.perceived.iter().any(|one| one.kind == TOUCH),
-            heard: &record.heard,
-        }
+    #[test]
+    fn no_question_asks_for_more_than_a_page_shows() {
+        let many = u32::MAX;
+        let (action, pre, post) = (None, None, None);
+        let sort = SchemaSort::Uses;
+        let list = Question::Schemas { action, pre, post, generalised: false, sort, limit: many, offset: 5 };
+        let query = SchemaQuery { sort, limit: LISTED_MAX, offset: 5, ..SchemaQuery::default() };
+        assert_eq!(asked(list), Some(query.into()));
+        let query = GraphQuery { depth: DEPTH_MAX, limit: DRAWN_MAX, ..GraphQuery::default() };
+        assert_eq!(asked(Question::Graph { around: None, depth: many }), Some(query.into()));
+        assert_eq!(asked(Question::Show { id: 3 }), Some(DetailQuery { id: 3 }.into()));
     }
 }

@@ -1,15 +1,16 @@
 //! Asking the daemon, on a thread of its own: one connection, made again when the daemon is another.
 
 use hyper::StatusCode;
-use pschema_inspect::Answer;
+use pschema_inspect::{Ask, Report, StatusQuery};
 use pschema_protocol::domain::Place;
+use pschema_server::inspect::Inspect;
 
-use super::answers::{self, About};
+use super::answers::{self, About, Respondent};
 use super::question::{Asked, Question};
 use super::remembered::Directory;
 use super::work::{Reply, Trouble, Worker};
 use crate::failure::Failure;
-use crate::learner::{Learner, unexpected};
+use crate::learner::{Asks, Learner};
 
 /// Where questions for the daemon are put.
 #[derive(Clone, Debug)]
@@ -39,45 +40,59 @@ struct Connection {
 
 impl Connection {
     fn reply(&mut self, question: Question) -> Reply {
-        let about = question == Question::About;
-        match self.answer(question)? {
-            Answer::Status(status) if about => {
-                let directory = status.storage.as_ref().map(|storage| storage.directory.clone());
-                self.directory.is(directory.as_ref().map(Into::into));
-                answers::json(&About {
-                    name: status.name.clone(),
-                    live: true,
-                    directory,
-                    oldest_step: status.storage.as_ref().map(|storage| storage.oldest_step),
-                    last_step: status.durable_step,
-                    version: env!("CARGO_PKG_VERSION"),
-                })
-            }
-            answer if about => Err(unexpected(&answer).into()),
-            answer => answers::answer(&answer, None),
+        let known = self.learner.take().filter(Learner::is_current);
+        let learner = known.map_or_else(|| Learner::connect_at(&self.place), Ok)?;
+        let mut present = Present { learner, directory: &self.directory };
+        let reply = answers::reply(question, &mut present);
+        // After a "no" the connection is as good as before.
+        if reply.is_ok() || present.learner.is_current() {
+            self.learner = Some(present.learner);
         }
+        reply
+    }
+}
+
+/// The learner as it is now.
+struct Present<'a> {
+    learner: Learner,
+    directory: &'a Directory,
+}
+
+impl Asks for Present<'_> {
+    fn ask<Q: Inspect>(&mut self, question: Q) -> Result<Q::Answer, Failure> {
+        self.learner.ask(question)
+    }
+}
+
+impl Respondent for Present<'_> {
+    fn about(&mut self) -> Result<About, Trouble> {
+        let status = self.learner.ask(StatusQuery {})?;
+        let directory = status.storage.as_ref().map(|storage| storage.directory.clone());
+        self.directory.is(directory.as_ref().map(Into::into));
+        Ok(About {
+            name: status.name,
+            live: true,
+            directory,
+            oldest_step: status.storage.as_ref().map(|storage| storage.oldest_step),
+            last_step: status.durable_step,
+            version: env!("CARGO_PKG_VERSION"),
+        })
     }
 
-    fn answer(&mut self, question: Question) -> Result<Answer, Trouble> {
-        let order = question.is_order();
-        let request = question.request();
-        let known = self.learner.take().filter(Learner::is_current);
-        let mut learner = known.map_or_else(|| Learner::connect_at(&self.place), Ok)?;
-        match learner.ask(&request) {
-            Ok(answer) => {
-                self.learner = Some(learner);
-                Ok(answer)
+    fn obey<O: Ask<Answer = Report>>(&mut self, order: O) -> Result<Report, Trouble> {
+        self.learner.ask(order).map_err(|failure| match failure {
+            // The daemon's "no".
+            Failure::Failed(problem) if self.learner.is_current() => {
+                Trouble::new(StatusCode::UNPROCESSABLE_ENTITY, problem)
             }
-            // The daemon's "no"; the connection is as good as before.
-            Err(Failure::Failed(problem)) if learner.is_current() => {
-                self.learner = Some(learner);
-                Err(Trouble::new(StatusCode::UNPROCESSABLE_ENTITY, problem))
-            }
-            Err(failure) if order => {
+            failure => {
                 let problem = format!("{failure} (whether the order was obeyed is not known)");
-                Err(Trouble { problem, ..failure.into() })
+                Trouble { problem, ..failure.into() }
             }
-            Err(failure) => Err(failure.into()),
-        }
+        })
+    }
+
+    fn undecided(&self) -> Option<&str> {
+        None
     }
 }

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hyper::StatusCode;
-use pschema_inspect::SchemaSort;
-use pschema_server::inspect;
+use pschema_inspect::{Ask, Question, Report, Request, SchemaSort};
+use pschema_server::inspect::Inspect;
 use pschema_server::mind::View;
 use pschema_store::past::PastError;
 
-use super::answers::{self, About};
-use super::question::{Asked, Question};
+use super::answers::{self, About, Respondent};
+use super::question::Asked;
 use super::work::{Reply, Trouble, Worker};
 use crate::failure::Failure;
 use crate::learner::Asks;
@@ -58,47 +58,88 @@ impl Memory {
     fn reply(&mut self, asked: Asked) -> Reply {
         let Asked { question, until } = asked;
         if question.is_order() {
-            let problem = "memory on disk takes no orders: go back to the present of a learner that runs";
-            return Err(Trouble::new(StatusCode::CONFLICT, problem));
+            return Err(answers::no_orders());
         }
         let path = self.directory.path().ok_or_else(|| {
             let problem = "this learner's memory is in RAM only, so there is no past to look at: a daemon with \
                 `--data DIR` keeps one";
             Trouble::new(StatusCode::CONFLICT, problem)
         })?;
-        if question == Question::About {
-            return about(&path);
-        }
-        let step = match until {
-            Some(step) => step,
-            None => last_step(&path)?,
-        };
-        if matches!(question, Question::WhyNot { .. }) {
-            return why_not(&path, step, question);
-        }
-        let needs_decision = matches!(question, Question::Schemas { sort: SchemaSort::Excitation, .. });
-        let kept = self.kept(path, step)?;
-        match &kept.undecided {
-            Some(problem) if needs_decision => Err(Failure::Failed(problem.clone()).into()),
-            problem => answers::answer(&inspect::answer(&kept.view, &question.request()), problem.as_deref()),
-        }
+        answers::reply(question, &mut Past { kept: &mut self.kept, path, until })
+    }
+}
+
+/// A moment that is asked about; memory as it was then is rebuilt for the first question that needs it.
+struct Past<'a> {
+    kept: &'a mut Option<Kept>,
+    path: PathBuf,
+    until: Option<u64>,
+}
+
+impl Past<'_> {
+    fn step(&self) -> Result<u64, Failure> {
+        self.until.map_or_else(|| last_step(&self.path), Ok)
     }
 
-    /// Everything there is to ask of memory after `step`.
-    fn kept(&mut self, path: PathBuf, step: u64) -> Result<&Kept, Trouble> {
-        let kept = self.kept.take().filter(|kept| kept.path == path && kept.step == step);
+    /// Everything there is to ask of memory as it was then.
+    fn kept(&mut self) -> Result<&Kept, Failure> {
+        let step = self.step()?;
+        let kept = self.kept.take().filter(|kept| kept.path == self.path && kept.step == step);
         let kept = match kept {
             Some(kept) => kept,
-            None => Kept::rebuilt(path, step)?,
+            None => Kept::rebuilt(self.path.clone(), step)?,
         };
         Ok(self.kept.insert(kept))
     }
 }
 
+impl Asks for Past<'_> {
+    fn ask<Q: Inspect>(&mut self, question: Q) -> Result<Q::Answer, Failure> {
+        let by_decision = match question.clone().into() {
+            // A decision is weighed once more in memory as it was right after it, which may be some steps before. Nothing of
+            // that is kept: a second memory may be large, and it is seldom asked for.
+            Request::Question(Question::WhyNot(_)) => {
+                return Remembered::open(&self.path, Some(self.step()?))?.ask(question);
+            }
+            Request::Question(Question::Schemas(query)) => query.sort == SchemaSort::Excitation,
+            _ => false,
+        };
+        let kept = self.kept()?;
+        match &kept.undecided {
+            Some(problem) if by_decision => Err(Failure::Failed(problem.clone())),
+            _ => question.answer(&kept.view).map_err(Failure::of),
+        }
+    }
+}
+
+impl Respondent for Past<'_> {
+    fn about(&mut self) -> Result<About, Trouble> {
+        let remembered = Remembered::open(&self.path, None)?;
+        let past = remembered.past();
+        let files = past.files().map_err(Failure::from)?;
+        Ok(About {
+            name: past.learner().to_owned(),
+            live: false,
+            directory: Some(past.directory().display().to_string()),
+            oldest_step: Some(files.oldest_step),
+            last_step: Some(last_step(&self.path)?),
+            version: env!("CARGO_PKG_VERSION"),
+        })
+    }
+
+    fn obey<O: Ask<Answer = Report>>(&mut self, _: O) -> Result<Report, Trouble> {
+        Err(answers::no_orders())
+    }
+
+    fn undecided(&self) -> Option<&str> {
+        self.kept.as_ref()?.undecided.as_deref()
+    }
+}
+
 impl Kept {
-    fn rebuilt(path: PathBuf, step: u64) -> Result<Self, Trouble> {
+    fn rebuilt(path: PathBuf, step: u64) -> Result<Self, Failure> {
         let remembered = Remembered::open(&path, Some(step))?;
-        let mut moment = remembered.past().moment(Some(step)).map_err(Failure::from)?;
+        let mut moment = remembered.past().moment(Some(step))?;
         // What is known does not depend on whether a decision can be made again: another release may decide otherwise.
         let undecided = match remembered.past().decision(None, Some(step)) {
             Ok(decided) => {
@@ -113,28 +154,6 @@ impl Kept {
     }
 }
 
-/// A decision is weighed once more in memory as it was right after it, which may be some steps before `step`. Nothing of
-/// that is kept: a second memory may be large, and it is seldom asked for.
-fn why_not(path: &Path, step: u64, question: Question) -> Reply {
-    let answer = Remembered::open(path, Some(step))?.ask(&question.request())?;
-    answers::answer(&answer, None)
-}
-
-fn last_step(path: &Path) -> Result<u64, Trouble> {
-    let moment = Remembered::open(path, None)?.past().moment(None).map_err(Failure::from)?;
-    Ok(moment.step())
-}
-
-fn about(path: &Path) -> Reply {
-    let remembered = Remembered::open(path, None)?;
-    let past = remembered.past();
-    let files = past.files().map_err(Failure::from)?;
-    answers::json(&About {
-        name: past.learner().to_owned(),
-        live: false,
-        directory: Some(past.directory().display().to_string()),
-        oldest_step: Some(files.oldest_step),
-        last_step: Some(last_step(path)?),
-        version: env!("CARGO_PKG_VERSION"),
-    })
+fn last_step(path: &Path) -> Result<u64, Failure> {
+    Ok(Remembered::open(path, None)?.past().moment(None)?.step())
 }

@@ -4,16 +4,16 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
 use pschema_inspect::{
-    Answer, Live, Report, Request, SchemaDetail, SchemaQuery, SchemaSort, StageOrder, TracePage,
+    Ask, DetailQuery, Live, Report, SayOrder, SchemaQuery, SchemaSort, StageOrder, TracePage, TraceQuery,
 };
 use pschema_protocol::domain::Place;
 
+use super::event::Event;
 use super::eyes::Eyes;
 use super::state::News;
-use super::terminal::Event;
 use super::{MOST_USED_MAX, Wish, query};
 use crate::failure::Failure;
-use crate::learner::{Learner, ask_for};
+use crate::learner::Learner;
 use crate::render::words::plain;
 
 /// How soon a daemon that has gone is looked for again.
@@ -54,20 +54,16 @@ impl Link {
     pub(super) fn live(&mut self, tell: &mut dyn FnMut(News)) -> Result<(), Failure> {
         let from = match self.next {
             Some(next) => next,
-            None => self.ask(u64::MAX)?.trace.total.saturating_sub(STEPS_BEFORE),
+            None => self.learner.ask(query(u64::MAX))?.trace.total.saturating_sub(STEPS_BEFORE),
         };
-        let live = self.ask(from)?;
-        self.step = Some(live.step);
-        let looked = self.eyes.look(&live.bodies);
+        let live: Box<Live> = Box::new(self.learner.ask(query(from))?);
+        self.step = Some(live.status.step);
+        let looked = self.eyes.look(&live.status.bodies);
         let (end, total) = (end(&live.trace), live.trace.total);
         tell(News::Live(live));
         looked.into_iter().for_each(&mut *tell);
         self.next = Some(self.catch_up(end, total, tell)?);
         Ok(())
-    }
-
-    fn ask(&mut self, from: u64) -> Result<Box<Live>, Failure> {
-        ask_for!(self.learner, &Request::Live(query(from)), Answer::Live)
     }
 
     /// Asks for what is left of the trace, and leaves out what there is no time for. Returns where to go on.
@@ -76,12 +72,12 @@ impl Link {
             if next >= total {
                 break;
             }
-            let page = ask_for!(self.learner, &Request::Trace { from: next }, Answer::Trace)?;
+            let page = self.learner.ask(TraceQuery { from: next })?;
             if page.records.is_empty() {
                 break;
             }
             next = end(&page);
-            tell(News::Trace(page));
+            tell(News::Trace(Box::new(page)));
         }
         Ok(next.max(total.saturating_sub(STEPS_BEFORE)))
     }
@@ -97,7 +93,7 @@ impl Link {
         }
         let began = Instant::now();
         let query = SchemaQuery { sort: SchemaSort::Uses, limit: MOST_USED_MAX, ..SchemaQuery::default() };
-        let list = ask_for!(self.learner, &Request::Schemas(query), Answer::Schemas)?;
+        let list = self.learner.ask(query)?;
         let rest = MOST_USED_EVERY.max(began.elapsed() * MOST_USED_SHARE);
         self.most_used = Some(MostUsed { not_before: Instant::now() + rest, step: self.step });
         tell(News::MostUsed(list));
@@ -112,12 +108,8 @@ impl Link {
         }
         self.followed = asked;
         // What goes wrong with the daemon shows in what is asked for next.
-        let told = self.show(id);
+        let told = self.learner.ask(DetailQuery { id }).map(Box::new);
         tell(News::Followed { id, told: told.map_err(|failure| failure.to_string()) });
-    }
-
-    fn show(&mut self, id: u32) -> Result<Box<SchemaDetail>, Failure> {
-        ask_for!(self.learner, &Request::Show { id }, Answer::Schema)
     }
 
     /// Whether a picture of one of the bodies may still come.
@@ -127,26 +119,24 @@ impl Link {
 
     /// Gives an order, and says what came of it.
     fn order(&mut self, wish: &Wish) -> Option<News> {
-        let request = match wish {
-            Wish::Hold => Request::Stage(StageOrder::Hold),
-            Wish::Resume => Request::Stage(StageOrder::Resume),
-            Wish::Step => Request::Stage(StageOrder::Step),
-            Wish::Say(words) => Request::Say { words: words.clone() },
+        let told = match wish {
+            Wish::Hold => self.obeyed(StageOrder::Hold, |report| format!("held after step {}", report.step)),
+            Wish::Resume => self.obeyed(StageOrder::Resume, |_| "it goes on".to_owned()),
+            Wish::Step => self.obeyed(StageOrder::Step, |_| "one action".to_owned()),
+            Wish::Say(words) => self.obeyed(SayOrder { words: words.clone() }, |report| {
+                format!("said {:?} after step {}: it is heard next", plain(&words.join(" ")), report.step)
+            }),
             Wish::Follow(_) | Wish::MostUsed(_) => return None,
         };
-        let told = self.report(&request).map(|report| match wish {
-            Wish::Say(words) => {
-                format!("said {:?} after step {}: it is heard next", plain(&words.join(" ")), report.step)
-            }
-            Wish::Hold => format!("held after step {}", report.step),
-            Wish::Resume => "it goes on".to_owned(),
-            _ => "one action".to_owned(),
-        });
         Some(News::Done(told.map_err(|failure| failure.to_string())))
     }
 
-    fn report(&mut self, request: &Request) -> Result<Box<Report>, Failure> {
-        ask_for!(self.learner, request, Answer::Report)
+    fn obeyed<O: Ask<Answer = Report>>(
+        &mut self,
+        order: O,
+        tell: impl FnOnce(&Report) -> String,
+    ) -> Result<String, Failure> {
+        self.learner.ask(order).map(|report| tell(&report))
     }
 }
 

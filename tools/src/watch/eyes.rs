@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use pschema_inspect::BodyStatus;
+use pschema_inspect::{BodyState, BodyStatus};
 use pschema_protocol::domain::Place;
 use pschema_protocol::transport::pictures::PictureWatch;
 
@@ -46,9 +46,10 @@ impl Eyes {
 
     /// Looks whether a picture has come from one of `bodies`.
     pub(super) fn look(&mut self, bodies: &[BodyStatus]) -> Option<News> {
-        let is_attached = |id: &u64| bodies.iter().any(|body| body.id == *id && body.state == "attached");
+        let is_attached =
+            |id: &u64| bodies.iter().any(|body| body.id == *id && body.state == BodyState::Attached);
         self.cameras.retain(|id, _| is_attached(id));
-        for body in bodies.iter().filter(|body| body.state == "attached") {
+        for body in bodies.iter().filter(|body| body.state == BodyState::Attached) {
             self.cameras.entry(body.id).or_insert_with(|| Camera::Unseen { since: Instant::now() });
         }
         if !self.is_looking() {

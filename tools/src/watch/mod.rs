@@ -6,6 +6,7 @@
 
 mod asker;
 mod draw;
+mod event;
 mod eyes;
 mod keys;
 mod once;

@@ -19,30 +19,29 @@ pub(super) fn field(number: i64) -> (&'static str, ValueText) {
     ("field", ValueText::Integer(number))
 }
 
-fn perceived(observation: ObservationText, new: bool, attention: u32) -> Perceived {
-    let text = crate::render::words::notation(&observation);
-    Perceived { observation, text, new, attention }
+fn perceived(observation: ObservationText, new: bool, attention: u32) -> WorldObservation {
+    WorldObservation { observation, new, attention }
 }
 
-fn body(id: u64, name: &str, state: &str) -> BodyStatus {
+fn body(id: u64, name: &str, state: BodyState) -> BodyStatus {
     BodyStatus {
         id,
         name: name.to_owned(),
         kind: "arm with a finger under a camera".to_owned(),
         pid: 4242,
-        state: state.to_owned(),
+        state,
         frames: 1_290,
         frames_refused: 0,
         last_refusal: None,
     }
 }
 
-pub(super) fn schema(id: u32, kind: &str, executions: u32) -> SchemaSummary {
-    let general = kind == "generalised";
+pub(super) fn schema(id: u32, kind: SchemaKind, executions: u32) -> SchemaSummary {
+    let general = kind == SchemaKind::Generalised;
     let field = if general { "$b".to_owned() } else { id.to_string() };
     SchemaSummary {
         id,
-        kind: kind.to_owned(),
+        kind,
         pre: if general { vec![format!("object{{colour=$a, field={field}}}")] } else { Vec::new() },
         action: if general {
             format!("achieve finger{{field={field}}}")
@@ -63,17 +62,17 @@ pub(super) fn schema(id: u32, kind: &str, executions: u32) -> SchemaSummary {
 }
 
 fn term(
-    role: &str,
+    role: TermRole,
     remembered: ObservationText,
     seen: ObservationText,
     shared: u32,
     attention: u32,
 ) -> ExcitationTerm {
-    let weight = if role == "association" { 0.8 } else { 1.0 };
+    let weight = if role == TermRole::Association { 0.8 } else { 1.0 };
     ExcitationTerm {
         observation: Some(remembered),
         seen: Some(seen),
-        role: role.to_owned(),
+        role,
         shared,
         attention,
         probability: 1.0,
@@ -84,19 +83,20 @@ fn term(
 
 fn explanation() -> Explanation {
     let block = observation("object", &[colour("blue"), field(104)]);
-    let pattern = observation("object", &[("colour", ValueText::Variable("a".to_owned()))]);
+    let pattern = observation("object", &[("colour", ValueText::variable("a"))]);
     let word = observation("word", &[("text", ValueText::Symbol("touch".to_owned()))]);
     let finger = observation("finger", &[colour("green"), field(104)]);
     let terms = vec![
-        term("pre-condition", block.clone(), block.clone(), 2, 0),
-        term("association", word.clone(), word, 1, 1),
+        term(TermRole::PreCondition, block.clone(), block.clone(), 2, 0),
+        term(TermRole::Association, word.clone(), word, 1, 1),
     ];
     let sum: f64 = terms.iter().map(|term| term.value).sum();
     let touching = Candidate {
         schema: Some(226),
         text: "object{colour=$a, field=$b} / achieve finger{field=$b} / finger{field=$b} & touch{}"
             .to_owned(),
-        binding: vec![("a".to_owned(), colour("blue").1), ("b".to_owned(), field(104).1)],
+        form: SchemaForm::default(),
+        binding: NamedValues(vec![("a".to_owned(), colour("blue").1), ("b".to_owned(), field(104).1)]),
         distance: 1,
         excitation: sum,
         terms,
@@ -104,7 +104,7 @@ fn explanation() -> Explanation {
     let drive = ExcitationTerm {
         observation: None,
         seen: None,
-        role: "babbling".to_owned(),
+        role: TermRole::Babbling,
         shared: 1,
         attention: 0,
         probability: 1.0,
@@ -114,10 +114,11 @@ fn explanation() -> Explanation {
     let reaching = Candidate {
         schema: Some(17),
         text: "move(j1=0.43, j2=0.84) / finger{colour=green, field=104}".to_owned(),
-        binding: Vec::new(),
+        form: SchemaForm::default(),
+        binding: NamedValues::default(),
         distance: 2,
         excitation: 0.25,
-        terms: vec![term("post-condition", finger, block.clone(), 1, 3), drive],
+        terms: vec![term(TermRole::PostCondition, finger, block.clone(), 1, 3), drive],
     };
     Explanation {
         step: 1_234,
@@ -125,7 +126,7 @@ fn explanation() -> Explanation {
         world: vec![block, pattern],
         chosen: 0,
         action: "move(j1=0.43, j2=0.84)".to_owned(),
-        reason: "excitation".to_owned(),
+        reason: Reason::Excitation,
         ties: 1,
         candidates_total: 229,
         candidates: vec![touching, reaching],
@@ -150,14 +151,14 @@ fn record(number: u64) -> TraceRecord {
         schemas_generalised: 1,
         perceived: touched,
         heard: if phase == 0 { vec!["touch".to_owned()] } else { Vec::new() },
-        decision: Some(TracedDecision {
+        decision: Some(TraceDecision {
             excitation_top,
             excitation: excitation_top,
             schema: Some(if touching { 226 } else { 17 }),
             generalised: touching,
             distance: 1,
             action: "move(j1=0.43, j2=0.84)".to_owned(),
-            reason: "excitation".to_owned(),
+            reason: Reason::Excitation,
             predicts: vec![if touching { "touch" } else { "finger" }.to_owned()],
         }),
         quiet_actions: 3,
@@ -172,14 +173,22 @@ pub(super) fn trace(from: u64, to: u64) -> TracePage {
 }
 
 pub(super) fn live() -> Live {
-    Live {
+    let observations = vec![
+        perceived(observation("finger", &[colour("green"), field(104)]), true, 4),
+        perceived(observation("object", &[colour("blue"), field(104)]), false, 12),
+        perceived(observation("object", &[colour("red"), field(31)]), true, 0),
+        perceived(observation("touch", &[]), true, 2),
+    ];
+    let world = observations.iter().map(|one| crate::render::words::notation(&one.observation)).collect();
+    let status = Status {
         name: "default".to_owned(),
+        pid: 4711,
         uptime_s: 754.0,
         step: 1_234,
         durable_step: Some(1_233),
         curriculum: "exp2".to_owned(),
         stage: "first touches".to_owned(),
-        stage_state: "acting".to_owned(),
+        stage_state: StageState::Acting,
         saturation: Some(SaturationStatus {
             quiet_actions: 3,
             quiet_actions_wanted: 10,
@@ -193,24 +202,33 @@ pub(super) fn live() -> Live {
             actions: 4,
             actions_max: Some(50),
         }),
-        goal: None,
         schemas_total: 227,
+        schemas_concrete: 226,
         schemas_generalised: 1,
+        bodies: vec![body(3, "sim-1", BodyState::Attached), body(1, "sim-1", BodyState::Left)],
         steps_per_s: 12.3,
         step_latency_us_p50: 55.0,
         step_latency_us_p99: 180.0,
         commit_latency_us_p50: 175.0,
         commit_latency_us_p99: 311.0,
         memory_bytes: 48 << 20,
-        bodies: vec![body(3, "sim-1", "attached"), body(1, "sim-1", "left")],
-        world: vec![
-            perceived(observation("finger", &[colour("green"), field(104)]), true, 4),
-            perceived(observation("object", &[colour("blue"), field(104)]), false, 12),
-            perceived(observation("object", &[colour("red"), field(31)]), true, 0),
-            perceived(observation("touch", &[]), true, 2),
-        ],
+        growth: Vec::new(),
+        memory_digest: None,
+        excitation_top: 2.5,
+        world,
+        goal: None,
+        storage: None,
+        refused: Vec::new(),
+    };
+    Live {
+        status,
+        observations,
         explanation: Some(explanation()),
-        newest: vec![schema(226, "generalised", 2), schema(225, "concrete", 1), schema(224, "concrete", 1)],
+        newest: vec![
+            schema(226, SchemaKind::Generalised, 2),
+            schema(225, SchemaKind::Concrete, 1),
+            schema(224, SchemaKind::Concrete, 1),
+        ],
         trace: trace(1_134, 1_234),
     }
 }
@@ -229,8 +247,8 @@ pub(super) fn fields() -> Vec<FieldMark> {
 }
 
 pub(super) fn detail(executions: u32) -> SchemaDetail {
-    let b = || ("field", ValueText::Variable("b".to_owned()));
-    let object = observation("object", &[("colour", ValueText::Variable("a".to_owned())), b()]);
+    let b = || ("field", ValueText::variable("b"));
+    let object = observation("object", &[("colour", ValueText::variable("a")), b()]);
     let finger = observation("finger", &[b()]);
     let sure = |observation| Condition {
         observation,
@@ -243,7 +261,7 @@ pub(super) fn detail(executions: u32) -> SchemaDetail {
     };
     SchemaDetail {
         id: 226,
-        kind: "generalised".to_owned(),
+        kind: SchemaKind::Generalised,
         action: String::new(),
         target: vec![finger.clone()],
         pre: vec![object.clone()],
@@ -268,7 +286,11 @@ pub(super) fn state(page: Page) -> State {
     state.receive(News::Attached);
     state.receive(News::Live(Box::new(live())));
     state.receive(News::Fields { session: 3, fields: fields() });
-    let schemas = vec![schema(17, "concrete", 31), schema(226, "generalised", 12), schema(4, "concrete", 2)];
+    let schemas = vec![
+        schema(17, SchemaKind::Concrete, 31),
+        schema(226, SchemaKind::Generalised, 12),
+        schema(4, SchemaKind::Concrete, 2),
+    ];
     state.receive(News::MostUsed(SchemaList { matching: 227, schemas }));
     state
 }

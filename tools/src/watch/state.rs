@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use pschema_inspect::{BodyStatus, Live, SchemaDetail, SchemaList, TracePage, TraceRecord};
+use pschema_inspect::{
+    BodyState, BodyStatus, Live, SchemaDetail, SchemaList, StageState, TracePage, TraceRecord,
+};
 use pschema_protocol::picture::FieldMark;
 
 use super::{Page, Pane, STEPS_KEPT_MAX, Wish};
@@ -133,11 +135,8 @@ impl State {
                 }
             }
             News::Live(mut live) => {
-                self.trace(std::mem::replace(
-                    &mut live.trace,
-                    TracePage { from: 0, total: 0, kept_max: 0, stages: Vec::new(), records: Vec::new() },
-                ));
-                self.fields.retain(|session, _| live.bodies.iter().any(|body| body.id == *session));
+                self.trace(std::mem::take(&mut live.trace));
+                self.fields.retain(|session, _| live.status.bodies.iter().any(|body| body.id == *session));
                 self.live = Some(live);
             }
             News::Trace(page) => self.trace(*page),
@@ -192,7 +191,7 @@ impl State {
     /// The body whose world is shown: the one that acted last, or the first that is attached.
     pub(super) fn body(&self) -> Option<&BodyStatus> {
         let live = self.live.as_deref()?;
-        let attached = || live.bodies.iter().filter(|body| body.state == "attached");
+        let attached = || live.status.bodies.iter().filter(|body| body.state == BodyState::Attached);
         let acted = live.explanation.as_ref().map(|explanation| explanation.body.as_str());
         attached().find(|body| Some(body.name.as_str()) == acted).or_else(|| attached().next())
     }
@@ -208,7 +207,7 @@ impl State {
 
     /// Whether the learner is held.
     pub(super) fn is_held(&self) -> bool {
-        self.live.as_ref().is_some_and(|live| live.stage_state == "held")
+        self.live.as_ref().is_some_and(|live| live.status.stage_state == StageState::Held)
     }
 
     /// The pane that is scrolled.

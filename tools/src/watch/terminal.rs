@@ -8,14 +8,15 @@ use std::time::{Duration, Instant};
 use pschema_process::{Stop, colour_is_wanted};
 use pschema_protocol::domain::Place;
 use ratatui::DefaultTerminal;
-use ratatui::crossterm::event::{self, Event as Typed, KeyEvent};
+use ratatui::crossterm::event::{self, Event as Typed};
 
 use crate::failure::Failure;
 
 use super::asker::Asker;
 use super::draw::draw;
+use super::event::Event;
 use super::keys::Act;
-use super::state::{News, State};
+use super::state::State;
 use super::theme::Theme;
 use super::{Page, Wish};
 
@@ -23,16 +24,6 @@ use super::{Page, Wish};
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// How long the thread that asks may take to leave the daemon's shared memory in order.
 const FAREWELL_MAX: Duration = Duration::from_secs(1);
-
-/// What happens to somebody who watches.
-#[derive(Debug)]
-pub(super) enum Event {
-    News(News),
-    Key(KeyEvent),
-    Resized,
-    /// No more keys will come.
-    Deaf(io::Error),
-}
 
 /// Watches the learner at `place` until somebody has seen enough.
 pub(crate) fn watch(place: Place, rate: u8, page: Page, follow: Option<u32>) -> Result<(), Failure> {

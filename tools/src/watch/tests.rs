@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use pschema_inspect::{LiveQuery, TracePage};
+use pschema_inspect::{LiveQuery, StageState, TracePage};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
@@ -74,8 +74,9 @@ fn a_body_without_pictures_and_one_that_is_not_there() {
     without.receive(News::Live(Box::new(live())));
     check("watch-80x24-blind.txt", &read(&mut without, 80, 24));
     let mut nobody = live();
-    nobody.bodies.clear();
-    nobody.world.clear();
+    nobody.status.bodies.clear();
+    nobody.status.world.clear();
+    nobody.observations.clear();
     nobody.explanation = None;
     without.receive(News::Live(Box::new(nobody)));
     let text = read(&mut without, 80, 24);
@@ -126,11 +127,12 @@ fn what_is_new_is_marked_and_bold() {
 #[test]
 fn a_name_that_would_steer_the_terminal_is_shown_and_not_obeyed() {
     let mut evil = live();
-    "\x1b[2J".clone_into(&mut evil.name);
-    "\x1b[31mstage\n".clone_into(&mut evil.stage);
-    evil.world[0].text = "\x07bell".to_owned();
-    evil.bodies[0].name = "\x1b]0;title\x07".to_owned();
-    evil.bodies[0].last_refusal = Some("\r\n".to_owned());
+    "\x1b[2J".clone_into(&mut evil.status.name);
+    "\x1b[31mstage\n".clone_into(&mut evil.status.stage);
+    evil.status.stage_state = StageState::Stuck("\x1b[2J".to_owned());
+    evil.status.world[0] = "\x07bell".to_owned();
+    evil.status.bodies[0].name = "\x1b]0;title\x07".to_owned();
+    evil.status.bodies[0].last_refusal = Some("\r\n".to_owned());
     let mut state = State::new(Page::Now);
     state.receive(News::Live(Box::new(evil)));
     for page in Page::ALL {
@@ -202,7 +204,7 @@ fn keys_order_the_learner() {
     let mut state = state(Page::Now);
     assert_eq!(press(&mut state, KeyCode::Char(' ')), Some(Act::Wish(Wish::Hold)));
     let mut held = live();
-    "held".clone_into(&mut held.stage_state);
+    held.status.stage_state = StageState::Held;
     state.receive(News::Live(Box::new(held)));
     assert_eq!(press(&mut state, KeyCode::Char(' ')), Some(Act::Wish(Wish::Resume)));
     assert_eq!(press(&mut state, KeyCode::Char('.')), Some(Act::Wish(Wish::Step)));
@@ -306,7 +308,7 @@ fn pages_are_turned_and_panes_scrolled_as_far_as_they_go() {
 fn fields_of_a_camera_that_is_no_more_are_forgotten() {
     let mut state = state(Page::Now);
     let mut other = live();
-    other.bodies.remove(0);
+    other.status.bodies.remove(0);
     state.receive(News::Live(Box::new(other)));
     assert!(state.fields.is_empty());
 }

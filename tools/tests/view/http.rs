@@ -198,10 +198,10 @@ fn memory_on_disk_is_looked_into_without_a_daemon_and_takes_no_orders() {
         let told = house.json(&["status", "--data", data, "--until", &until.to_string()]).unwrap();
         assert_eq!(live["schemas_total"], told["schemas_total"], "after step {until}");
         let explained = house.json(&["explain", "--data", data, "--until", &until.to_string()]).unwrap();
-        assert_eq!(live["decision"]["action"], explained["action"], "after step {until}");
-        let terms = live["decision"]["candidates"][0]["terms"].as_array().unwrap();
+        assert_eq!(live["explanation"]["action"], explained["action"], "after step {until}");
+        let terms = live["explanation"]["candidates"][0]["terms"].as_array().unwrap();
         let sum: f64 = terms.iter().map(|term| term["value"].as_f64().unwrap()).sum();
-        let first = &live["decision"]["candidates"][0];
+        let first = &live["explanation"]["candidates"][0];
         let product = first["excitation"].as_f64().unwrap() * first["distance"].as_f64().unwrap();
         assert!((sum - product).abs() < 1e-9, "the terms add up: {first}");
     }
@@ -237,7 +237,7 @@ fn after_a_step_that_decided_nothing_the_decision_before_it_is_weighed() {
     let data = life.to_str().unwrap();
     let (_view, at) = house.view(&["--data", data]);
     let (_, live) = ask(&at, &of(LIVE, last));
-    let decided = live["decision"]["step"].as_u64().unwrap();
+    let decided = live["explanation"]["step"].as_u64().unwrap();
     assert!(decided < last, "step {last} decided nothing: {live}");
     assert_eq!((&live["step"], &live["undecided"]), (&Value::from(last), &Value::Null), "{live}");
     let (status, answer) = ask(&at, &of(r#"{"ask":"why-not","id":3}"#, last));
@@ -256,7 +256,7 @@ fn a_decision_that_can_not_be_made_again_hides_nothing_else() {
     let last = unlike(&life);
     let (_view, at) = house.view(&["--data", life.to_str().unwrap()]);
     let (status, live) = ask(&at, &of(LIVE, last));
-    assert_eq!((status, &live["decision"]), (Some(200), &Value::Null), "{live}");
+    assert_eq!((status, &live["explanation"]), (Some(200), &Value::Null), "{live}");
     assert!(live["undecided"].as_str().unwrap().contains("can't be explained"), "{live}");
     assert!(live["schemas_total"].as_u64() > Some(0), "{live}");
     let list = |sort: &str| {
@@ -275,7 +275,7 @@ fn a_decision_that_can_not_be_made_again_hides_nothing_else() {
         assert!(answer["problem"].as_str().unwrap().contains("can't be explained"), "{answer}");
     }
     let (_, before) = ask(&at, &of(LIVE, 60));
-    assert!(before["decision"]["step"].is_u64() && before["undecided"].is_null(), "{before}");
+    assert!(before["explanation"]["step"].is_u64() && before["undecided"].is_null(), "{before}");
 }
 
 #[test]

@@ -112,7 +112,8 @@ fn the_curve_has_each_step_once() {
     browser.until("document.getElementById('when').textContent.includes('rebuilt')");
     let points = browser.eval(
         "import('./trace.js').then((trace) => {
-            const record = (step) => ({ step, top: step, touching: false, touched: false, heard: [] });
+            const decision = (excitation_top) => ({ excitation_top, predicts: [] });
+            const record = (step) => ({ step, stage: 0, decision: decision(step), perceived: [], heard: [] });
             const page = { total: 5, from: 0, records: [1, 2, 3, 4, 5].map(record) };
             trace.take({ total: 5, from: 5, records: [] });
             trace.take(page);

@@ -7,12 +7,11 @@ use std::collections::BTreeSet;
 use pschema_learner::observation::Pattern;
 use pschema_learner::schema::{Form, Generalised, Schema, SchemaId};
 
-use super::ties::{Basis, COMPARISONS_MAX, made_by_law, may_be, may_both_be};
-use super::{Picked, numbered};
+use super::basis::{Basis, COMPARISONS_MAX, Selection, made_by_law, may_be, may_both_be, numbered};
 
 /// The schemas at most `depth` ties away from `centre`, at most `limit` of them: the nearest first; of equally near ones
 /// examples, counter-examples, parents and children, then the oldest.
-pub(super) fn around(basis: Basis<'_>, centre: SchemaId, depth: u32, limit: usize) -> Picked {
+pub(super) fn around(basis: Basis<'_>, centre: SchemaId, depth: u32, limit: usize) -> Selection {
     let mut known = BTreeSet::from([centre]);
     let mut edge = vec![centre];
     let (mut total, mut truncated) = (1, false);
@@ -31,7 +30,7 @@ pub(super) fn around(basis: Basis<'_>, centre: SchemaId, depth: u32, limit: usiz
         edge = found.into_iter().map(|(_, id)| id).collect();
         known.extend(&edge);
     }
-    Picked { shown: known.into_iter().collect(), total, next: Vec::new(), truncated }
+    Selection { shown: known.into_iter().collect(), total, next: Vec::new(), truncated }
 }
 
 /// What the schemas at the edge need and make.

@@ -3,59 +3,13 @@
 use std::collections::BTreeMap;
 
 use pschema_inspect::GraphTie;
-use pschema_learner::memory::Content;
-use pschema_learner::observation::{Observation, Pattern, Term};
 use pschema_learner::schema::{Concrete, Form, Generalised, ObservationId, Schema, SchemaId};
 
-use super::{Places, count, numbered};
+use super::basis::{Basis, COMPARISONS_MAX, count, made_by_law, may_be, may_both_be, numbered};
+use super::places::Places;
 
 /// Ties listed, at most.
 const EDGES_MAX: usize = 20_000;
-/// Comparisons of a pattern with an observation, and ties counted, in one graph: some tenths of a second.
-pub(super) const COMPARISONS_MAX: usize = 20_000_000;
-
-/// What ties follow from.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Basis<'a> {
-    pub(super) content: &'a Content,
-    /// From which share of the executions on an outcome is predicted.
-    pub(super) ratio_min: f64,
-}
-
-impl Basis<'_> {
-    /// What the schema predicts to be observed and does not need itself.
-    pub(super) fn made<'c>(self, concrete: &'c Concrete) -> impl Iterator<Item = ObservationId> + use<'c> {
-        let predicted = concrete.post.iter().filter(move |p| !p.absent && p.count.ratio() >= self.ratio_min);
-        predicted.map(|post| post.what).filter(|what| !concrete.pre.contains(what))
-    }
-}
-
-/// As [`Basis::made`]: a law predicts all of its outcomes.
-pub(super) fn made_by_law(law: &Generalised) -> impl Iterator<Item = &Pattern> {
-    law.post.iter().filter(|post| !post.absent).map(|post| &post.what).filter(|what| !law.pre.contains(what))
-}
-
-/// Whether the pattern matches the observation by itself.
-pub(super) fn may_be(pattern: &Pattern, observation: &Observation) -> bool {
-    let (terms, properties) = (pattern.terms(), observation.properties());
-    let agree = |(property, term): &(_, Term), (seen, value): &(_, _)| {
-        property == seen && !matches!(term, Term::Constant(constant) if constant != value)
-    };
-    pattern.kind() == observation.kind()
-        && terms.len() == properties.len()
-        && terms.iter().zip(properties).all(|(wanted, seen)| agree(wanted, seen))
-}
-
-/// Whether both patterns match some observation, each by itself.
-pub(super) fn may_both_be(a: &Pattern, b: &Pattern) -> bool {
-    let constant = |term: &Term| matches!(term, Term::Constant(_));
-    a.kind() == b.kind()
-        && a.terms().len() == b.terms().len()
-        && a.terms().iter().zip(b.terms()).all(|((property, one), (other_property, other))| {
-            property == other_property && (!constant(one) || !constant(other) || one == other)
-        })
-}
-
 /// Ties by nodes and kind.
 #[derive(Debug, Default)]
 pub(super) struct Edges {

@@ -6,18 +6,18 @@ use std::collections::{BTreeSet, BinaryHeap};
 use pschema_learner::memory::Content;
 use pschema_learner::schema::SchemaId;
 
-use super::{Picked, numbered};
+use super::basis::{Selection, numbered};
 
 /// At most `limit` schemas: laws first, the most executed of them and no more than half; then, in turn, their
 /// counter-examples and examples, up to three quarters; then what was executed most.
-pub(super) fn pick(content: &Content, limit: usize) -> Picked {
+pub(super) fn pick(content: &Content, limit: usize) -> Selection {
     let total = content.schemas.len();
     let (shown, truncated) = if total <= limit {
         (numbered(content).map(|(id, _)| id).collect(), false)
     } else {
         (most_telling(content, limit), true)
     };
-    Picked { shown, total: total as u64, next: Vec::new(), truncated }
+    Selection { shown, total: total as u64, next: Vec::new(), truncated }
 }
 
 fn most_telling(content: &Content, limit: usize) -> Vec<SchemaId> {

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use pschema_inspect::{Answer, Candidate, Explanation, Request, Verdict, WhyNot};
+use pschema_inspect::{Candidate, Explanation, ExplanationQuery, Verdict, WhyNot, WhyNotQuery};
 use pschema_learner::schema::SchemaId;
-use pschema_server::inspect;
-use pschema_tools::kit::{Reasons, WhyNotJson, explanation, notation, why_not};
+use pschema_server::inspect::Inspect;
+use pschema_tools::kit::{explanation, notation, why_not};
 use serde_json::Value;
 
 use super::Life;
@@ -14,19 +14,18 @@ use crate::worlds::Mix;
 /// A decision and what is said of some schemas that it did not choose.
 fn told(life: &Life) -> Option<(Explanation, Vec<WhyNot>)> {
     let view = life.view();
-    let explained = inspect::answer(&view, &Request::Explain { step: None, candidates_max: 1000 });
-    let Answer::Explanation(explained) = explained else { return None };
+    let explained = ExplanationQuery { step: None, candidates_max: 1000 }.answer(&view).ok()?;
     let schemas = u32::try_from(life.world.schemas()).unwrap();
     let memory = life.world.learner().memory().content();
     let is_law = |id: &u32| memory.schema(SchemaId(*id)).is_some_and(|schema| schema.generalised().is_some());
     let some = (0..schemas).rev().step_by(1 + life.world.schemas() / 7);
     let others: BTreeSet<u32> = some.chain((0..schemas).filter(is_law).take(5)).collect();
     let others = others.into_iter();
-    let why = others.map(|schema| match inspect::answer(&view, &Request::WhyNot { schema, step: None }) {
-        Answer::WhyNot(why) => *why,
-        other => panic!("schema {schema} of {schemas}: {other:?}"),
+    let why = others.map(|schema| {
+        let why = WhyNotQuery { schema, step: None }.answer(&view);
+        why.unwrap_or_else(|problem| panic!("schema {schema} of {schemas}: {problem}"))
     });
-    Some((*explained, why.collect()))
+    Some((explained, why.collect()))
 }
 
 /// E, and the sum of the values over the distance, both as JSON has them.
@@ -98,7 +97,7 @@ fn every_excitation_is_the_sum_of_its_terms_over_its_distance_as_it_is_shown() {
             }
             let Some((explained, others)) = told(&life) else { continue };
             let shown = format!("{mix:?}, seed {seed}, step {step}");
-            let value = serde_json::to_value(Reasons::from(&explained)).unwrap();
+            let value = serde_json::to_value(&explained).unwrap();
             value["candidates"].as_array().unwrap().iter().for_each(adds_up);
             let chosen = &explained.candidates[explained.chosen as usize];
             // A crowded table is wrapped beyond what a test can read.
@@ -118,7 +117,7 @@ fn every_excitation_is_the_sum_of_its_terms_over_its_distance_as_it_is_shown() {
                     assert!(texts.clone().all(|text| seen(&text)), "{shown}: {why:?}");
                     stood_in += 1;
                 }
-                let value = serde_json::to_value(WhyNotJson::from(why)).unwrap();
+                let value = serde_json::to_value(why).unwrap();
                 [&value["candidate"], &value["chosen"]]
                     .into_iter()
                     .filter(|c| c.is_object())

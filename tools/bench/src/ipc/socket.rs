@@ -8,7 +8,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use pschema_protocol::codec;
 use pschema_tools::kit::Failure;
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +32,15 @@ struct Frame {
 #[derive(Debug, Serialize, Deserialize)]
 struct Reply {
     words: Vec<u64>,
+}
+
+fn encoded<T: Serialize>(value: &T) -> Result<Vec<u8>, Failure> {
+    bincode::serde::encode_to_vec(value, bincode::config::standard()).map_err(failed)
+}
+
+fn decoded<T: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<T, Failure> {
+    let config = bincode::config::standard().with_limit::<BYTES_MAX>();
+    bincode::serde::decode_from_slice(bytes, config).map(|(value, _)| value).map_err(failed)
 }
 
 fn send(stream: &mut UnixStream, bytes: &[u8]) -> io::Result<()> {
@@ -100,11 +108,11 @@ fn replies(mut stream: UnixStream, stop: &AtomicBool) -> Result<(), Failure> {
     stream.set_nonblocking(false).map_err(failed)?;
     stream.set_read_timeout(Some(LOOK_EVERY)).map_err(failed)?;
     while let Some(bytes) = receive(&mut stream, stop).map_err(failed)? {
-        let frame: Frame = codec::decode(&bytes).map_err(failed)?;
+        let frame: Frame = decoded(&bytes)?;
         let mut words = vec![0; REPLY_WORDS];
         words[0] = frame.records.iter().flatten().fold(0_u64, |sum, word| sum.wrapping_add(*word));
         words[1] = frame.header[0];
-        let reply = codec::encode(&Reply { words }).map_err(failed)?;
+        let reply = encoded(&Reply { words })?;
         send(&mut stream, &reply).map_err(failed)?;
     }
     Ok(())
@@ -124,11 +132,11 @@ impl Socket {
         let (records, _) = payload.as_chunks::<RECORD_WORDS>();
         let frame = Frame { header: [payload.len() as u64; 7], records: records.to_vec() };
         let began = Instant::now();
-        let bytes = codec::encode(&frame).map_err(failed)?;
+        let bytes = encoded(&frame)?;
         send(&mut self.0, &bytes).map_err(failed)?;
         let reply = receive(&mut self.0, &AtomicBool::new(false)).map_err(failed)?;
         let reply = reply.ok_or_else(|| failed("the other side hung up"))?;
-        let reply: Reply = codec::decode(&reply).map_err(failed)?;
+        let reply: Reply = decoded(&reply)?;
         let took = began.elapsed();
         let sum = payload.iter().fold(0_u64, |sum, word| sum.wrapping_add(*word));
         if reply.words.first() != Some(&sum) {

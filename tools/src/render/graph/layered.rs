@@ -3,7 +3,7 @@
 
 use pschema_inspect::{Graph, GraphTie};
 
-use super::layout::Rect;
+use super::geometry::Rect;
 
 /// A card.
 const CARD: (f64, f64) = (286.0, 84.0);

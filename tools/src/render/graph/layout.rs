@@ -2,47 +2,13 @@
 
 use pschema_inspect::Graph;
 
+use super::geometry::{Panel, Rect};
 use super::layered;
 use super::lines::{Line, each, gathered};
 use super::panels;
 
 /// Nodes that are drawn as cards with what they say; of more, cells with their numbers.
 const CARDS_MAX: usize = 60;
-
-/// A rectangle.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Rect {
-    /// Left end.
-    pub(crate) x: f64,
-    /// Upper end.
-    pub(crate) y: f64,
-    /// Width.
-    pub(crate) w: f64,
-    /// Height.
-    pub(crate) h: f64,
-}
-
-impl Rect {
-    pub(crate) fn middle(&self) -> (f64, f64) {
-        (self.x + self.w / 2.0, self.y + self.h / 2.0)
-    }
-
-    /// Where the line from its middle towards a point leaves it.
-    pub(crate) fn border(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        let (mx, my) = self.middle();
-        let (dx, dy) = (x - mx, y - my);
-        let ratio = |half: f64, d: f64| if d.abs() < 1e-9 { f64::INFINITY } else { half / d.abs() };
-        let scale = ratio(self.w / 2.0, dx).min(ratio(self.h / 2.0, dy)).min(1.0);
-        (mx + dx * scale, my + dy * scale)
-    }
-}
-
-/// The panel of a cluster.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Panel {
-    pub(crate) rect: Rect,
-    pub(crate) title: String,
-}
 
 /// A whole picture.
 #[derive(Clone, Debug)]

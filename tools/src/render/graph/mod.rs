@@ -4,6 +4,7 @@
 //! what is to be drawn is either small and layered or large and clustered.
 
 pub(crate) mod dot;
+mod geometry;
 mod layered;
 pub(crate) mod layout;
 mod lines;
@@ -12,7 +13,7 @@ pub(crate) mod svg;
 #[cfg(test)]
 mod tests;
 
-use pschema_inspect::{Graph, GraphNode, GraphTie};
+use pschema_inspect::{Graph, GraphNode, GraphScope, GraphTie, SchemaKind};
 
 use super::words::{count, plain, side};
 
@@ -58,11 +59,11 @@ pub(crate) fn looks(graph: &Graph) -> Vec<Look> {
     let mut looks: Vec<_> = graph
         .nodes
         .iter()
-        .map(|node| match node.kind.as_str() {
-            "generalised" => Look::Generalised,
-            "retired" => Look::Retired,
-            "counter-example" => Look::CounterExample,
-            _ => Look::Concrete,
+        .map(|node| match node.kind {
+            SchemaKind::Generalised => Look::Generalised,
+            SchemaKind::Retired => Look::Retired,
+            SchemaKind::CounterExample => Look::CounterExample,
+            SchemaKind::Concrete => Look::Concrete,
         })
         .collect();
     for edge in graph.edges.iter().filter(|edge| edge.kind == GraphTie::ExampleOf) {
@@ -119,19 +120,14 @@ pub(crate) fn told(graph: &Graph, node: &GraphNode) -> String {
                 schema.low,
                 schema.high,
             );
-            format!(
-                "schema {}, {}\n{pre}\n/ {action}\n/ {post}\nsucceeds: {succeeded}",
-                schema.id,
-                plain(&node.kind)
-            )
+            format!("schema {}, {}\n{pre}\n/ {action}\n/ {post}\nsucceeds: {succeeded}", schema.id, node.kind)
         }
-        _ => format!("{} ({}): {cluster}", count(node.members, "schema"), plain(&node.kind)),
+        _ => format!("{} ({}): {cluster}", count(node.members, "schema"), node.kind),
     }
 }
 
 /// What the picture is of, in a line.
 pub(crate) fn heading(graph: &Graph) -> String {
-    use pschema_inspect::GraphScope;
     let shown = match u64::from(graph.shown) == graph.nodes_total {
         true => count(graph.nodes_total, "schema"),
         false => format!("{} of {}", graph.shown, count(graph.nodes_total, "schema")),

@@ -2,7 +2,7 @@
 
 use pschema_inspect::{Graph, GraphTie};
 
-use super::layout::{Panel, Rect};
+use super::geometry::{Panel, Rect};
 use crate::render::words::{count, plain};
 
 /// A cell of one schema.

@@ -3,9 +3,10 @@
 
 use std::fmt::Write;
 
-use pschema_inspect::{Graph, GraphNode, GraphTie};
+use pschema_inspect::{Graph, GraphNode, GraphTie, SchemaKind};
 
-use super::layout::{Layout, Rect, layout};
+use super::geometry::Rect;
+use super::layout::{Layout, layout};
 use super::lines::{End, Line};
 use super::{Look, TIES, heading, looks, parts, tie, told};
 
@@ -276,7 +277,7 @@ fn draw_node(
                      <text class=\"share\" x=\"{:.1}\" y=\"{:.1}\">{share}</text>",
                     x + 14.0,
                     y + 19.0,
-                    escaped(&super::plain(&node.kind)),
+                    node.kind,
                     schema.id,
                     x + w - 14.0,
                     y + 19.0
@@ -308,7 +309,7 @@ fn draw_node(
                 "<text class=\"id\" x=\"{mx:.1}\" y=\"{:.1}\">{} {}</text>",
                 my + 4.0,
                 node.members,
-                if node.kind == "counter-example" { "exceptions" } else { "more" }
+                if node.kind == SchemaKind::CounterExample { "exceptions" } else { "more" }
             ),
         ),
     }

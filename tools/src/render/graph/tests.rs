@@ -4,16 +4,17 @@ use std::collections::BTreeSet;
 
 use pschema_inspect::*;
 
-use super::layout::{Layout, Rect, layout};
+use super::geometry::Rect;
+use super::layout::{Layout, layout};
 use super::lines::{End, gathered};
 use super::{dot, svg};
 use crate::render::golden::check;
 
-fn schema(id: u32, pre: &[&str], action: &str, post: &[&str], kind: &str) -> GraphNode {
+fn schema(id: u32, pre: &[&str], action: &str, post: &[&str], kind: SchemaKind) -> GraphNode {
     let texts = |list: &[&str]| list.iter().map(|one| (*one).to_owned()).collect::<Vec<_>>();
     let schema = SchemaSummary {
         id,
-        kind: kind.to_owned(),
+        kind,
         pre: texts(pre),
         action: action.to_owned(),
         post: texts(post),
@@ -23,39 +24,49 @@ fn schema(id: u32, pre: &[&str], action: &str, post: &[&str], kind: &str) -> Gra
         low: 0.3,
         high: 0.95,
     };
-    let cluster = if pre.is_empty() { 0 } else { 1 + u32::from(kind == "generalised" || kind == "retired") };
-    GraphNode { schema: Some(schema), members: 1, kind: kind.to_owned(), cluster }
+    let cluster = if pre.is_empty() {
+        0
+    } else {
+        1 + u32::from(kind == SchemaKind::Generalised || kind == SchemaKind::Retired)
+    };
+    GraphNode { schema: Some(schema), members: 1, kind, cluster }
 }
 
 /// Touching, as it is learnt in the paper's first experiment: two moves, two touches, the law made of them, and where it
 /// does not hold.
 fn touching() -> Graph {
     let nodes = vec![
-        schema(0, &[], "move(j1=0.43, j2=0.84)", &["finger{field=17}"], "concrete"),
-        schema(1, &[], "move(j1=0.10, j2=0.20)", &["finger{field=4}"], "concrete"),
+        schema(0, &[], "move(j1=0.43, j2=0.84)", &["finger{field=17}"], SchemaKind::Concrete),
+        schema(1, &[], "move(j1=0.10, j2=0.20)", &["finger{field=4}"], SchemaKind::Concrete),
         schema(
             2,
             &["object{field=17}"],
             "move(j1=0.43, j2=0.84)",
             &["finger{field=17}", "touch{}"],
-            "concrete",
+            SchemaKind::Concrete,
         ),
         schema(
             3,
             &["object{field=4}"],
             "move(j1=0.10, j2=0.20)",
             &["finger{field=4}", "touch{}"],
-            "concrete",
+            SchemaKind::Concrete,
         ),
         schema(
             4,
             &["object{field=$a}"],
             "achieve finger{field=$a}",
             &["finger{field=$a}", "touch{}"],
-            "generalised",
+            SchemaKind::Generalised,
         ),
-        schema(5, &["object{field=9}"], "move(j1=0.90, j2=0.90)", &["finger{field=9}"], "counter-example"),
-        schema(6, &["object{field=$a}"], "achieve finger{field=$b}", &["touch{}"], "retired"),
+        schema(
+            5,
+            &["object{field=9}"],
+            "move(j1=0.90, j2=0.90)",
+            &["finger{field=9}"],
+            SchemaKind::CounterExample,
+        ),
+        schema(6, &["object{field=$a}"], "achieve finger{field=$b}", &["touch{}"], SchemaKind::Retired),
     ];
     let edge = |from, to, kind| GraphEdge { from, to, kind, count: 1 };
     let cluster = |name: &str, members| GraphCluster { name: name.to_owned(), members };
@@ -96,12 +107,12 @@ fn many(moves: u32) -> Graph {
     graph.edges.clear();
     let place = |at: u32| format!("finger{{field={at}}}");
     for at in 0..moves {
-        graph.nodes.push(schema(at, &[], &format!("move(to={at})"), &[&place(at)], "concrete"));
+        graph.nodes.push(schema(at, &[], &format!("move(to={at})"), &[&place(at)], SchemaKind::Concrete));
     }
     for at in (0..moves).step_by(3) {
         let pre = format!("object{{field={at}}}");
         let id = moves + at / 3;
-        graph.nodes.push(schema(id, &[&pre], &format!("move(to={at})"), &["touch{}"], "concrete"));
+        graph.nodes.push(schema(id, &[&pre], &format!("move(to={at})"), &["touch{}"], SchemaKind::Concrete));
         graph.edges.push(GraphEdge { from: at, to: id, kind: GraphTie::ParentOf, count: 1 });
     }
     let law = u32::try_from(graph.nodes.len()).unwrap();
@@ -110,12 +121,11 @@ fn many(moves: u32) -> Graph {
         &["object{field=$a}"],
         "achieve finger{field=$a}",
         &["touch{}"],
-        "generalised",
+        SchemaKind::Generalised,
     ));
-    let several =
-        |members, kind: &str| GraphNode { schema: None, members, kind: kind.to_owned(), cluster: 1 };
-    graph.nodes.push(several(98_765, "concrete"));
-    graph.nodes.push(several(4_321, "counter-example"));
+    let several = |members, kind| GraphNode { schema: None, members, kind, cluster: 1 };
+    graph.nodes.push(several(98_765, SchemaKind::Concrete));
+    graph.nodes.push(several(4_321, SchemaKind::CounterExample));
     for at in 0..moves {
         graph.edges.push(GraphEdge { from: at, to: law, kind: GraphTie::Carries, count: 1 });
     }
@@ -195,7 +205,7 @@ fn lines_that_go_the_same_way_become_one_and_none_is_lost() {
     let lines = gathered(&graph);
     assert!(lines.len() < 20, "{lines:?}");
     assert_eq!(lines.iter().map(|line| line.count).sum::<u64>(), graph.edges_total);
-    let law = graph.nodes.iter().position(|node| node.kind == "generalised").unwrap();
+    let law = graph.nodes.iter().position(|node| node.kind == SchemaKind::Generalised).unwrap();
     let carried = lines.iter().find(|line| line.kind == GraphTie::Carries).unwrap();
     assert_eq!((carried.from, carried.to, carried.count), (End::Cluster(0), End::Node(law), 300));
 }
@@ -209,8 +219,6 @@ fn what_others_named_is_text_and_never_markup() {
         let schema = node.schema.as_mut().unwrap();
         evil.clone_into(&mut schema.action);
         schema.pre = vec![evil.to_owned()];
-        evil.clone_into(&mut schema.kind);
-        evil.clone_into(&mut node.kind);
     }
     evil.clone_into(&mut graph.clusters[0].name);
     graph.goal = vec![evil.to_owned()];

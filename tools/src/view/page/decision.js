@@ -1,13 +1,13 @@
 // The last decision: what could have been done, and the sums that decided.
 
-import { byId, el, isBeingRead, level, share, tell } from "./dom.js";
+import { binding, byId, el, isBeingRead, level, observation, share, tell } from "./dom.js";
 
 const panel = byId("why");
 const open = new Set();
 let shownStep = null;
 
-/** Shows a decision, or why there is none; while somebody reads the last one it stays. */
-export function showDecision(decision, undecided, force, onSchema) {
+/** Shows the decision of a moment, or why there is none; while somebody reads the last one it stays. */
+export function showDecision({ explanation: decision, sentence, undecided }, force, onSchema) {
   if (decision === null) {
     shownStep = null;
     tell(byId("sentence"), undecided ?? "Nothing has been decided yet.");
@@ -21,7 +21,7 @@ export function showDecision(decision, undecided, force, onSchema) {
     return;
   }
   shownStep = decision.step;
-  tell(byId("sentence"), decision.sentence);
+  tell(byId("sentence"), sentence);
   const listed = decision.candidates.length;
   tell(byId("why-note"), `Step ${decision.step}: ${listed} of ${decision.candidates_total} candidates. `
     + "Each part of a bar is a term of equation (1); they add up to E × distance.");
@@ -33,7 +33,8 @@ export function showDecision(decision, undecided, force, onSchema) {
 const sum = (candidate) => candidate.terms.reduce((total, term) => total + term.value, 0);
 
 function candidate(one, at, chosen, most, onSchema) {
-  const text = one.binding === "" ? one.text : `${one.text}, with ${one.binding}`;
+  const values = binding(one.binding);
+  const text = values === "" ? one.text : `${one.text}, with ${values}`;
   const details = el("details", { open: open.has(at) },
     el("summary", {},
       el("span", { class: "e" }, `E ${level(one.excitation)}`),
@@ -60,12 +61,14 @@ function part(term, most) {
   return node;
 }
 
+const written = (one) => (one === null ? "–" : observation(one));
+
 function terms(one, most) {
   const heads = ["term", "remembered", "seen", "same", "prob", "weight", "1+N", "value", ""];
   const rows = one.terms.map((term) => el("tr", {},
     el("td", {}, term.role),
-    el("td", { class: "code" }, term.remembered ?? "–"),
-    el("td", { class: "code" }, term.seen ?? "–"),
+    el("td", { class: "code" }, written(term.observation)),
+    el("td", { class: "code" }, written(term.seen)),
     el("td", { class: "n" }, String(term.shared)),
     el("td", { class: "n" }, share(term.probability)),
     el("td", { class: "n" }, share(term.weight)),

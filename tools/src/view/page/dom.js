@@ -51,6 +51,18 @@ export function bytes(count) {
   return `${count.toFixed(at === 0 ? 0 : 1)} ${units[at]}`;
 }
 
+/** A value as it is written; a variable has its name after a dollar sign. */
+export const value = (one) => (one !== null && typeof one === "object" ? `$${one.var}` : String(one));
+
+/** An observation as it is written. */
+export function observation(one) {
+  const properties = Object.entries(one.properties).map(([name, known]) => `${name}=${value(known)}`);
+  return `${one.type}{${properties.join(", ")}}`;
+}
+
+/** The values of variables as they are written; empty for none. */
+export const binding = (values) => Object.entries(values).map(([name, known]) => `$${name}=${value(known)}`).join(", ");
+
 /** A schema as it is written. */
 export function notation(schema) {
   const side = (list) => (list.length === 0 ? "∅" : list.join(" & "));

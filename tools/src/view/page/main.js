@@ -36,16 +36,16 @@ function banner(text) {
 function showMoment(live, past) {
   if (!past && live.step === shownStep && live.stage_state === shownState) return;
   [shownStep, shownState] = past ? [null, null] : [live.step, live.stage_state];
-  const perceived = live.world;
+  const perceived = live.observations;
   tell(byId("world-note"), perceived.length === 0 ? "Nothing is perceived."
     : past ? "As last perceived. N: how often each has had attention."
       : "New observations are marked. N: how often each has had attention.");
-  byId("world").replaceChildren(...perceived.map((one) => el("li", { class: one.new && !past ? "new" : "" },
-    el("span", { class: "code" }, one.text),
+  byId("world").replaceChildren(...perceived.map((one, at) => el("li", { class: one.new && !past ? "new" : "" },
+    el("span", { class: "code" }, live.world[at]),
     one.new && !past ? el("span", { class: "badge" }, "new") : null,
     el("span", { class: "n" }, `N ${whole(one.attention)}`))));
   showPerceived(perceived);
-  showDecision(live.decision, live.undecided, past, schemas.showOne);
+  showDecision(live, past, schemas.showOne);
   if (!isBeingRead(byId("newest"))) schemas.showNewest(live.newest);
   showFacts(live, past);
 }

@@ -1,7 +1,7 @@
 // The list of schemas, and one of them whole. The daemon filters, sorts and pages.
 
 import { ask, turns } from "./ask.js";
-import { byId, el, notation, share, tell, whole } from "./dom.js";
+import { byId, el, notation, observation, share, tell, whole } from "./dom.js";
 
 const PAGE = 20;
 const form = byId("filter");
@@ -112,7 +112,7 @@ function one(schema) {
 
 function conditions(title, list) {
   const rows = list.map((one) => el("tr", {},
-    el("td", { class: "code" }, (one.absent ? "no longer " : "") + written(one.observation)),
+    el("td", { class: "code" }, (one.absent ? "no longer " : "") + observation(one.observation)),
     el("td", { class: "n" }, `${whole(one.occurrences)}/${whole(one.trials)}`),
     el("td", { class: "n" }, one.trials === 0 ? "–" : share(one.probability)),
     el("td", {}, one.trials === 0 ? "" : interval(one))));
@@ -138,12 +138,6 @@ function related(title, ids) {
   const SHOWN = 40;
   return el("p", {}, `${title}: `, ids.slice(0, SHOWN).map((id) => [opener(id), " "]),
     ids.length > SHOWN ? `and ${whole(ids.length - SHOWN)} more` : "");
-}
-
-function written(observation) {
-  const value = (one) => (one !== null && typeof one === "object" ? `$${one.var}` : String(one));
-  const properties = Object.entries(observation.properties).map(([name, one]) => `${name}=${value(one)}`);
-  return `${observation.type}{${properties.join(", ")}}`;
 }
 
 async function whyNot(id, to) {

@@ -27,10 +27,25 @@ export function take(trace) {
   }
   // Asked for twice, it comes twice.
   if (trace.from < next) return false;
-  records.push(...trace.records);
+  records.push(...trace.records.map(point));
   records = records.slice(-KEPT_MAX);
   next = trace.from + trace.records.length;
   return trace.total - next >= PAGE;
+}
+
+/** The paper's touch sensor; other bodies have other senses, and then nothing is marked. */
+const TOUCH = "touch";
+
+/** What the curve needs of a step. */
+function point({ step, stage, decision, perceived, heard }) {
+  return {
+    step,
+    stage,
+    top: decision?.excitation_top ?? null,
+    touching: decision?.predicts.includes(TOUCH) ?? false,
+    touched: perceived.some((one) => one.type === TOUCH),
+    heard,
+  };
 }
 
 /** The daemon is another: its steps are others. */

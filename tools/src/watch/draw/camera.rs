@@ -1,6 +1,6 @@
 //! What the camera sees, as letters in the fields that it divides the picture into (paper, III-A).
 
-use pschema_inspect::{ObservationText, Perceived, ValueText};
+use pschema_inspect::{ObservationText, ValueText, WorldObservation};
 use pschema_protocol::picture::FieldMark;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -30,7 +30,7 @@ struct Seen {
 /// The fields where they are, or as a list where that is not known.
 pub(super) fn pane(state: &State, canvas: Canvas, to: &mut Buffer) -> (String, String, Content) {
     let theme = canvas.theme;
-    let world = state.live.as_ref().map(|live| live.world.as_slice()).unwrap_or_default();
+    let world = state.live.as_ref().map(|live| live.observations.as_slice()).unwrap_or_default();
     let seen = seen(world, theme);
     let body = state.body();
     let name = body.map_or_else(String::new, |body| format!(": {}", plain(&body.name)));
@@ -46,7 +46,7 @@ pub(super) fn pane(state: &State, canvas: Canvas, to: &mut Buffer) -> (String, S
     }
 }
 
-fn seen(world: &[Perceived], theme: Theme) -> Vec<Seen> {
+fn seen(world: &[WorldObservation], theme: Theme) -> Vec<Seen> {
     let mut letters: Vec<(String, char)> = Vec::new();
     let mut all = Vec::new();
     for perceived in world {
@@ -70,17 +70,17 @@ fn seen(world: &[Perceived], theme: Theme) -> Vec<Seen> {
 }
 
 fn field(observation: &ObservationText) -> Option<i64> {
-    observation.properties.iter().find_map(|(name, value)| match value {
-        ValueText::Integer(field) if name == "field" => Some(*field),
+    match observation.properties.get("field")? {
+        ValueText::Integer(field) => Some(*field),
         _ => None,
-    })
+    }
 }
 
 fn colour(observation: &ObservationText) -> Option<String> {
-    observation.properties.iter().find_map(|(name, value)| match value {
-        ValueText::Symbol(colour) if name == "colour" => Some(plain(colour)),
+    match observation.properties.get("colour")? {
+        ValueText::Symbol(colour) => Some(plain(colour)),
         _ => None,
-    })
+    }
 }
 
 /// Objects have the small first letter of their colour, everything else the capital of what it is; a letter that is
@@ -103,7 +103,7 @@ fn is_shared(seen: &[Seen], at: usize) -> bool {
 }
 
 /// What the letters mean, and what is felt.
-fn legend(seen: &[Seen], world: &[Perceived], width: usize) -> String {
+fn legend(seen: &[Seen], world: &[WorldObservation], width: usize) -> String {
     let mut parts: Vec<String> = Vec::new();
     for one in seen {
         let told = format!("{} {}", one.letter, one.short);

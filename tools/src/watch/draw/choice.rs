@@ -1,6 +1,6 @@
 //! What could have been done, with the terms of equation (1) that made it more or less exciting.
 
-use pschema_inspect::{Candidate, ExcitationTerm, Explanation};
+use pschema_inspect::{Candidate, ExcitationTerm, Explanation, Reason, TermRole};
 use ratatui::style::Style;
 
 use super::super::state::State;
@@ -31,12 +31,11 @@ pub(super) fn text(state: &State, canvas: Canvas) -> Text {
 }
 
 fn because(explanation: &Explanation) -> String {
-    match explanation.reason.as_str() {
-        "excitation" => "as nothing else was as exciting".to_owned(),
-        "tie" => format!("drawn among {} that were equally exciting", explanation.ties),
-        "chain" => "the next of a chain begun before".to_owned(),
-        "goal" => explanation.goal.as_ref().map_or_else(|| "for a goal".to_owned(), goals::followed),
-        other => plain(other),
+    match explanation.reason {
+        Reason::Excitation => "as nothing else was as exciting".to_owned(),
+        Reason::Tie => format!("drawn among {} that were equally exciting", explanation.ties),
+        Reason::Chain => "the next of a chain begun before".to_owned(),
+        Reason::Goal => explanation.goal.as_ref().map_or_else(|| "for a goal".to_owned(), goals::followed),
     }
 }
 
@@ -54,23 +53,19 @@ fn one(text: &mut Text, candidate: &Candidate, mark: &str, style: Style) {
 }
 
 fn told(term: &ExcitationTerm) -> String {
-    match (&term.observation, &term.seen, term.role.as_str()) {
+    match (&term.observation, &term.seen, term.role) {
         (Some(remembered), Some(seen), role) => {
             let (remembered, seen) = (notation(remembered), notation(seen));
             let like = if remembered == seen { String::new() } else { format!(" like {seen}") };
             format!(
-                "{} {remembered}{like}: {} shared x p {:.2} x w {:.2} / (1 + N {})",
-                plain(role),
-                term.shared,
-                term.probability,
-                term.weight,
-                term.attention
+                "{role} {remembered}{like}: {} shared x p {:.2} x w {:.2} / (1 + N {})",
+                term.shared, term.probability, term.weight, term.attention
             )
         }
-        (_, _, "rest") => "all other terms".to_owned(),
-        (_, _, "babbling") => {
+        (_, _, TermRole::Rest) => "all other terms".to_owned(),
+        (_, _, TermRole::Babbling) => {
             format!("babbling: never tried here, w {:.2} / (1 + N {})", term.weight, term.attention)
         }
-        (_, _, role) => format!("{}, w {:.2} / (1 + N {})", plain(role), term.weight, term.attention),
+        (_, _, role) => format!("{role}, w {:.2} / (1 + N {})", term.weight, term.attention),
     }
 }

@@ -130,7 +130,7 @@ pub(super) fn steps(state: &State, canvas: Canvas) -> Text {
                     decision.excitation,
                     decision.excitation_top,
                     plain(&decision.action),
-                    plain(&decision.reason)
+                    decision.reason
                 )
             }
         };

@@ -34,7 +34,7 @@ pub(super) fn text(state: &State, canvas: Canvas) -> Text {
     };
     text.wrapped("", &capital(&schema_sentence(now)), theme.strong());
     text.wrapped("", &schema_notation(now), Style::new());
-    let made = format!("{}, made in step {}{}", plain(&now.kind), now.created_step, lineage(now));
+    let made = format!("{}, made in step {}{}", now.kind, now.created_step, lineage(now));
     text.wrapped("", &made, Style::new());
     statistics(&mut text, followed, now, canvas);
     text

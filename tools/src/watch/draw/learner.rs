@@ -1,54 +1,60 @@
 //! The learner: its stage, how near that is to its end, what it costs, and its bodies.
 
-use pschema_inspect::{BodyStatus, Live};
+use pschema_inspect::{BodyStatus, Status};
 use ratatui::style::Style;
 
 use super::super::state::State;
 use super::Canvas;
 use super::text::Text;
+use crate::render::goals;
+use crate::render::status::{habituation, saturation, state as stage_state, trial};
 use crate::render::words::{bytes, count, duration, plain};
-use crate::render::{goals, status};
 
 /// Columns of the bars.
 const BAR: u32 = 10;
 
 pub(super) fn text(state: &State, canvas: Canvas) -> Text {
     let mut text = Text::new(usize::from(canvas.area.width));
-    let Some(live) = &state.live else { return text };
+    let Some(status) = state.live.as_ref().map(|live| &live.status) else { return text };
     let mut fact = |name: &str, value: &str| fact(&mut text, name, value);
     fact(
         "stage",
-        &format!("{} ({}) of {}", plain(&live.stage), plain(&live.stage_state), plain(&live.curriculum)),
+        &format!(
+            "{} ({}) of {}",
+            plain(&status.stage),
+            stage_state(&status.stage_state),
+            plain(&status.curriculum)
+        ),
     );
     let top = state.excitation_top().unwrap_or(0.0);
-    if let Some(told) = &live.saturation {
+    if let Some(told) = &status.saturation {
         let drawn = bar(told.quiet_actions, told.quiet_actions_wanted);
-        fact("saturation", &format!("{drawn} {}", status::saturation(told, top)));
+        fact("saturation", &format!("{drawn} {}", saturation(told, top)));
     }
-    if let Some(told) = &live.habituation {
-        fact("habituation", &status::habituation(told));
+    if let Some(told) = &status.habituation {
+        fact("habituation", &habituation(told));
     }
-    if let Some(told) = &live.trial {
-        fact("trial", &format!("{} {}", bar(told.trial, told.trials_wanted), status::trial(told)));
+    if let Some(told) = &status.trial {
+        fact("trial", &format!("{} {}", bar(told.trial, told.trials_wanted), trial(told)));
     }
-    if let Some(goal) = &live.goal {
+    if let Some(goal) = &status.goal {
         let actions = format!("{} of at most {}", count(goal.actions, "action"), goal.actions_max);
         fact("goal", &format!("{} by {}; {actions}", goals::goal(&goal.goal), plain(&goal.body)));
     }
-    let (total, general) = (live.schemas_total, live.schemas_generalised);
+    let (total, general) = (status.schemas_total, status.schemas_generalised);
     fact("schemas", &format!("{total}: {} concrete, {general} generalised", total.saturating_sub(general)));
-    fact("step", &format!("{}, {}", live.step, durable(live)));
-    fact("speed", &format!("{:.1} steps/s", live.steps_per_s));
-    fact("to decide", &latency(live.step_latency_us_p50, live.step_latency_us_p99));
-    fact("to leave", &latency(live.commit_latency_us_p50, live.commit_latency_us_p99));
-    fact("daemon", &format!("up {}, {} resident", duration(live.uptime_s), bytes(live.memory_bytes)));
-    for body in &live.bodies {
+    fact("step", &format!("{}, {}", status.step, durable(status)));
+    fact("speed", &format!("{:.1} steps/s", status.steps_per_s));
+    fact("to decide", &latency(status.step_latency_us_p50, status.step_latency_us_p99));
+    fact("to leave", &latency(status.commit_latency_us_p50, status.commit_latency_us_p99));
+    fact("daemon", &format!("up {}, {} resident", duration(status.uptime_s), bytes(status.memory_bytes)));
+    for body in &status.bodies {
         fact("body", &told(body));
         if let Some(refusal) = &body.last_refusal {
             fact("! refused", &format!("{}, last of all: {}", body.frames_refused, plain(refusal)));
         }
     }
-    if live.bodies.is_empty() {
+    if status.bodies.is_empty() {
         fact("body", "none has attached: start one with `pschema sim`");
     }
     text
@@ -65,8 +71,8 @@ fn bar(now: u32, wanted: u32) -> String {
     format!("[{}{}]", "#".repeat(full), ".".repeat((BAR as usize).saturating_sub(full)))
 }
 
-fn durable(live: &Live) -> String {
-    match live.durable_step {
+fn durable(status: &Status) -> String {
+    match status.durable_step {
         Some(step) => format!("on disk up to {step}"),
         None => "in RAM only: it ends with the daemon".to_owned(),
     }
@@ -81,7 +87,7 @@ fn told(body: &BodyStatus) -> String {
         "{} ({}), {}, process {}: {}, {} refused",
         plain(&body.name),
         plain(&body.kind),
-        plain(&body.state),
+        body.state,
         body.pid,
         count(body.frames, "frame"),
         body.frames_refused

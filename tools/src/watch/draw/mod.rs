@@ -19,6 +19,7 @@ use super::keys::HELP;
 use super::state::{Prompt, State};
 use super::theme::Theme;
 use super::{Page, Pane};
+use crate::render::status::state as stage_state;
 use crate::render::words::plain;
 use text::Text;
 
@@ -137,16 +138,17 @@ fn contents(state: &State, pane: Pane, canvas: Canvas, to: &mut Buffer) -> (Stri
 /// The line at the top: who, what it is doing, and how much it knows.
 fn title(state: &State, theme: Theme, place: Rect, to: &mut Buffer) {
     to.set_style(place, theme.reversed());
-    let Some(live) = &state.live else {
+    let Some(status) = state.live.as_ref().map(|live| &live.status) else {
         to.set_stringn(place.x, place.y, " pschema watch", place.width.into(), theme.reversed());
         return;
     };
-    let doing = format!(" {}: {} ({})", plain(&live.name), plain(&live.stage), plain(&live.stage_state));
+    let doing =
+        format!(" {}: {} ({})", plain(&status.name), plain(&status.stage), stage_state(&status.stage_state));
     let width = usize::from(place.width);
-    let step = format!("step {}  {} schemas", live.step, live.schemas_total);
-    let more = format!("{step}, {} general", live.schemas_generalised);
+    let step = format!("step {}  {} schemas", status.step, status.schemas_total);
+    let more = format!("{step}, {} general", status.schemas_generalised);
     // What it is doing comes first; how much else is said depends on the room that is left.
-    let longest = [format!("{more}  {:.1}/s ", live.steps_per_s), format!("{more} ")];
+    let longest = [format!("{more}  {:.1}/s ", status.steps_per_s), format!("{more} ")];
     let fits = |known: &String| text::width(&doing) + 1 + text::width(known) <= width;
     let known = longest.into_iter().find(fits).unwrap_or_else(|| format!("{step} "));
     let left = text::clipped(&doing, width.saturating_sub(text::width(&known) + 1));

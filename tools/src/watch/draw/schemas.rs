@@ -1,13 +1,13 @@
 //! Schemas: the newest, and the most used.
 
-use pschema_inspect::SchemaSummary;
+use pschema_inspect::{SchemaKind, SchemaSummary};
 use ratatui::style::Style;
 
 use super::super::state::State;
 use super::super::theme::Theme;
 use super::Canvas;
 use super::text::Text;
-use crate::render::words::{plain, side};
+use crate::render::words::summary_notation;
 
 /// Steps for which what was made is told to be new.
 const NEW_FOR: usize = 1;
@@ -54,13 +54,11 @@ fn succeeded(s: &SchemaSummary) -> String {
 }
 
 fn one(text: &mut Text, s: &SchemaSummary, new: bool, theme: Theme) {
-    let written = |list: &[String]| side(list.iter().map(|one| plain(one)));
-    let kind = match s.kind.as_str() {
-        "concrete" => String::new(),
-        other => format!("{}: ", plain(other)),
+    let kind = match s.kind {
+        SchemaKind::Concrete => String::new(),
+        other => format!("{other}: "),
     };
-    let told =
-        format!("{kind}{} / {} / {}  {}", written(&s.pre), plain(&s.action), written(&s.post), succeeded(s));
+    let told = format!("{kind}{}  {}", summary_notation(s), succeeded(s));
     let (mark, style) = if new { ("*", theme.new_thing()) } else { (" ", Style::new()) };
     text.wrapped(&format!("{mark}{:>5} ", s.id), &told, style);
 }

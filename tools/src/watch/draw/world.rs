@@ -11,7 +11,7 @@ use crate::render::words::{count, plain};
 const HEARD_FOR_STEPS: u64 = 200;
 
 pub(super) fn title(state: &State) -> String {
-    let count = state.live.as_ref().map_or(0, |live| live.world.len());
+    let count = state.live.as_ref().map_or(0, |live| live.status.world.len());
     format!("perceived: {count}, * new")
 }
 
@@ -27,15 +27,15 @@ pub(super) fn text(state: &State, canvas: Canvas) -> Text {
     let theme = canvas.theme;
     let mut text = Text::new(usize::from(canvas.area.width));
     let Some(live) = &state.live else { return text };
-    for perceived in &live.world {
-        let (mark, style) = if perceived.new { ("*", theme.new_thing()) } else { (" ", Style::new()) };
-        text.wrapped(mark, &format!("{} N{}", plain(&perceived.text), perceived.attention), style);
+    for (told, observation) in live.status.world.iter().zip(&live.observations) {
+        let (mark, style) = if observation.new { ("*", theme.new_thing()) } else { (" ", Style::new()) };
+        text.wrapped(mark, &format!("{} N{}", plain(told), observation.attention), style);
     }
-    if live.world.is_empty() {
+    if live.status.world.is_empty() {
         text.wrapped(" ", "nothing", theme.quiet());
     }
     if let Some((step, words)) = heard(state) {
-        let ago = live.step.saturating_sub(step);
+        let ago = live.status.step.saturating_sub(step);
         let when = if ago == 0 { "just now".to_owned() } else { format!("{} ago", count(ago, "step")) };
         text.wrapped("heard ", &format!("{}, {when}", plain(&words.join(" "))), theme.mark());
     }
@@ -45,6 +45,6 @@ pub(super) fn text(state: &State, canvas: Canvas) -> Text {
 /// The words heard last, and in which step.
 fn heard(state: &State) -> Option<(u64, &[String])> {
     let last = state.steps.iter().rev().find(|step| !step.heard.is_empty())?;
-    let now = state.live.as_ref()?.step;
+    let now = state.live.as_ref()?.status.step;
     (now.saturating_sub(last.step) <= HEARD_FOR_STEPS).then_some((last.step, &last.heard))
 }

@@ -1,0 +1,249 @@
+//! Observations, patterns and schemas part by part.
+
+use serde::de::{self, MapAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+/// An observation or a pattern: `{"type": "object", "properties": {"colour": "blue", "field": 4}}`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ObservationText {
+    /// The name of its type.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// Its properties.
+    pub properties: NamedValues,
+}
+
+/// Names with values, in their order; in JSON an object.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NamedValues(pub Vec<(String, ValueText)>);
+
+impl NamedValues {
+    /// The value of this name.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&ValueText> {
+        self.0.iter().find_map(|(known, value)| (known == name).then_some(value))
+    }
+
+    /// The names with their values.
+    pub fn iter(&self) -> std::slice::Iter<'_, (String, ValueText)> {
+        self.0.iter()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl<'a> IntoIterator for &'a NamedValues {
+    type Item = &'a (String, ValueText);
+    type IntoIter = std::slice::Iter<'a, (String, ValueText)>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+impl FromIterator<(String, ValueText)> for NamedValues {
+    fn from_iter<I: IntoIterator<Item = (String, ValueText)>>(pairs: I) -> Self {
+        Self(pairs.into_iter().collect())
+    }
+}
+
+impl Serialize for NamedValues {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_map(self.0.iter().map(|(name, value)| (name, value)))
+    }
+}
+
+impl<'de> Deserialize<'de> for NamedValues {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Pairs;
+
+        impl<'de> Visitor<'de> for Pairs {
+            type Value = NamedValues;
+
+            fn expecting(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+                to.write_str("an object of names with values")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<NamedValues, A::Error> {
+                let mut pairs = Vec::new();
+                while let Some(pair) = map.next_entry()? {
+                    pairs.push(pair);
+                }
+                Ok(NamedValues(pairs))
+            }
+        }
+
+        from.deserialize_map(Pairs)
+    }
+}
+
+/// A value, or a variable that stands for one.
+///
+/// In JSON a number, a string, `true`, `false`, or for a variable `{"var": "a"}`.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(untagged))]
+pub enum ValueText {
+    /// A whole number.
+    Integer(i64),
+    /// A symbol.
+    Symbol(String),
+    /// True or false.
+    Boolean(bool),
+    /// The middle of a real's bin; `null` where that is beyond a 64-bit float.
+    #[cfg_attr(feature = "schema", schemars(with = "Option<f64>"))]
+    Real(f64),
+    /// A variable.
+    Variable {
+        /// Its name, without the `$`.
+        var: String,
+    },
+}
+
+impl ValueText {
+    /// The variable of this name, given without its `$`.
+    #[must_use]
+    pub fn variable(name: &str) -> Self {
+        Self::Variable { var: name.to_owned() }
+    }
+}
+
+impl Serialize for ValueText {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Integer(number) => to.serialize_i64(*number),
+            Self::Symbol(symbol) => to.serialize_str(symbol),
+            Self::Boolean(truth) => to.serialize_bool(*truth),
+            Self::Real(number) => to.serialize_f64(*number),
+            Self::Variable { var } => {
+                let mut map = to.serialize_map(Some(1))?;
+                map.serialize_entry("var", var)?;
+                map.end()
+            }
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for ValueText {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Any;
+
+        impl<'de> Visitor<'de> for Any {
+            type Value = ValueText;
+
+            fn expecting(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+                to.write_str("a number, a string, true, false, or {\"var\": name}")
+            }
+
+            fn visit_i64<E>(self, number: i64) -> Result<ValueText, E> {
+                Ok(ValueText::Integer(number))
+            }
+
+            fn visit_u64<E: de::Error>(self, number: u64) -> Result<ValueText, E> {
+                i64::try_from(number).map(ValueText::Integer).map_err(E::custom)
+            }
+
+            fn visit_f64<E>(self, number: f64) -> Result<ValueText, E> {
+                Ok(ValueText::Real(number))
+            }
+
+            fn visit_unit<E>(self) -> Result<ValueText, E> {
+                Ok(ValueText::Real(f64::NAN))
+            }
+
+            fn visit_bool<E>(self, truth: bool) -> Result<ValueText, E> {
+                Ok(ValueText::Boolean(truth))
+            }
+
+            fn visit_str<E>(self, symbol: &str) -> Result<ValueText, E> {
+                Ok(ValueText::Symbol(symbol.to_owned()))
+            }
+
+            fn visit_string<E>(self, symbol: String) -> Result<ValueText, E> {
+                Ok(ValueText::Symbol(symbol))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ValueText, A::Error> {
+                match map.next_entry::<String, String>()? {
+                    Some((name, var)) if name == "var" && map.next_key::<String>()?.is_none() => {
+                        Ok(ValueText::Variable { var })
+                    }
+                    _ => Err(de::Error::custom(
+                        "an object that is no variable: it has another name than `var`",
+                    )),
+                }
+            }
+        }
+
+        from.deserialize_any(Any)
+    }
+}
+
+/// An observation or a pattern with its statistics.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Condition {
+    /// What is observed.
+    pub observation: ObservationText,
+    /// True where the condition is that it is no longer observed; left out where it is false.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub absent: bool,
+    /// How often it held.
+    pub occurrences: u32,
+    /// Of how often it could have.
+    pub trials: u32,
+    /// Their ratio.
+    pub probability: f64,
+    /// Lower end of its 95 % interval.
+    pub low: f64,
+    /// Upper end of its 95 % interval.
+    pub high: f64,
+}
+
+/// What a schema expects to be observed, or to be observed no longer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Expectation {
+    /// What is observed.
+    pub observation: ObservationText,
+    /// True where it is no longer observed; left out where it is false.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub absent: bool,
+}
+
+/// The parts of a schema, its variables not yet bound. Of a primitive that no schema covers, the action alone.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SchemaForm {
+    /// Pre-conditions.
+    pub pre: Vec<ObservationText>,
+    /// The primitive as it prints; of a generalised schema, its target.
+    pub action: String,
+    /// The target of a generalised schema: what its action is to bring about.
+    pub target: Vec<ObservationText>,
+    /// Post-conditions.
+    pub post: Vec<Expectation>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_observation_is_an_object_whose_order_is_kept() {
+        let text = r#"{"type":"object","properties":{"field":4,"colour":"blue","seen":true,"x":0.5,"by":{"var":"a"}}}"#;
+        let read: ObservationText = serde_json::from_str(text).unwrap();
+        assert_eq!(read.properties.get("by"), Some(&ValueText::variable("a")));
+        assert_eq!(serde_json::to_string(&read).unwrap(), text);
+        for wrong in [r#"{"var":1}"#, r#"{"name":"a"}"#, r#"{"var":"a","more":"b"}"#, "{}", "[]", "1e999"] {
+            assert!(serde_json::from_str::<ValueText>(wrong).is_err(), "{wrong}");
+        }
+    }
+}
