@@ -22,14 +22,14 @@ pub(crate) enum Source {
     /// A learner's daemon.
     Daemon(Box<Learner>),
     /// A memory on disk.
-    Disk(Box<Remembered>),
+    Disk(Box<MemoryOnDisk>),
 }
 
 /// Whom to ask about a memory: the learner's daemon, or the memory on disk if a data directory is given.
 pub(crate) fn asked(memory: &MemoryArgs, general: &General) -> Result<Source, Failure> {
     match &memory.data.data {
         None => Ok(Source::Daemon(Box::new(Learner::connect(&memory.name.learner(general)?)?))),
-        Some(directory) => Ok(Source::Disk(Box::new(Remembered::open(directory, memory.data.until)?))),
+        Some(directory) => Ok(Source::Disk(Box::new(MemoryOnDisk::open(directory, memory.data.until)?))),
     }
 }
 
@@ -61,17 +61,17 @@ pub(crate) fn answered<Q: Inspect>(
              keeps all of it"
         )));
     };
-    Remembered::open(Path::new(&storage.directory), None)?.ask(question)
+    MemoryOnDisk::open(Path::new(&storage.directory), None)?.ask(question)
 }
 
 /// A memory on disk, as it was at one moment.
 #[derive(Debug)]
-pub(crate) struct Remembered {
+pub(crate) struct MemoryOnDisk {
     past: Past,
     until: Option<u64>,
 }
 
-impl Remembered {
+impl MemoryOnDisk {
     /// The memory in `directory`, as it was after step `until`.
     pub(crate) fn open(directory: &Path, until: Option<u64>) -> Result<Self, Failure> {
         Ok(Self { past: Past::open(directory)?, until })
@@ -123,7 +123,7 @@ impl Remembered {
     }
 }
 
-impl Asks for Remembered {
+impl Asks for MemoryOnDisk {
     fn ask<Q: Inspect>(&mut self, question: Q) -> Result<Q::Answer, Failure> {
         let moment = self.moment(&question)?;
         self.answer(moment, &question)

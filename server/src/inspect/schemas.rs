@@ -62,12 +62,12 @@ fn list(view: &View, query: &SchemaQuery) -> Result<SchemaList, Problem> {
 }
 
 /// A pattern, and for each observation in memory whether it matches.
-struct Marked {
+struct PatternMatches {
     pattern: Pattern,
     matching: Vec<bool>,
 }
 
-impl Marked {
+impl PatternMatches {
     fn new(content: &Content, pattern: Pattern) -> Self {
         let matching =
             content.observations.iter().map(|known| matches_observation(&pattern, known)).collect();
@@ -96,8 +96,8 @@ fn matches_observation(pattern: &Pattern, observation: &Observation) -> bool {
 struct Filter {
     /// By primitive, when an action is asked for.
     action: Option<Vec<bool>>,
-    pre: Option<Marked>,
-    post: Option<Marked>,
+    pre: Option<PatternMatches>,
+    post: Option<PatternMatches>,
     generalised: bool,
 }
 
@@ -107,7 +107,7 @@ impl Filter {
         let marked = |which: &str, text: &Option<String>| {
             let read = text.as_ref().map(|text| notation::parse_pattern(vocabulary, text)).transpose();
             let read = read.map_err(|error| Problem::of(format!("{which} pattern: {error}")))?;
-            Ok::<_, Problem>(read.map(|pattern| Marked::new(content, pattern)))
+            Ok::<_, Problem>(read.map(|pattern| PatternMatches::new(content, pattern)))
         };
         let action = query.action.as_deref().map(|name| primitives_of(content, name)).transpose()?;
         Ok(Self {
@@ -137,7 +137,8 @@ impl Filter {
             }
             // It has a target instead of an action.
             Form::Generalised(known) => {
-                let matching = |marked: &Marked, given: &Pattern| notation::matches(&marked.pattern, given);
+                let matching =
+                    |marked: &PatternMatches, given: &Pattern| notation::matches(&marked.pattern, given);
                 self.action.is_none()
                     && self
                         .pre

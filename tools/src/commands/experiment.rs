@@ -10,7 +10,7 @@ use crate::args::General;
 use crate::design::BodyKind;
 use crate::failure::Failure;
 use crate::output;
-use crate::render::comparison::{self, Runs};
+use crate::render::comparison::{self, ConditionRuns};
 use crate::render::figures;
 use crate::render::schema::wrapped;
 use crate::report::{self, Group, Provenance, Section};
@@ -155,7 +155,7 @@ fn print(args: &ExperimentArgs, several: bool, sections: &[Section<'_>]) -> Resu
     if args.markdown {
         let mut text = comparison::markdown(&lines);
         for section in compared() {
-            let runs: Vec<Runs<'_>> = section.runs().collect();
+            let runs: Vec<ConditionRuns<'_>> = section.runs().collect();
             text.push_str(&format!("\n{}\n\n{}", section.design.title, comparison::variants_markdown(&runs)));
         }
         return output::print(&text);
@@ -169,7 +169,7 @@ fn print(args: &ExperimentArgs, several: bool, sections: &[Section<'_>]) -> Resu
         _ => comparison::table(&lines),
     };
     for section in compared() {
-        let runs: Vec<Runs<'_>> = section.runs().collect();
+        let runs: Vec<ConditionRuns<'_>> = section.runs().collect();
         text.push_str(&format!("\n{}\n\n{}", section.design.title, comparison::variants(&runs)));
     }
     let grouped = sections.len() > 1 || compared().next().is_some();

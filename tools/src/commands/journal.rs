@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::output;
-use crate::render::journal::{self, Listing};
+use crate::render::journal::{self, JournalListing};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema journal --data ~/arm\n  \
@@ -37,7 +37,7 @@ pub(crate) struct JournalArgs {
 /// The last line of the JSON: the directory.
 #[derive(Serialize)]
 struct DirectoryLine<'a> {
-    directory: &'a journal::Listed,
+    directory: &'a journal::DirectoryListing,
 }
 
 /// Every other line of the JSON: a batch.
@@ -56,9 +56,9 @@ pub(crate) fn run(args: JournalArgs) -> Result<(), Failure> {
     let limit = usize::try_from(args.limit).unwrap_or(usize::MAX);
     let (batches, tail) = past.batches(args.from, args.to, limit, args.effects)?;
     let (path, learner) = (past.directory().display().to_string(), past.learner().to_owned());
-    let listed = journal::Listed { path, learner, seed: past.seed(), files: past.files()?, tail };
+    let listed = journal::DirectoryListing { path, learner, seed: past.seed(), files: past.files()?, tail };
     if !args.json {
-        return output::print(&journal::listing(&Listing { batches: &batches, listed: &listed }));
+        return output::print(&journal::listing(&JournalListing { batches: &batches, listed: &listed }));
     }
     for batch in &batches {
         output::print_json_line(&BatchLine { batch })?;

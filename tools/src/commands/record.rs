@@ -9,7 +9,7 @@ use pschema_protocol::domain::{Place, RuntimeDir};
 use crate::args::{General, NameArgs};
 use crate::failure::Failure;
 use crate::output;
-use crate::record::{self, Lines, Recorder};
+use crate::record::{self, JsonLinesFile, Recorder};
 
 #[derive(Debug, Args)]
 #[command(
@@ -47,7 +47,7 @@ pub(crate) fn run(args: RecordArgs, general: &General) -> Result<(), Failure> {
         recorders.push(record::rerun(path, name.as_str())?);
     }
     if let Some(path) = &args.jsonl {
-        recorders.push(Box::new(Lines::create(path)?));
+        recorders.push(Box::new(JsonLinesFile::create(path)?));
     }
     let stop = Stop::on_signals_and_hangup()?;
     let pictures = args.rerun.is_some() && !args.no_pictures;

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::output;
-use crate::past::Remembered;
+use crate::past::MemoryOnDisk;
 use crate::render::status;
 use crate::render::table::Columns;
 use crate::render::words::{count, duration, plain};
@@ -56,7 +56,7 @@ struct ReplayReport {
 }
 
 pub(crate) fn run(args: ReplayArgs) -> Result<(), Failure> {
-    let remembered = Remembered::open(&args.data, args.until)?;
+    let remembered = MemoryOnDisk::open(&args.data, args.until)?;
     let began = Instant::now();
     let moment = remembered.past().moment(args.until)?;
     let replay_s = began.elapsed().as_secs_f64();

@@ -7,7 +7,7 @@ use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
 use crate::learner::Learner;
 use crate::output;
-use crate::past::Remembered;
+use crate::past::MemoryOnDisk;
 use crate::render::past_status::{self, PastStatus};
 use crate::render::{metrics, status};
 
@@ -28,7 +28,7 @@ pub(crate) struct StatusArgs {
 
 pub(crate) fn run(args: StatusArgs, general: &General) -> Result<(), Failure> {
     if let Some(directory) = &args.memory.data.data {
-        return past(&Remembered::open(directory, args.memory.data.until)?, args.json);
+        return past(&MemoryOnDisk::open(directory, args.memory.data.until)?, args.json);
     }
     let name = args.memory.name.learner(general)?;
     match Learner::connect(&name).and_then(|mut learner| learner.ask(StatusQuery {})) {
@@ -43,7 +43,7 @@ pub(crate) fn run(args: StatusArgs, general: &General) -> Result<(), Failure> {
     }
 }
 
-fn past(remembered: &Remembered, json: bool) -> Result<(), Failure> {
+fn past(remembered: &MemoryOnDisk, json: bool) -> Result<(), Failure> {
     let moment = remembered.moment(&StatusQuery {})?;
     let (frame, at_unix_ms) = (moment.frame, moment.at_unix_ms);
     let status = remembered.answer(moment, &StatusQuery {})?;

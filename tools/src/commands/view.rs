@@ -10,7 +10,7 @@ use pschema_process::{Stop, say};
 use crate::args::{General, NameArgs};
 use crate::failure::Failure;
 use crate::output;
-use crate::view::{Page, Wanted, signpost};
+use crate::view::{PageOptions, ViewPage, signpost};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema view\n  pschema view --data ~/arm --no-open\n\n\
@@ -31,8 +31,8 @@ pub(crate) struct ViewArgs {
 
 pub(crate) fn run(args: ViewArgs, general: &General) -> Result<(), Failure> {
     let stop = Stop::on_signals_and_hangup()?;
-    let wanted = Wanted { name: args.name.learner(general)?, data: args.data, port: args.port };
-    let page = Page::open(&wanted)?;
+    let wanted = PageOptions { name: args.name.learner(general)?, data: args.data, port: args.port };
+    let page = ViewPage::open(&wanted)?;
     let url = page.url();
     output::print(&format!("{url}\n"))?;
     if !general.quiet() {

@@ -6,7 +6,7 @@ use pschema_protocol::domain::{Place, RuntimeDir};
 use crate::args::{General, OrderArgs};
 use crate::failure::Failure;
 use crate::output;
-use crate::watch::{Page, once, watch};
+use crate::watch::{WatchPage, once, watch};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema watch\n  pschema watch --rate 2 --page choice\n  \
@@ -21,7 +21,7 @@ pub(crate) struct WatchArgs {
     rate: u8,
     /// The page to begin with
     #[arg(long, value_enum, default_value_t)]
-    page: Page,
+    page: WatchPage,
     /// Follow the schema of this number
     #[arg(long, value_name = "ID")]
     follow: Option<u32>,

@@ -12,14 +12,14 @@ use super::Recorder;
 use crate::failure::Failure;
 
 /// A file with one object a line: `{"step": …}` or `{"schema": …}`.
-pub(crate) struct Lines {
+pub(crate) struct JsonLinesFile {
     path: PathBuf,
     to: BufWriter<File>,
 }
 
 #[derive(Serialize)]
 #[serde(rename_all = "snake_case")]
-enum Line<'a> {
+enum RecordingEntry<'a> {
     Step {
         stage_name: &'a str,
         #[serde(flatten)]
@@ -32,7 +32,7 @@ enum Line<'a> {
     },
 }
 
-impl Lines {
+impl JsonLinesFile {
     pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
         let file = File::options().write(true).create_new(true).open(path);
         let file =
@@ -40,7 +40,7 @@ impl Lines {
         Ok(Self { path: path.to_owned(), to: BufWriter::new(file) })
     }
 
-    fn write(&mut self, line: &Line<'_>) -> Result<(), Failure> {
+    fn write(&mut self, line: &RecordingEntry<'_>) -> Result<(), Failure> {
         let written = serde_json::to_writer(&mut self.to, line).map_err(std::io::Error::from);
         let written = written.and_then(|()| self.to.write_all(b"\n"));
         written.map_err(|error| self.failed(&error))
@@ -51,13 +51,13 @@ impl Lines {
     }
 }
 
-impl Recorder for Lines {
+impl Recorder for JsonLinesFile {
     fn step(&mut self, record: &TraceRecord, stage: &str) -> Result<(), Failure> {
-        self.write(&Line::Step { stage_name: stage, record })
+        self.write(&RecordingEntry::Step { stage_name: stage, record })
     }
 
     fn schema(&mut self, step: u64, schema: &SchemaSummary) -> Result<(), Failure> {
-        self.write(&Line::Schema { step, schema })
+        self.write(&RecordingEntry::Schema { step, schema })
     }
 
     /// Lines have no place for pictures.

@@ -17,7 +17,7 @@ use pschema_protocol::transport::pictures::PictureWatch;
 use crate::failure::Failure;
 use crate::learner::Learner;
 
-pub(crate) use lines::Lines;
+pub(crate) use lines::JsonLinesFile;
 
 /// How long to wait for more when nothing has come.
 const PAUSE: Duration = Duration::from_millis(30);
@@ -55,7 +55,7 @@ pub(crate) fn rerun(path: &Path, learner: &str) -> Result<Box<dyn Recorder>, Fai
 
 /// What has been written down.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub(crate) struct Recorded {
+pub(crate) struct RecordingSummary {
     /// Steps.
     pub(crate) steps: u64,
     /// Steps that the daemon no longer had when they were asked for.
@@ -78,10 +78,10 @@ pub(crate) fn record(
     pictures: bool,
     steps_max: u64,
     stop: &AtomicBool,
-) -> Result<Recorded, Failure> {
+) -> Result<RecordingSummary, Failure> {
     let mut learner = Learner::connect_at(place)?;
     let eye = if pictures { Some(PictureWatch::open(place).map_err(Failure::of)?) } else { None };
-    let mut recorded = Recorded::default();
+    let mut recorded = RecordingSummary::default();
     let followed = follow(&mut learner, eye, recorders, steps_max, stop, &mut recorded);
     // What was written stays, however it ended.
     recorders.iter_mut().try_for_each(|recorder| recorder.finish())?;
@@ -98,7 +98,7 @@ fn follow(
     recorders: &mut [Box<dyn Recorder>],
     steps_max: u64,
     stop: &AtomicBool,
-    recorded: &mut Recorded,
+    recorded: &mut RecordingSummary,
 ) -> Result<(), Failure> {
     let (mut from, mut known) = (0, None);
     while !stop.load(Ordering::Relaxed) && recorded.steps < steps_max {
@@ -133,7 +133,7 @@ fn steps(
     live: &Live,
     records: &[TraceRecord],
     recorders: &mut [Box<dyn Recorder>],
-    recorded: &mut Recorded,
+    recorded: &mut RecordingSummary,
 ) -> Result<(), Failure> {
     for record in records {
         let stage = live.trace.stages.get(record.stage as usize).map_or("", String::as_str);
@@ -151,7 +151,7 @@ fn schemas(
     learner: &mut Learner,
     known: &mut Option<u32>,
     recorders: &mut [Box<dyn Recorder>],
-    recorded: &mut Recorded,
+    recorded: &mut RecordingSummary,
 ) -> Result<(), Failure> {
     let total = live.status.schemas_total;
     let mut from = known.replace(total).unwrap_or(total);

@@ -9,7 +9,7 @@ use super::table::Columns;
 
 /// Runs of one experiment under one condition, with different seeds.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Runs<'a> {
+pub(crate) struct ConditionRuns<'a> {
     /// What the experiment's file says.
     pub(crate) design: &'a Design,
     /// The condition's name, when there are several.
@@ -20,7 +20,7 @@ pub(crate) struct Runs<'a> {
 
 /// One figure of the paper beside ours.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Line {
+pub(crate) struct ComparisonLine {
     /// The experiment.
     pub(crate) experiment: String,
     /// Under which condition, when there are several.
@@ -37,7 +37,7 @@ pub(crate) struct Line {
     pub(crate) why: Option<String>,
 }
 
-impl Line {
+impl ComparisonLine {
     /// What it is a figure of, and under which condition.
     pub(crate) fn what(&self) -> String {
         match &self.condition {
@@ -48,12 +48,12 @@ impl Line {
 }
 
 /// Every figure of some runs that the paper or the experiment's file speaks of.
-pub(crate) fn lines(runs: Runs<'_>) -> Vec<Line> {
-    let Runs { design, figures, condition } = runs;
+pub(crate) fn lines(runs: ConditionRuns<'_>) -> Vec<ComparisonLine> {
+    let ConditionRuns { design, figures, condition } = runs;
     let condition = condition.map(str::to_owned);
     let over = |of: fn(&Results) -> f64| summary(figures.iter().map(of).collect());
     let published = design.published.as_ref();
-    let mut lines = vec![Line {
+    let mut lines = vec![ComparisonLine {
         experiment: design.name.clone(),
         condition: condition.clone(),
         what: "schemas".to_owned(),
@@ -64,7 +64,7 @@ pub(crate) fn lines(runs: Runs<'_>) -> Vec<Line> {
     }];
     let placements = published.and_then(|p| p.placements);
     if placements.is_some() {
-        lines.push(Line {
+        lines.push(ComparisonLine {
             experiment: design.name.clone(),
             condition: condition.clone(),
             what: "placements that learning took".to_owned(),
@@ -75,7 +75,7 @@ pub(crate) fn lines(runs: Runs<'_>) -> Vec<Line> {
         });
     }
     let measured = figures.first().map_or(&[][..], |first| &first.measures);
-    lines.extend(measured.iter().enumerate().map(|(at, measure)| Line {
+    lines.extend(measured.iter().enumerate().map(|(at, measure)| ComparisonLine {
         experiment: design.name.clone(),
         condition: condition.clone(),
         what: measure.name.clone(),
@@ -112,7 +112,7 @@ pub(crate) fn footnote(runs: usize) -> String {
 }
 
 /// The table of `experiment all`, for people. The reasons stand below it, where there is room for them.
-pub(crate) fn table(lines: &[Line]) -> String {
+pub(crate) fn table(lines: &[ComparisonLine]) -> String {
     let mut table = Columns::new(&["experiment", "figure", "published", "here", ""]).figures(&[3]);
     let mut reasons: Vec<&str> = Vec::new();
     let mut last = "";
@@ -138,24 +138,24 @@ pub(crate) fn table(lines: &[Line]) -> String {
     if reasons.is_empty() { table } else { format!("{table}\nWhy they differ:\n{reasons}") }
 }
 
-fn cells(line: &Line, experiment: String) -> [String; 5] {
+fn cells(line: &ComparisonLine, experiment: String) -> [String; 5] {
     let or_dash = |text: &Option<String>| text.clone().unwrap_or_else(|| "-".to_owned());
     let ours = shown(line.ours, line.unit);
     [experiment, line.what(), or_dash(&line.published), ours, line.why.clone().unwrap_or_default()]
 }
 
 /// The same as Markdown.
-pub(crate) fn markdown(lines: &[Line]) -> String {
+pub(crate) fn markdown(lines: &[ComparisonLine]) -> String {
     let head = "| experiment | figure | published | here | why they differ |\n|---|---|---|---|---|\n";
-    let row = |line: &Line| markdown_row(cells(line, line.experiment.clone()).into());
+    let row = |line: &ComparisonLine| markdown_row(cells(line, line.experiment.clone()).into());
     head.to_owned() + &lines.iter().map(row).collect::<String>()
 }
 
 /// A figure that every run has: its name, how it is shown, and how it is read off.
-pub(crate) type Compared = (&'static str, Unit, fn(&Results) -> Option<f64>);
+pub(crate) type ComparedFigure = (&'static str, Unit, fn(&Results) -> Option<f64>);
 
 /// What every variant of an experiment is compared by.
-pub(crate) const COMPARED: [Compared; 4] = [
+pub(crate) const COMPARED: [ComparedFigure; 4] = [
     ("schemas", Unit::Count, |f| Some(f.schemas_total.into())),
     ("generalised after", Unit::Count, |f| f.generalised_after_placement.map(f64::from)),
     ("1st try", Unit::Share, |f| {
@@ -167,37 +167,41 @@ pub(crate) const COMPARED: [Compared; 4] = [
 ];
 
 /// One table of variants side by side: its headings, and a row of cells for each.
-struct Beside {
+struct SideBySide {
     headings: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
 /// What all variants are compared by, and then each measure.
-fn beside(conditions: &[Runs<'_>]) -> Vec<Beside> {
-    let name = |runs: &Runs<'_>| runs.condition.unwrap_or("as it is").to_owned();
+fn beside(conditions: &[ConditionRuns<'_>]) -> Vec<SideBySide> {
+    let name = |runs: &ConditionRuns<'_>| runs.condition.unwrap_or("as it is").to_owned();
     let heading = |rest: Vec<String>| ["variant".to_owned()].into_iter().chain(rest).collect();
-    let all = |runs: &Runs<'_>| {
-        let cell =
-            |(_, unit, of): Compared| shown(summary(runs.figures.iter().filter_map(of).collect()), unit);
+    let all = |runs: &ConditionRuns<'_>| {
+        let cell = |(_, unit, of): ComparedFigure| {
+            shown(summary(runs.figures.iter().filter_map(of).collect()), unit)
+        };
         [name(runs)].into_iter().chain(COMPARED.map(cell)).collect()
     };
     let compared = COMPARED.map(|(name, _, _)| name.to_owned());
     let mut tables =
-        vec![Beside { headings: heading(compared.into()), rows: conditions.iter().map(all).collect() }];
+        vec![SideBySide { headings: heading(compared.into()), rows: conditions.iter().map(all).collect() }];
     let measures = conditions.first().and_then(|runs| runs.figures.first()).map_or(&[][..], |f| &f.measures);
     tables.extend(measures.iter().enumerate().map(|(at, measure)| {
-        let row = |runs: &Runs<'_>| {
+        let row = |runs: &ConditionRuns<'_>| {
             let values = runs.figures.iter().filter_map(|f| f.measures.get(at)?.value).collect();
             vec![name(runs), shown(summary(values), measure.unit)]
         };
-        Beside { headings: heading(vec![measure.name.clone()]), rows: conditions.iter().map(row).collect() }
+        SideBySide {
+            headings: heading(vec![measure.name.clone()]),
+            rows: conditions.iter().map(row).collect(),
+        }
     }));
     tables
 }
 
 /// Variants side by side, for people.
-pub(crate) fn variants(conditions: &[Runs<'_>]) -> String {
-    let drawn = |beside: Beside| {
+pub(crate) fn variants(conditions: &[ConditionRuns<'_>]) -> String {
+    let drawn = |beside: SideBySide| {
         let headings: Vec<_> = beside.headings.iter().map(String::as_str).collect();
         let figures: Vec<_> = (1..headings.len()).collect();
         let mut table = Columns::new(&headings).figures(&figures);
@@ -209,8 +213,8 @@ pub(crate) fn variants(conditions: &[Runs<'_>]) -> String {
 }
 
 /// The same as Markdown.
-pub(crate) fn variants_markdown(conditions: &[Runs<'_>]) -> String {
-    let drawn = |beside: Beside| {
+pub(crate) fn variants_markdown(conditions: &[ConditionRuns<'_>]) -> String {
+    let drawn = |beside: SideBySide| {
         let rule = vec!["---".to_owned(); beside.headings.len()];
         let rows = [beside.headings, rule].into_iter().chain(beside.rows);
         rows.map(markdown_row).collect::<String>()
@@ -237,8 +241,8 @@ mod tests {
         assert_eq!(shown(None, Unit::Count), "-");
     }
 
-    fn line(what: &str, why: Option<&str>) -> Line {
-        Line {
+    fn line(what: &str, why: Option<&str>) -> ComparisonLine {
+        ComparisonLine {
             experiment: "one".to_owned(),
             condition: None,
             what: what.to_owned(),
@@ -262,7 +266,7 @@ mod tests {
 
     #[test]
     fn a_bar_in_a_text_does_not_break_the_table() {
-        let line = Line {
+        let line = ComparisonLine {
             experiment: "a|b".to_owned(),
             condition: None,
             what: "c".to_owned(),

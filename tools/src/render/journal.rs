@@ -10,7 +10,7 @@ use crate::report::time;
 
 /// What a data directory holds.
 #[derive(Debug, Serialize)]
-pub(crate) struct Listed {
+pub(crate) struct DirectoryListing {
     /// Where it is.
     pub(crate) path: String,
     /// The learner's name.
@@ -26,9 +26,9 @@ pub(crate) struct Listed {
 
 /// Some batches, and where they are.
 #[derive(Debug)]
-pub(crate) struct Listing<'a> {
+pub(crate) struct JournalListing<'a> {
     pub(crate) batches: &'a [Batch],
-    pub(crate) listed: &'a Listed,
+    pub(crate) listed: &'a DirectoryListing,
 }
 
 /// `2026-11-22 07:05:09.120`, in UTC.
@@ -37,7 +37,7 @@ pub(crate) fn moment(unix_ms: u64) -> String {
 }
 
 /// Batches as a table, or one by one where effects are told; then the files.
-pub(crate) fn listing(listing: &Listing<'_>) -> String {
+pub(crate) fn listing(listing: &JournalListing<'_>) -> String {
     let batches = listing.batches;
     let mut text = match batches {
         [] => "No batch of such a step.\n".to_owned(),
@@ -101,8 +101,8 @@ fn told(batch: &Batch) -> String {
     text
 }
 
-fn files(listed: &Listed) -> String {
-    let Listed { files, tail, .. } = listed;
+fn files(listed: &DirectoryListing) -> String {
+    let DirectoryListing { files, tail, .. } = listed;
     let journal: u64 = files.segments.iter().map(|one| one.bytes).sum();
     let kept: u64 = files.snapshots.iter().map(|one| one.bytes).sum();
     let segments = count(files.segments.len() as u64, "file");

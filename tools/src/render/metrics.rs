@@ -6,27 +6,27 @@ use pschema_inspect::{BodyState, BodyStatus, Durability, Status};
 
 /// What a family of samples is.
 #[derive(Clone, Copy)]
-enum Kind {
+enum FamilyKind {
     Counter,
     Gauge,
     Summary,
 }
 
 /// Families of samples, all of them about one learner.
-struct Page<'a> {
+struct MetricsPage<'a> {
     learner: &'a str,
     text: String,
 }
 
 type Labels<'a> = &'a [(&'a str, &'a str)];
 
-impl Page<'_> {
+impl MetricsPage<'_> {
     /// Begins a family: its name without `pschema_`, in base units, and `_total` at the end of a counter's.
-    fn family(&mut self, name: &str, kind: Kind, help: &str) {
+    fn family(&mut self, name: &str, kind: FamilyKind, help: &str) {
         let kind = match kind {
-            Kind::Counter => "counter",
-            Kind::Gauge => "gauge",
-            Kind::Summary => "summary",
+            FamilyKind::Counter => "counter",
+            FamilyKind::Gauge => "gauge",
+            FamilyKind::Summary => "summary",
         };
         self.text.push_str(&format!("# HELP pschema_{name} {help}\n# TYPE pschema_{name} {kind}\n"));
     }
@@ -38,13 +38,13 @@ impl Page<'_> {
     }
 
     /// A family of one sample.
-    fn one(&mut self, name: &str, kind: Kind, help: &str, value: f64) {
+    fn one(&mut self, name: &str, kind: FamilyKind, help: &str, value: f64) {
         self.family(name, kind, help);
         self.sample(name, &[], value);
     }
 
     fn summary(&mut self, name: &str, help: &str, p50_us: f64, p99_us: f64) {
-        self.family(name, Kind::Summary, help);
+        self.family(name, FamilyKind::Summary, help);
         for (quantile, microseconds) in [("0.5", p50_us), ("0.99", p99_us)] {
             self.sample(name, &[("quantile", quantile)], microseconds / 1e6);
         }
@@ -62,28 +62,33 @@ fn float(count: u64) -> f64 {
 
 /// What there is to say of a learner that no daemon serves.
 pub(crate) fn down(learner: &str) -> String {
-    let mut page = Page { learner, text: String::new() };
+    let mut page = MetricsPage { learner, text: String::new() };
     up(&mut page, 0.0);
     page.text
 }
 
-fn up(page: &mut Page<'_>, value: f64) {
-    page.one("up", Kind::Gauge, "Whether a daemon serves the learner.", value);
+fn up(page: &mut MetricsPage<'_>, value: f64) {
+    page.one("up", FamilyKind::Gauge, "Whether a daemon serves the learner.", value);
 }
 
 /// A daemon and its learner.
 pub(crate) fn metrics(s: &Status) -> String {
-    let mut page = Page { learner: &s.name, text: String::new() };
+    let mut page = MetricsPage { learner: &s.name, text: String::new() };
     up(&mut page, 1.0);
-    page.one("uptime_seconds", Kind::Gauge, "Time since the daemon began.", s.uptime_s);
-    page.one("resident_memory_bytes", Kind::Gauge, "Resident memory of the daemon.", float(s.memory_bytes));
+    page.one("uptime_seconds", FamilyKind::Gauge, "Time since the daemon began.", s.uptime_s);
+    page.one(
+        "resident_memory_bytes",
+        FamilyKind::Gauge,
+        "Resident memory of the daemon.",
+        float(s.memory_bytes),
+    );
     learnt(&mut page, s);
     kept(&mut page, s);
     times(&mut page, s);
     bodies(&mut page, &s.bodies);
     page.family(
         "refusals_total",
-        Kind::Counter,
+        FamilyKind::Counter,
         "Messages of bodies and tools that were refused, by reason.",
     );
     for refused in &s.refused {
@@ -94,42 +99,56 @@ pub(crate) fn metrics(s: &Status) -> String {
     page.text
 }
 
-fn learnt(page: &mut Page<'_>, s: &Status) {
-    page.one("steps_total", Kind::Counter, "Steps taken in the life of this memory.", float(s.step));
-    page.family("schemas", Kind::Gauge, "Schemas in memory.");
+fn learnt(page: &mut MetricsPage<'_>, s: &Status) {
+    page.one("steps_total", FamilyKind::Counter, "Steps taken in the life of this memory.", float(s.step));
+    page.family("schemas", FamilyKind::Gauge, "Schemas in memory.");
     for (kind, count) in [("concrete", s.schemas_concrete), ("generalised", s.schemas_generalised)] {
         page.sample("schemas", &[("kind", kind)], count.into());
     }
-    page.family("stage_info", Kind::Gauge, "The present stage of the curriculum, and what it is doing.");
+    page.family(
+        "stage_info",
+        FamilyKind::Gauge,
+        "The present stage of the curriculum, and what it is doing.",
+    );
     // What it is stuck on may be anything, and would make a series of its own each time.
     let labels =
         [("curriculum", s.curriculum.as_str()), ("stage", &s.stage), ("state", s.stage_state.as_str())];
     page.sample("stage_info", &labels, 1.0);
     let top = "Top excitation of the last decision.";
-    page.one("excitation_top", Kind::Gauge, top, s.excitation_top);
+    page.one("excitation_top", FamilyKind::Gauge, top, s.excitation_top);
     if let Some(saturation) = &s.saturation {
         let quiet = "Actions in a row that brought nothing new or exciting.";
-        page.one("quiet_actions", Kind::Gauge, quiet, saturation.quiet_actions.into());
+        page.one("quiet_actions", FamilyKind::Gauge, quiet, saturation.quiet_actions.into());
     }
 }
 
-fn kept(page: &mut Page<'_>, s: &Status) {
+fn kept(page: &mut MetricsPage<'_>, s: &Status) {
     let durable = "Whether memory is on disk before anything rests on it.";
     let strict = s.storage.as_ref().is_some_and(|storage| storage.durability == Durability::Strict);
-    page.one("durability_strict", Kind::Gauge, durable, if strict { 1.0 } else { 0.0 });
+    page.one("durability_strict", FamilyKind::Gauge, durable, if strict { 1.0 } else { 0.0 });
     let Some(storage) = &s.storage else { return };
     let last = "Steps known to be on disk.";
-    page.one("durable_steps_total", Kind::Counter, last, float(storage.durable_step));
-    page.one("journal_bytes", Kind::Gauge, "Bytes of journal that are kept.", float(storage.journal_bytes));
+    page.one("durable_steps_total", FamilyKind::Counter, last, float(storage.durable_step));
+    page.one(
+        "journal_bytes",
+        FamilyKind::Gauge,
+        "Bytes of journal that are kept.",
+        float(storage.journal_bytes),
+    );
     let oldest = "The oldest step that memory can be returned to.";
-    page.one("oldest_step", Kind::Gauge, oldest, float(storage.oldest_step));
+    page.one("oldest_step", FamilyKind::Gauge, oldest, float(storage.oldest_step));
     if let Some(step) = storage.snapshot_step {
-        page.one("snapshot_step", Kind::Gauge, "The step of the last snapshot.", float(step));
+        page.one("snapshot_step", FamilyKind::Gauge, "The step of the last snapshot.", float(step));
     }
 }
 
-fn times(page: &mut Page<'_>, s: &Status) {
-    page.one("steps_per_second", Kind::Gauge, "Steps a second, over the last 10 seconds.", s.steps_per_s);
+fn times(page: &mut MetricsPage<'_>, s: &Status) {
+    page.one(
+        "steps_per_second",
+        FamilyKind::Gauge,
+        "Steps a second, over the last 10 seconds.",
+        s.steps_per_s,
+    );
     let decision = "Time from a frame to the decision, of the last 4096.";
     page.summary("decision_duration_seconds", decision, s.step_latency_us_p50, s.step_latency_us_p99);
     let commit = "Time from a frame to its reply, which waits for the disk if memory is kept strictly, of the last 4096.";
@@ -137,7 +156,7 @@ fn times(page: &mut Page<'_>, s: &Status) {
 }
 
 /// A body by name: its sessions, which come and go, are one series.
-fn bodies(page: &mut Page<'_>, bodies: &[BodyStatus]) {
+fn bodies(page: &mut MetricsPage<'_>, bodies: &[BodyStatus]) {
     let mut named: BTreeMap<(&str, &str), (bool, u64, u64)> = BTreeMap::new();
     for body in bodies {
         let (attached, frames, refused) = named.entry((&body.name, &body.kind)).or_default();
@@ -146,11 +165,11 @@ fn bodies(page: &mut Page<'_>, bodies: &[BodyStatus]) {
         *refused = refused.saturating_add(body.frames_refused);
     }
     let families = [
-        ("body_attached", Kind::Gauge, "Whether the body is attached."),
-        ("body_frames_total", Kind::Counter, "Frames taken of the body in its last session."),
+        ("body_attached", FamilyKind::Gauge, "Whether the body is attached."),
+        ("body_frames_total", FamilyKind::Counter, "Frames taken of the body in its last session."),
         (
             "body_frames_refused_total",
-            Kind::Counter,
+            FamilyKind::Counter,
             "Frames of the body that were refused, in its last session.",
         ),
     ];

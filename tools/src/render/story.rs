@@ -99,7 +99,7 @@ fn probed(stage: &StageSummary) -> String {
 
 /// How far the present stage is: what is done, and of how much when that is known.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Doing {
+pub(crate) struct StageProgress {
     /// The stage, for people.
     pub(crate) what: String,
     /// Postures tried, places tried.
@@ -110,19 +110,25 @@ pub(crate) struct Doing {
 
 /// What is happening now. `postures` is the size of the body's repertoire, `trials` what the curriculum plans for
 /// each of its stages; either may be unknown.
-pub(crate) fn doing(report: &Report, postures: Option<u64>, trials: &[u32]) -> Option<Doing> {
+pub(crate) fn doing(report: &Report, postures: Option<u64>, trials: &[u32]) -> Option<StageProgress> {
     let at = report.stages.len().checked_sub(1)?;
     let stage = report.stages.get(at)?;
     let planned = trials.get(at).copied().filter(|n| *n > 0);
     let name = plain(&stage.name);
     Some(match planned {
-        None => {
-            Doing { what: format!("{name}: postures tried"), done: stage.schemas_new.into(), of: postures }
-        }
+        None => StageProgress {
+            what: format!("{name}: postures tried"),
+            done: stage.schemas_new.into(),
+            of: postures,
+        },
         Some(n) => {
             let ended = stage.generalised_after_trial.len() as u64;
             let what = format!("{name}: touched {} of", stage.trials_met);
-            Doing { what: format!("{what} {}", count(ended, "place")), done: ended, of: Some(n.into()) }
+            StageProgress {
+                what: format!("{what} {}", count(ended, "place")),
+                done: ended,
+                of: Some(n.into()),
+            }
         }
     })
 }

@@ -20,7 +20,7 @@ use pschema_server::config;
 
 use crate::design::Design;
 use crate::failure::Failure;
-use crate::render::comparison::Runs;
+use crate::render::comparison::ConditionRuns;
 use crate::run::{Condition, Outcome, Results};
 
 pub(crate) use provenance::{Provenance, time};
@@ -73,8 +73,8 @@ impl Section<'_> {
     }
 
     /// The runs by condition.
-    pub(crate) fn runs(&self) -> impl Iterator<Item = Runs<'_>> {
-        self.groups.iter().map(|group| Runs {
+    pub(crate) fn runs(&self) -> impl Iterator<Item = ConditionRuns<'_>> {
+        self.groups.iter().map(|group| ConditionRuns {
             design: self.design,
             condition: group.condition.name.as_deref(),
             figures: &group.figures,
@@ -82,7 +82,7 @@ impl Section<'_> {
     }
 
     /// The runs of the experiment as it stands.
-    pub(crate) fn base(&self) -> Option<Runs<'_>> {
+    pub(crate) fn base(&self) -> Option<ConditionRuns<'_>> {
         self.runs().next()
     }
 }

@@ -3,7 +3,7 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use pschema_inspect::SchemaDetail;
 
-use crate::render::comparison::{COMPARED, Line, footnote, lines, shown};
+use crate::render::comparison::{COMPARED, ComparisonLine, footnote, lines, shown};
 use crate::render::schema::capital;
 use crate::render::statistics::summary;
 use crate::render::words::{missing, probability, schema_notation, schema_sentence};
@@ -76,7 +76,7 @@ fn one(section: &Section<'_>, several: bool) -> Markup {
 
 /// The table of published figures and ours.
 fn compared(sections: &[Section<'_>]) -> Markup {
-    let all: Vec<Line> = sections.iter().filter_map(Section::base).flat_map(lines).collect();
+    let all: Vec<ComparisonLine> = sections.iter().filter_map(Section::base).flat_map(lines).collect();
     let runs =
         sections.iter().filter_map(|section| Some(section.groups.first()?.figures.len())).max().unwrap_or(0);
     let or_dash = |text: &Option<String>| text.clone().unwrap_or_else(|| "–".to_owned());

@@ -4,7 +4,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use pschema_inspect::Report;
 use pschema_process::{colour_is_wanted, say};
 
-use crate::render::story::{Doing, doing};
+use crate::render::story::{StageProgress, doing};
 
 use super::experiment::Workload;
 
@@ -37,7 +37,8 @@ impl Progress {
 
     /// Shows how far the run is.
     pub(crate) fn show(&self, report: &Report) {
-        let Some(Doing { what, done, of }) = doing(report, self.size.postures, &self.size.trials) else {
+        let Some(StageProgress { what, done, of }) = doing(report, self.size.postures, &self.size.trials)
+        else {
             return;
         };
         if self.bar.length() != of {

@@ -6,7 +6,7 @@ use pschema_protocol::domain::Place;
 use pschema_server::inspect::Inspect;
 
 use super::answers::{self, About, Respondent};
-use super::question::{Asked, Question};
+use super::question::{PageQuestion, Question};
 use super::remembered::Directory;
 use super::work::{Reply, Trouble, Worker};
 use crate::failure::Failure;
@@ -28,7 +28,7 @@ impl Asker {
 
     /// Asks.
     pub(super) async fn ask(&self, question: Question) -> Reply {
-        self.0.ask(Asked { question, until: None }).await
+        self.0.ask(PageQuestion { question, until: None }).await
     }
 }
 

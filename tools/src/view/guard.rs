@@ -7,7 +7,7 @@ use super::token::Token;
 
 /// A way in that is open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Way {
+pub(super) enum Route {
     /// A file of the page.
     Asset(&'static str),
     /// A question or an order, as JSON.
@@ -20,17 +20,17 @@ pub(super) enum Way {
 
 /// Why somebody is turned away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Refused(pub(super) StatusCode, pub(super) &'static str);
+pub(super) struct Denial(pub(super) StatusCode, pub(super) &'static str);
 
-const NOT_FROM_HERE: Refused = Refused(
+const NOT_FROM_HERE: Denial = Denial(
     StatusCode::FORBIDDEN,
     "this page is for this machine, at the address that `pschema view` printed",
 );
-const NO_TOKEN: Refused =
-    Refused(StatusCode::FORBIDDEN, "that is not the whole address that `pschema view` printed");
-const NOTHING: Refused = Refused(StatusCode::NOT_FOUND, "there is nothing at this address");
-const METHOD: Refused = Refused(StatusCode::METHOD_NOT_ALLOWED, "that can't be done here");
-const NO_JSON: Refused = Refused(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a question is application/json");
+const NO_TOKEN: Denial =
+    Denial(StatusCode::FORBIDDEN, "that is not the whole address that `pschema view` printed");
+const NOTHING: Denial = Denial(StatusCode::NOT_FOUND, "there is nothing at this address");
+const METHOD: Denial = Denial(StatusCode::METHOD_NOT_ALLOWED, "that can't be done here");
+const NO_JSON: Denial = Denial(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a question is application/json");
 
 /// Where a request leads.
 pub(super) fn way(
@@ -39,23 +39,23 @@ pub(super) fn way(
     headers: &HeaderMap,
     port: u16,
     token: &Token,
-) -> Result<Way, Refused> {
+) -> Result<Route, Denial> {
     from_here(headers, port)?;
     let (given, rest) = path.strip_prefix('/').and_then(|path| path.split_once('/')).ok_or(NO_TOKEN)?;
     if !token.is(given) {
         return Err(NO_TOKEN);
     }
     let (way, wanted) = match rest {
-        "ask" => (Way::Ask, Method::POST),
-        "picture" => (Way::Picture, Method::GET),
-        "fields" => (Way::Fields, Method::GET),
-        file => (super::assets::named(file).map(Way::Asset).ok_or(NOTHING)?, Method::GET),
+        "ask" => (Route::Ask, Method::POST),
+        "picture" => (Route::Picture, Method::GET),
+        "fields" => (Route::Fields, Method::GET),
+        file => (super::assets::named(file).map(Route::Asset).ok_or(NOTHING)?, Method::GET),
     };
     if *method != wanted {
         return Err(METHOD);
     }
     let json = |value: &HeaderValue| value.as_bytes().eq_ignore_ascii_case(b"application/json");
-    if way == Way::Ask && !headers.get(CONTENT_TYPE).is_some_and(json) {
+    if way == Route::Ask && !headers.get(CONTENT_TYPE).is_some_and(json) {
         return Err(NO_JSON);
     }
     Ok(way)
@@ -63,7 +63,7 @@ pub(super) fn way(
 
 /// A page from elsewhere that has its name resolved to this machine (DNS rebinding) still says its own name; and a page
 /// from elsewhere that asks this one says where it is from.
-fn from_here(headers: &HeaderMap, port: u16) -> Result<(), Refused> {
+fn from_here(headers: &HeaderMap, port: u16) -> Result<(), Denial> {
     let hosts = ["127.0.0.1", "localhost"].map(|host| format!("{host}:{port}"));
     let mut named = headers.get_all(HOST).iter();
     let host = named.next().filter(|host| hosts.iter().any(|own| own.as_bytes() == host.as_bytes()));
@@ -91,7 +91,7 @@ mod tests {
         headers
     }
 
-    fn asked(method: Method, path: &str, pairs: &[(&'static str, &str)]) -> Result<Way, u16> {
+    fn asked(method: Method, path: &str, pairs: &[(&'static str, &str)]) -> Result<Route, u16> {
         let token = Token::draw().unwrap();
         let path = path.replace("TOKEN", token.text());
         way(&method, &path, &headers(pairs), 4000, &token).map_err(|refused| refused.0.as_u16())
@@ -102,16 +102,16 @@ mod tests {
 
     #[test]
     fn the_page_and_its_questions_are_let_in() {
-        assert_eq!(asked(Method::GET, "/TOKEN/", &[HERE]), Ok(Way::Asset("index.html")));
+        assert_eq!(asked(Method::GET, "/TOKEN/", &[HERE]), Ok(Route::Asset("index.html")));
         assert_eq!(
             asked(Method::GET, "/TOKEN/main.js", &[("host", "localhost:4000")]),
-            Ok(Way::Asset("main.js"))
+            Ok(Route::Asset("main.js"))
         );
         let own = [HERE, JSON, ("origin", "http://127.0.0.1:4000"), ("sec-fetch-site", "same-origin")];
-        assert_eq!(asked(Method::POST, "/TOKEN/ask", &own), Ok(Way::Ask));
+        assert_eq!(asked(Method::POST, "/TOKEN/ask", &own), Ok(Route::Ask));
         let followed = [HERE, ("sec-fetch-site", "cross-site"), ("sec-fetch-mode", "navigate")];
-        assert_eq!(asked(Method::GET, "/TOKEN/", &followed), Ok(Way::Asset("index.html")));
-        assert_eq!(asked(Method::GET, "/TOKEN/picture", &[HERE]), Ok(Way::Picture));
+        assert_eq!(asked(Method::GET, "/TOKEN/", &followed), Ok(Route::Asset("index.html")));
+        assert_eq!(asked(Method::GET, "/TOKEN/picture", &[HERE]), Ok(Route::Picture));
     }
 
     #[test]

@@ -20,9 +20,9 @@ use crate::failure::Failure;
 
 use super::asker::Asker;
 use super::assets::asset;
-use super::guard::{Refused, Way, way};
+use super::guard::{Denial, Route, way};
 use super::pictures::Pictures;
-use super::question::Asked;
+use super::question::PageQuestion;
 use super::shot::Fields;
 use super::token::Token;
 use super::work::{Trouble, Worker};
@@ -62,7 +62,7 @@ const HEADERS: [(HeaderName, HeaderValue); 7] = [
 ];
 
 /// What is served, and by whom it is answered.
-pub(super) struct House {
+pub(super) struct PageServer {
     pub(super) port: u16,
     pub(super) token: Token,
     /// The daemon; none when a data directory is all that is looked at.
@@ -79,7 +79,7 @@ type Reply = Response<Full<Bytes>>;
 ///
 /// # Errors
 /// When the system can't.
-pub(super) fn serve(listener: TcpListener, house: Arc<House>, stop: &Stop) -> Result<(), Failure> {
+pub(super) fn serve(listener: TcpListener, house: Arc<PageServer>, stop: &Stop) -> Result<(), Failure> {
     let failed = |error: std::io::Error| Failure::Failed(format!("cannot serve a page: {error}"));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
     runtime.block_on(async {
@@ -97,7 +97,7 @@ async fn stopped(stop: &Stop) {
     }
 }
 
-async fn accept(listener: tokio::net::TcpListener, house: Arc<House>) {
+async fn accept(listener: tokio::net::TcpListener, house: Arc<PageServer>) {
     let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new())
@@ -137,16 +137,16 @@ fn with_headers(mut reply: Reply) -> Reply {
     reply
 }
 
-async fn reply(house: &House, request: Request<Incoming>) -> Reply {
+async fn reply(house: &PageServer, request: Request<Incoming>) -> Reply {
     let uri = request.uri();
     match way(request.method(), uri.path(), request.headers(), house.port, &house.token) {
-        Ok(Way::Asset(name)) => match asset(name) {
+        Ok(Route::Asset(name)) => match asset(name) {
             Some(asset) => content(StatusCode::OK, asset.kind, asset.text),
-            None => refused(Refused(StatusCode::NOT_FOUND, "there is no such file")),
+            None => refused(Denial(StatusCode::NOT_FOUND, "there is no such file")),
         },
-        Ok(Way::Ask) => answered(house, request.into_body()).await,
-        Ok(Way::Picture) => picture(house, after(uri.query())).await,
-        Ok(Way::Fields) => fields(house),
+        Ok(Route::Ask) => answered(house, request.into_body()).await,
+        Ok(Route::Picture) => picture(house, after(uri.query())).await,
+        Ok(Route::Fields) => fields(house),
         Err(why) => refused(why),
     }
 }
@@ -161,7 +161,7 @@ fn content(status: StatusCode, kind: &'static str, body: impl Into<Bytes>) -> Re
 const JSON: &str = "application/json";
 const PLAIN: &str = "text/plain; charset=utf-8";
 
-fn refused(Refused(status, why): Refused) -> Reply {
+fn refused(Denial(status, why): Denial) -> Reply {
     let mut reply = content(status, PLAIN, format!("{why}\n"));
     if status == StatusCode::METHOD_NOT_ALLOWED {
         reply.headers_mut().insert(ALLOW, HeaderValue::from_static("GET, POST"));
@@ -170,17 +170,17 @@ fn refused(Refused(status, why): Refused) -> Reply {
 }
 
 #[derive(Serialize)]
-struct Problem<'a> {
+struct TroubleText<'a> {
     problem: &'a str,
     no_daemon: bool,
 }
 
 fn trouble(trouble: &Trouble) -> Reply {
-    let problem = Problem { problem: &trouble.problem, no_daemon: trouble.no_daemon };
+    let problem = TroubleText { problem: &trouble.problem, no_daemon: trouble.no_daemon };
     content(trouble.status, JSON, serde_json::to_vec(&problem).unwrap_or_default())
 }
 
-async fn answered(house: &House, body: Incoming) -> Reply {
+async fn answered(house: &PageServer, body: Incoming) -> Reply {
     let asked = match question(body).await {
         Ok(asked) => asked,
         Err(why) => return trouble(&why),
@@ -195,7 +195,7 @@ async fn answered(house: &House, body: Incoming) -> Reply {
     }
 }
 
-async fn question(body: Incoming) -> Result<Asked, Trouble> {
+async fn question(body: Incoming) -> Result<PageQuestion, Trouble> {
     let slow = |_| Trouble::new(StatusCode::REQUEST_TIMEOUT, "the question did not come to its end");
     let long = |_| {
         let problem = format!("a question has at most {QUESTION_BYTES_MAX} bytes, and comes whole");
@@ -213,7 +213,7 @@ fn after(query: Option<&str>) -> u64 {
     query.and_then(|query| query.strip_prefix("after=")?.parse().ok()).unwrap_or(0)
 }
 
-async fn picture(house: &House, after: u64) -> Reply {
+async fn picture(house: &PageServer, after: u64) -> Reply {
     let shot = match &house.pictures {
         Some(pictures) => pictures.after(after).await,
         None => None,
@@ -226,7 +226,7 @@ async fn picture(house: &House, after: u64) -> Reply {
     reply
 }
 
-fn fields(house: &House) -> Reply {
+fn fields(house: &PageServer) -> Reply {
     match house.pictures.as_ref().and_then(Pictures::last) {
         Some(shot) => {
             content(StatusCode::OK, JSON, serde_json::to_vec(&Fields::from(&*shot)).unwrap_or_default())

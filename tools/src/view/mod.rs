@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use asker::Asker;
-use http::House;
+use http::PageServer;
 use pictures::Pictures;
 use pschema_process::Stop;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
@@ -31,7 +31,7 @@ use crate::failure::Failure;
 
 /// What is to be looked at, and where the page is to be.
 #[derive(Debug)]
-pub(crate) struct Wanted {
+pub(crate) struct PageOptions {
     /// The learner whose daemon is asked; with `data`, nobody is.
     pub(crate) name: LearnerName,
     /// A data directory to be read, with or without a daemon on it.
@@ -41,18 +41,18 @@ pub(crate) struct Wanted {
 }
 
 /// The page, before it is served.
-pub(crate) struct Page {
+pub(crate) struct ViewPage {
     listener: TcpListener,
-    house: Arc<House>,
-    watching: Option<pictures::Watching>,
+    house: Arc<PageServer>,
+    watching: Option<pictures::PictureThread>,
 }
 
-impl Page {
-    /// Takes the port and begins to listen on it; nothing is answered before [`Page::serve`].
+impl ViewPage {
+    /// Takes the port and begins to listen on it; nothing is answered before [`ViewPage::serve`].
     ///
     /// # Errors
     /// When the port is taken, or the system has no randomness.
-    pub(crate) fn open(wanted: &Wanted) -> Result<Self, Failure> {
+    pub(crate) fn open(wanted: &PageOptions) -> Result<Self, Failure> {
         let address = SocketAddr::from((Ipv4Addr::LOCALHOST, wanted.port));
         let failed = |error: std::io::Error| {
             let port = wanted.port;
@@ -78,8 +78,8 @@ impl Page {
             }
         };
         let past = remembered::begin(directory)?;
-        let pictures: Option<Pictures> = watching.as_ref().map(pictures::Watching::pictures);
-        let house = Arc::new(House { port, token: Token::draw()?, live, past, pictures });
+        let pictures: Option<Pictures> = watching.as_ref().map(pictures::PictureThread::pictures);
+        let house = Arc::new(PageServer { port, token: Token::draw()?, live, past, pictures });
         Ok(Self { listener, house, watching })
     }
 

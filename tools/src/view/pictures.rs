@@ -1,4 +1,4 @@
-//! Watching the pictures of the bodies, on a thread of its own, and only while a page asks for them.
+//! Watches the pictures of the bodies, on a thread of its own, and only while a page asks for them.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -22,7 +22,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(3);
 const TRY_AGAIN_AFTER: Duration = Duration::from_secs(1);
 
 /// The thread that watches.
-pub(super) struct Watching {
+pub(super) struct PictureThread {
     pictures: Pictures,
     thread: JoinHandle<()>,
 }
@@ -38,7 +38,7 @@ pub(super) struct Pictures {
 ///
 /// # Errors
 /// When the system has no thread left.
-pub(super) fn watch(place: Place) -> Result<Watching, Failure> {
+pub(super) fn watch(place: Place) -> Result<PictureThread, Failure> {
     // One request is as good as many: they are for the same picture.
     let (wanted, requests) = sync_channel(1);
     let (to, newest) = watch::channel(None);
@@ -46,10 +46,10 @@ pub(super) fn watch(place: Place) -> Result<Watching, Failure> {
     let thread = thread
         .spawn(move || Watcher { place, to, watch: None, failed: None, said: false }.run(&requests))
         .map_err(|error| Failure::Failed(format!("cannot start a thread: {error}")))?;
-    Ok(Watching { pictures: Pictures { wanted, newest }, thread })
+    Ok(PictureThread { pictures: Pictures { wanted, newest }, thread })
 }
 
-impl Watching {
+impl PictureThread {
     /// Where pictures are asked for.
     pub(super) fn pictures(&self) -> Pictures {
         self.pictures.clone()

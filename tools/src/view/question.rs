@@ -6,7 +6,7 @@ use serde::Deserialize;
 /// A question, and of when.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Asked {
+pub(super) struct PageQuestion {
     /// What.
     pub(super) question: Question,
     /// Of memory as it was after this step; as it is when none is named.
@@ -84,14 +84,14 @@ impl Question {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Option<Asked> {
+    fn read(text: &str) -> Option<PageQuestion> {
         serde_json::from_str(text).ok()
     }
 
     #[test]
     fn only_what_the_page_asks_is_a_question() {
         let show = read(r#"{"question": {"ask": "show", "id": 3}, "until": 7}"#).unwrap();
-        assert_eq!(show, Asked { question: Question::Show { id: 3 }, until: Some(7) });
+        assert_eq!(show, PageQuestion { question: Question::Show { id: 3 }, until: Some(7) });
         for text in [
             r#"{"question": {"ask": "shutdown"}, "until": null}"#,
             r#"{"question": {"ask": "show", "id": -1}, "until": null}"#,

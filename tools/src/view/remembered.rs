@@ -10,11 +10,11 @@ use pschema_server::mind::View;
 use pschema_store::past::PastError;
 
 use super::answers::{self, About, Respondent};
-use super::question::Asked;
+use super::question::PageQuestion;
 use super::work::{Reply, Trouble, Worker};
 use crate::failure::Failure;
 use crate::learner::Asks;
-use crate::past::Remembered;
+use crate::past::MemoryOnDisk;
 
 /// Where memory is on disk, once that is known.
 #[derive(Clone, Debug, Default)]
@@ -36,17 +36,17 @@ impl Directory {
 /// # Errors
 /// When the system has no thread left.
 pub(super) fn begin(directory: Directory) -> Result<Worker, Failure> {
-    Worker::begin("remembers", move || Memory { directory, kept: None }, Memory::reply)
+    Worker::begin("remembers", move || PastReader { directory, kept: None }, PastReader::reply)
 }
 
 /// The last moment that was asked about: whoever looks at one asks several questions of it.
-struct Memory {
+struct PastReader {
     directory: Directory,
-    kept: Option<Kept>,
+    kept: Option<PastMoment>,
 }
 
 /// Memory as it was after a step.
-struct Kept {
+struct PastMoment {
     path: PathBuf,
     step: u64,
     view: View,
@@ -54,9 +54,9 @@ struct Kept {
     undecided: Option<String>,
 }
 
-impl Memory {
-    fn reply(&mut self, asked: Asked) -> Reply {
-        let Asked { question, until } = asked;
+impl PastReader {
+    fn reply(&mut self, asked: PageQuestion) -> Reply {
+        let PageQuestion { question, until } = asked;
         if question.is_order() {
             return Err(answers::no_orders());
         }
@@ -71,7 +71,7 @@ impl Memory {
 
 /// A moment that is asked about; memory as it was then is rebuilt for the first question that needs it.
 struct Past<'a> {
-    kept: &'a mut Option<Kept>,
+    kept: &'a mut Option<PastMoment>,
     path: PathBuf,
     until: Option<u64>,
 }
@@ -82,12 +82,12 @@ impl Past<'_> {
     }
 
     /// Everything there is to ask of memory as it was then.
-    fn kept(&mut self) -> Result<&Kept, Failure> {
+    fn kept(&mut self) -> Result<&PastMoment, Failure> {
         let step = self.step()?;
         let kept = self.kept.take().filter(|kept| kept.path == self.path && kept.step == step);
         let kept = match kept {
             Some(kept) => kept,
-            None => Kept::rebuilt(self.path.clone(), step)?,
+            None => PastMoment::rebuilt(self.path.clone(), step)?,
         };
         Ok(self.kept.insert(kept))
     }
@@ -99,7 +99,7 @@ impl Asks for Past<'_> {
             // A decision is weighed once more in memory as it was right after it, which may be some steps before. Nothing of
             // that is kept: a second memory may be large, and it is seldom asked for.
             Request::Question(Question::WhyNot(_)) => {
-                return Remembered::open(&self.path, Some(self.step()?))?.ask(question);
+                return MemoryOnDisk::open(&self.path, Some(self.step()?))?.ask(question);
             }
             Request::Question(Question::Schemas(query)) => query.sort == SchemaSort::Excitation,
             _ => false,
@@ -114,7 +114,7 @@ impl Asks for Past<'_> {
 
 impl Respondent for Past<'_> {
     fn about(&mut self) -> Result<About, Trouble> {
-        let remembered = Remembered::open(&self.path, None)?;
+        let remembered = MemoryOnDisk::open(&self.path, None)?;
         let past = remembered.past();
         let files = past.files().map_err(Failure::from)?;
         Ok(About {
@@ -136,9 +136,9 @@ impl Respondent for Past<'_> {
     }
 }
 
-impl Kept {
+impl PastMoment {
     fn rebuilt(path: PathBuf, step: u64) -> Result<Self, Failure> {
-        let remembered = Remembered::open(&path, Some(step))?;
+        let remembered = MemoryOnDisk::open(&path, Some(step))?;
         let mut moment = remembered.past().moment(Some(step))?;
         // What is known does not depend on whether a decision can be made again: another release may decide otherwise.
         let undecided = match remembered.past().decision(None, Some(step)) {
@@ -155,5 +155,5 @@ impl Kept {
 }
 
 fn last_step(path: &Path) -> Result<u64, Failure> {
-    Ok(Remembered::open(path, None)?.past().moment(None)?.step())
+    Ok(MemoryOnDisk::open(path, None)?.past().moment(None)?.step())
 }

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use hyper::StatusCode;
 use tokio::sync::oneshot;
 
-use super::question::Asked;
+use super::question::PageQuestion;
 use crate::failure::Failure;
 
 /// Questions that wait for one thread at a time.
@@ -48,7 +48,7 @@ impl From<Failure> for Trouble {
 #[derive(Clone, Debug)]
 pub(super) struct Worker(SyncSender<Job>);
 
-type Job = (Asked, oneshot::Sender<Reply>);
+type Job = (PageQuestion, oneshot::Sender<Reply>);
 
 impl Worker {
     /// Starts a thread that answers questions one after the other with what `begin` makes there, until nobody is left to
@@ -59,7 +59,7 @@ impl Worker {
     pub(super) fn begin<W>(
         name: &str,
         begin: impl FnOnce() -> W + Send + 'static,
-        answer: impl Fn(&mut W, Asked) -> Reply + Send + 'static,
+        answer: impl Fn(&mut W, PageQuestion) -> Reply + Send + 'static,
     ) -> Result<Self, Failure> {
         let (to, from): (_, Receiver<Job>) = sync_channel(WAITING_MAX);
         let thread = std::thread::Builder::new().name(name.to_owned());
@@ -77,7 +77,7 @@ impl Worker {
     }
 
     /// Asks, and waits without blocking.
-    pub(super) async fn ask(&self, asked: Asked) -> Reply {
+    pub(super) async fn ask(&self, asked: PageQuestion) -> Reply {
         let (to, answer) = oneshot::channel();
         match self.0.try_send((asked, to)) {
             Ok(()) => (),

@@ -34,12 +34,12 @@ pub(super) struct Link {
     /// The next record of the trace; none before the first answer.
     next: Option<u64>,
     step: Option<u64>,
-    most_used: Option<MostUsed>,
+    most_used: Option<MostUsedTiming>,
     followed: Option<(u32, u64)>,
 }
 
 /// When the most used schemas may be asked for again, and the step of the last answer.
-struct MostUsed {
+struct MostUsedTiming {
     not_before: Instant,
     step: Option<u64>,
 }
@@ -95,7 +95,7 @@ impl Link {
         let query = SchemaQuery { sort: SchemaSort::Uses, limit: MOST_USED_MAX, ..SchemaQuery::default() };
         let list = self.learner.ask(query)?;
         let rest = MOST_USED_EVERY.max(began.elapsed() * MOST_USED_SHARE);
-        self.most_used = Some(MostUsed { not_before: Instant::now() + rest, step: self.step });
+        self.most_used = Some(MostUsedTiming { not_before: Instant::now() + rest, step: self.step });
         tell(News::MostUsed(list));
         Ok(())
     }
@@ -109,7 +109,7 @@ impl Link {
         self.followed = asked;
         // What goes wrong with the daemon shows in what is asked for next.
         let told = self.learner.ask(DetailQuery { id }).map(Box::new);
-        tell(News::Followed { id, told: told.map_err(|failure| failure.to_string()) });
+        tell(News::FollowedSchema { id, told: told.map_err(|failure| failure.to_string()) });
     }
 
     /// Whether a picture of one of the bodies may still come.
@@ -157,7 +157,7 @@ pub(super) struct Asker {
 }
 
 /// Nobody listens any more.
-struct Over;
+struct Hangup;
 
 impl Asker {
     /// Until nobody wishes anything any more, or at once when there is no daemon to begin with. Says which it is to
@@ -181,7 +181,7 @@ impl Asker {
                 link = None;
             }
             let every = if link.is_some() { self.every } else { LOOK_AGAIN_EVERY };
-            if let Err(Over) = self.wait(&mut link, began + every) {
+            if let Err(Hangup) = self.wait(&mut link, began + every) {
                 return;
             }
             if link.is_none() {
@@ -222,12 +222,12 @@ impl Asker {
     }
 
     /// Obeys until it is time to ask again: at the latest at `until`, and at once when an order was given.
-    fn wait(&mut self, link: &mut Option<Link>, until: Instant) -> Result<(), Over> {
+    fn wait(&mut self, link: &mut Option<Link>, until: Instant) -> Result<(), Hangup> {
         loop {
             let wish = match self.wishes.recv_timeout(until.saturating_duration_since(Instant::now())) {
                 Ok(wish) => wish,
                 Err(RecvTimeoutError::Timeout) => return Ok(()),
-                Err(RecvTimeoutError::Disconnected) => return Err(Over),
+                Err(RecvTimeoutError::Disconnected) => return Err(Hangup),
             };
             match (wish, &mut *link) {
                 (Wish::Follow(id), _) => self.follow = id,

@@ -3,7 +3,7 @@
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::state::{Input, Message, Prompt, State};
-use super::{Page, Wish};
+use super::{WatchPage, Wish};
 
 /// Longest line that can be written.
 const INPUT_CHARS_MAX: usize = 256;
@@ -61,7 +61,7 @@ impl State {
             KeyCode::Char('.' | 's') => return Some(Act::Wish(Wish::Step)),
             KeyCode::Char('w' | '/') => self.ask(Prompt::Say),
             KeyCode::Char('f') => self.ask(Prompt::Follow),
-            KeyCode::Char(digit @ '1'..='6') => self.turn_to(Page::at(digit as usize - '1' as usize)),
+            KeyCode::Char(digit @ '1'..='6') => self.turn_to(WatchPage::at(digit as usize - '1' as usize)),
             KeyCode::Right | KeyCode::Char('l') => self.turn_to(self.page.next()),
             KeyCode::Left | KeyCode::Char('h') => self.turn_to(self.page.before()),
             KeyCode::Tab => self.focus = self.focus.wrapping_add(1) % self.shown.len().max(1),
@@ -88,7 +88,7 @@ impl State {
         self.input = Some(Input { prompt, text: String::new() });
     }
 
-    fn turn_to(&mut self, page: Page) {
+    fn turn_to(&mut self, page: WatchPage) {
         if page != self.page {
             self.page = page;
             self.focus = 0;
@@ -131,7 +131,7 @@ impl State {
                 match text.trim_start_matches('#').parse() {
                     Ok(id) => {
                         self.follow(Some(id));
-                        self.turn_to(Page::Follow);
+                        self.turn_to(WatchPage::Follow);
                     }
                     Err(_) => {
                         let text = format!("{text:?} is no number of a schema: page 4 lists some");

@@ -36,7 +36,7 @@ fn query(trace_from: u64) -> LiveQuery {
 
 /// What is shown together on a terminal too small for everything.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Page {
+pub(crate) enum WatchPage {
     /// What is seen, perceived and exciting; on a large terminal, everything
     #[default]
     Now,
@@ -52,7 +52,7 @@ pub(crate) enum Page {
     Follow,
 }
 
-impl Page {
+impl WatchPage {
     const ALL: [Self; 6] =
         [Self::Now, Self::Excitation, Self::Choice, Self::Schemas, Self::Learner, Self::Follow];
 

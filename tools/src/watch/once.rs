@@ -8,7 +8,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::Span;
 
-use super::Page;
+use super::WatchPage;
 use super::asker::Link;
 use super::draw::draw;
 use super::state::{News, State};
@@ -23,7 +23,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// The frame that a terminal of this size would show.
 pub(crate) fn once(
     place: &Place,
-    page: Page,
+    page: WatchPage,
     follow: Option<u32>,
     width: u16,
     height: u16,

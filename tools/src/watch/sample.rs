@@ -3,7 +3,7 @@
 use pschema_inspect::*;
 use pschema_protocol::picture::FieldMark;
 
-use super::Page;
+use super::WatchPage;
 use super::state::{News, State};
 
 pub(super) fn observation(kind: &str, properties: &[(&str, ValueText)]) -> ObservationText {
@@ -281,7 +281,7 @@ pub(super) fn detail(executions: u32) -> SchemaDetail {
 }
 
 /// Somebody who watches it.
-pub(super) fn state(page: Page) -> State {
+pub(super) fn state(page: WatchPage) -> State {
     let mut state = State::new(page);
     state.receive(News::Attached);
     state.receive(News::Live(Box::new(live())));

@@ -7,7 +7,7 @@ use pschema_inspect::{
 };
 use pschema_protocol::picture::FieldMark;
 
-use super::{Page, Pane, STEPS_KEPT_MAX, Wish};
+use super::{Pane, STEPS_KEPT_MAX, WatchPage, Wish};
 
 /// What came from the daemon or its bodies.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub(super) enum News {
     /// Why there are no pictures.
     Blind(String),
     /// The schema that is followed, or why it can't be.
-    Followed { id: u32, told: Result<Box<SchemaDetail>, String> },
+    FollowedSchema { id: u32, told: Result<Box<SchemaDetail>, String> },
     /// What came of a wish.
     Done(Result<String, String>),
     /// The daemon does not answer any more, and why.
@@ -50,7 +50,7 @@ pub(super) struct Input {
 
 /// A schema that is followed.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Followed {
+pub(super) struct FollowedSchema {
     pub(super) id: u32,
     /// As it was when it was first told of.
     pub(super) first: Option<Box<SchemaDetail>>,
@@ -80,9 +80,9 @@ pub(super) struct State {
     /// Fields of the camera of each session that sent a picture.
     pub(super) fields: BTreeMap<u64, Vec<FieldMark>>,
     pub(super) blind: Option<String>,
-    pub(super) followed: Option<Followed>,
+    pub(super) followed: Option<FollowedSchema>,
 
-    pub(super) page: Page,
+    pub(super) page: WatchPage,
     /// Which of the panes on the page is scrolled; any number, of which the remainder counts.
     pub(super) focus: usize,
     pub(super) scroll: [usize; Pane::COUNT],
@@ -98,7 +98,7 @@ pub(super) struct State {
 }
 
 impl State {
-    pub(super) fn new(page: Page) -> Self {
+    pub(super) fn new(page: WatchPage) -> Self {
         Self {
             live: None,
             lost: None,
@@ -146,7 +146,7 @@ impl State {
                 self.fields.insert(session, fields);
             }
             News::Blind(why) => self.blind = Some(why),
-            News::Followed { id, told } => self.told_of_followed(id, told),
+            News::FollowedSchema { id, told } => self.told_of_followed(id, told),
             News::Done(Ok(text)) => self.message = Some(Message { text, bad: false }),
             News::Done(Err(text)) => self.message = Some(Message { text, bad: true }),
             News::Lost(why) => self.lost = Some(why),
@@ -171,7 +171,8 @@ impl State {
 
     /// From now on, tells of this schema, or of none.
     pub(super) fn follow(&mut self, id: Option<u32>) {
-        self.followed = id.map(|id| Followed { id, first: None, before: None, now: None, problem: None });
+        self.followed =
+            id.map(|id| FollowedSchema { id, first: None, before: None, now: None, problem: None });
     }
 
     fn told_of_followed(&mut self, id: u32, told: Result<Box<SchemaDetail>, String>) {

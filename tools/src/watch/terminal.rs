@@ -18,7 +18,7 @@ use super::event::Event;
 use super::keys::Act;
 use super::state::State;
 use super::theme::Theme;
-use super::{Page, Wish};
+use super::{WatchPage, Wish};
 
 /// How soon a signal is noticed.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
@@ -26,7 +26,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 const FAREWELL_MAX: Duration = Duration::from_secs(1);
 
 /// Watches the learner at `place` until somebody has seen enough.
-pub(crate) fn watch(place: Place, rate: u8, page: Page, follow: Option<u32>) -> Result<(), Failure> {
+pub(crate) fn watch(place: Place, rate: u8, page: WatchPage, follow: Option<u32>) -> Result<(), Failure> {
     must_be_a_terminal()?;
     let stop = Stop::on_signals_without_haste()?;
     let mut state = State::new(page);
@@ -48,7 +48,7 @@ pub(crate) fn watch(place: Place, rate: u8, page: Page, follow: Option<u32>) -> 
     let screen = Screen::open()?;
     listen(events)?;
     let theme = Theme::new(colour_is_wanted());
-    let seen = Watching { state, theme, screen, happening, wishes, standing: Vec::new() };
+    let seen = WatchLoop { state, theme, screen, happening, wishes, standing: Vec::new() };
     let ended = seen.run(&stop, &asking);
     // By now the terminal is as it was, and nobody wishes anything any more.
     let began = Instant::now();
@@ -129,7 +129,7 @@ impl Drop for Screen {
 }
 
 /// What is watched, and how.
-struct Watching {
+struct WatchLoop {
     state: State,
     theme: Theme,
     screen: Screen,
@@ -139,7 +139,7 @@ struct Watching {
     standing: Vec<Wish>,
 }
 
-impl Watching {
+impl WatchLoop {
     fn run(mut self, stop: &Stop, asking: &JoinHandle<()>) -> Result<(), Failure> {
         self.screen.draw(&mut self.state, self.theme)?;
         loop {

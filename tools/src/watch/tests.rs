@@ -14,7 +14,7 @@ use super::keys::Act;
 use super::sample::{self, detail, live, state, trace};
 use super::state::{News, State};
 use super::theme::Theme;
-use super::{Page, Pane, STEPS_KEPT_MAX, Wish, once, query};
+use super::{Pane, STEPS_KEPT_MAX, WatchPage, Wish, once, query};
 
 /// The screen that `state` makes on a terminal of this size.
 fn screen(state: &mut State, colour: bool, width: u16, height: u16) -> TestBackend {
@@ -42,12 +42,12 @@ fn check(name: &str, text: &str) {
 
 #[test]
 fn each_page_on_a_terminal_of_80_by_24() {
-    for page in Page::ALL {
+    for page in WatchPage::ALL {
         let mut state = state(page);
-        if page == Page::Follow {
+        if page == WatchPage::Follow {
             state.follow(Some(226));
             for executions in [2, 2, 3] {
-                state.receive(News::Followed { id: 226, told: Ok(Box::new(detail(executions))) });
+                state.receive(News::FollowedSchema { id: 226, told: Ok(Box::new(detail(executions))) });
             }
         }
         check(&format!("watch-80x24-{}.txt", page.name()), &read(&mut state, 80, 24));
@@ -56,21 +56,21 @@ fn each_page_on_a_terminal_of_80_by_24() {
 
 #[test]
 fn everything_on_a_large_terminal() {
-    check("watch-160x50.txt", &read(&mut state(Page::Now), 160, 50));
+    check("watch-160x50.txt", &read(&mut state(WatchPage::Now), 160, 50));
 }
 
 #[test]
 fn nothing_known_yet_and_the_help() {
-    let mut state = State::new(Page::Now);
+    let mut state = State::new(WatchPage::Now);
     check("watch-80x24-waiting.txt", &read(&mut state, 80, 24));
-    let mut state = sample::state(Page::Now);
+    let mut state = sample::state(WatchPage::Now);
     press(&mut state, KeyCode::Char('?'));
     check("watch-80x24-help.txt", &read(&mut state, 80, 24));
 }
 
 #[test]
 fn a_body_without_pictures_and_one_that_is_not_there() {
-    let mut without = State::new(Page::Now);
+    let mut without = State::new(WatchPage::Now);
     without.receive(News::Live(Box::new(live())));
     check("watch-80x24-blind.txt", &read(&mut without, 80, 24));
     let mut nobody = live();
@@ -85,13 +85,13 @@ fn a_body_without_pictures_and_one_that_is_not_there() {
 
 #[test]
 fn no_size_of_terminal_is_a_problem() {
-    for page in Page::ALL {
+    for page in WatchPage::ALL {
         for (width, height) in
             [(1, 1), (10, 3), (39, 9), (40, 10), (60, 15), (79, 23), (130, 36), (300, 9), (40, 200)]
         {
             let mut state = state(page);
             state.follow(Some(226));
-            state.receive(News::Followed { id: 226, told: Ok(Box::new(detail(2))) });
+            state.receive(News::FollowedSchema { id: 226, told: Ok(Box::new(detail(2))) });
             let text = read(&mut state, width, height);
             assert_eq!(text.lines().count(), usize::from(height), "{width} x {height}");
         }
@@ -100,21 +100,21 @@ fn no_size_of_terminal_is_a_problem() {
 
 #[test]
 fn colour_says_nothing_that_is_not_said_without() {
-    for page in Page::ALL {
+    for page in WatchPage::ALL {
         let (mut plain, mut coloured) = (state(page), state(page));
         let plain = screen(&mut plain, false, 160, 50);
         let coloured = screen(&mut coloured, true, 160, 50);
         assert_eq!(once::text(plain.buffer()), once::text(coloured.buffer()));
         let uncoloured = |cell: &ratatui::buffer::Cell| (cell.fg, cell.bg) == (Color::Reset, Color::Reset);
         assert!(plain.buffer().content().iter().all(uncoloured), "NO_COLOR means none");
-        let colours = page == Page::Now;
+        let colours = page == WatchPage::Now;
         assert!(!colours || !coloured.buffer().content().iter().all(uncoloured), "where there are colours");
     }
 }
 
 #[test]
 fn what_is_new_is_marked_and_bold() {
-    let screen = screen(&mut state(Page::Now), false, 80, 24);
+    let screen = screen(&mut state(WatchPage::Now), false, 80, 24);
     let text = once::text(screen.buffer());
     let (row, line) =
         text.lines().enumerate().find(|(_, line)| line.contains("*touch{}")).expect("touch is new");
@@ -133,9 +133,9 @@ fn a_name_that_would_steer_the_terminal_is_shown_and_not_obeyed() {
     evil.status.world[0] = "\x07bell".to_owned();
     evil.status.bodies[0].name = "\x1b]0;title\x07".to_owned();
     evil.status.bodies[0].last_refusal = Some("\r\n".to_owned());
-    let mut state = State::new(Page::Now);
+    let mut state = State::new(WatchPage::Now);
     state.receive(News::Live(Box::new(evil)));
-    for page in Page::ALL {
+    for page in WatchPage::ALL {
         state.page = page;
         let screen = screen(&mut state, true, 160, 50);
         let steers = |cell: &ratatui::buffer::Cell| cell.symbol().chars().any(char::is_control);
@@ -145,7 +145,7 @@ fn a_name_that_would_steer_the_terminal_is_shown_and_not_obeyed() {
 
 #[test]
 fn a_daemon_that_has_gone_is_told_of_and_what_was_known_stays() {
-    let mut state = state(Page::Now);
+    let mut state = state(WatchPage::Now);
     state.receive(News::Lost("no daemon serves learner default".to_owned()));
     let text = read(&mut state, 80, 24);
     assert!(text.contains("NO DAEMON ANSWERS") && text.contains("object{colour=blue"), "{text}");
@@ -156,7 +156,7 @@ fn a_daemon_that_has_gone_is_told_of_and_what_was_known_stays() {
 
 #[test]
 fn another_daemon_has_another_trace() {
-    let mut state = state(Page::Excitation);
+    let mut state = state(WatchPage::Excitation);
     assert_eq!(state.steps.len(), 100);
     state.receive(News::Attached);
     assert_eq!(state.steps.len(), 0);
@@ -175,7 +175,7 @@ fn another_daemon_has_another_trace() {
 
 #[test]
 fn the_excitation_trace_shows_words_touches_and_touching() {
-    let mut state = state(Page::Excitation);
+    let mut state = state(WatchPage::Excitation);
     let text = read(&mut state, 120, 30);
     let row = |label: &str| {
         text.lines().find(|line| line.contains(label)).unwrap_or_else(|| panic!("{label}:\n{text}"))
@@ -201,7 +201,7 @@ fn write(state: &mut State, text: &str) -> Option<Act> {
 
 #[test]
 fn keys_order_the_learner() {
-    let mut state = state(Page::Now);
+    let mut state = state(WatchPage::Now);
     assert_eq!(press(&mut state, KeyCode::Char(' ')), Some(Act::Wish(Wish::Hold)));
     let mut held = live();
     held.status.stage_state = StageState::Held;
@@ -216,7 +216,7 @@ fn keys_order_the_learner() {
 
 #[test]
 fn a_line_is_written_shown_and_given_up() {
-    let mut state = state(Page::Now);
+    let mut state = state(WatchPage::Now);
     press(&mut state, KeyCode::Char('w'));
     for letter in "touch  itq".chars() {
         assert_eq!(press(&mut state, KeyCode::Char(letter)), None, "letters are no orders now");
@@ -244,16 +244,16 @@ fn a_line_is_written_shown_and_given_up() {
 
 #[test]
 fn a_schema_is_followed_and_what_changes_is_marked() {
-    let mut state = state(Page::Now);
+    let mut state = state(WatchPage::Now);
     press(&mut state, KeyCode::Char('f'));
     assert_eq!(write(&mut state, "x1"), None);
     assert!(state.message.as_ref().unwrap().bad, "{:?}", state.message);
     press(&mut state, KeyCode::Char('f'));
     assert_eq!(write(&mut state, "226"), None);
-    assert_eq!(state.page, Page::Follow);
+    assert_eq!(state.page, WatchPage::Follow);
     assert!(state.standing_wishes().contains(&Wish::Follow(Some(226))));
     let told = |state: &mut State, id, executions| {
-        state.receive(News::Followed { id, told: Ok(Box::new(detail(executions))) });
+        state.receive(News::FollowedSchema { id, told: Ok(Box::new(detail(executions))) });
         read(state, 80, 24)
     };
     let first = told(&mut state, 226, 2);
@@ -265,7 +265,7 @@ fn a_schema_is_followed_and_what_changes_is_marked() {
     );
     assert_eq!(told(&mut state, 226, 3), second, "an answer that says the same changes nothing");
     assert_eq!(told(&mut state, 7, 9), second, "an answer about another is late");
-    state.receive(News::Followed { id: 226, told: Err("there is no schema 226".to_owned()) });
+    state.receive(News::FollowedSchema { id: 226, told: Err("there is no schema 226".to_owned()) });
     assert!(read(&mut state, 80, 24).contains("! there is no schema 226"));
     press(&mut state, KeyCode::Char('f'));
     assert_eq!(write(&mut state, ""), None);
@@ -274,7 +274,7 @@ fn a_schema_is_followed_and_what_changes_is_marked() {
 
 #[test]
 fn pages_are_turned_and_panes_scrolled_as_far_as_they_go() {
-    let mut state = state(Page::Now);
+    let mut state = state(WatchPage::Now);
     read(&mut state, 80, 24);
     assert_eq!(state.shown, [Pane::Camera, Pane::World, Pane::Excitation]);
     assert!(
@@ -282,10 +282,10 @@ fn pages_are_turned_and_panes_scrolled_as_far_as_they_go() {
         "what takes a look at all of memory is asked for only when it is seen"
     );
     press(&mut state, KeyCode::Left);
-    assert_eq!(state.page, Page::Follow);
+    assert_eq!(state.page, WatchPage::Follow);
     press(&mut state, KeyCode::Right);
     press(&mut state, KeyCode::Char('2'));
-    assert_eq!(state.page, Page::Excitation);
+    assert_eq!(state.page, WatchPage::Excitation);
     press(&mut state, KeyCode::Tab);
     let before = read(&mut state, 80, 24);
     assert_eq!(state.focused(), Some(Pane::Steps));
@@ -306,7 +306,7 @@ fn pages_are_turned_and_panes_scrolled_as_far_as_they_go() {
 
 #[test]
 fn fields_of_a_camera_that_is_no_more_are_forgotten() {
-    let mut state = state(Page::Now);
+    let mut state = state(WatchPage::Now);
     let mut other = live();
     other.status.bodies.remove(0);
     state.receive(News::Live(Box::new(other)));

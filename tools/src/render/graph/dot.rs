@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use pschema_inspect::{Graph, GraphTie};
 
-use super::{Look, heading, looks, parts, tie, told};
+use super::{NodeLook, heading, looks, parts, tie, told};
 
 /// The text.
 pub(crate) fn dot(graph: &Graph) -> String {
@@ -70,14 +70,14 @@ fn quoted(text: &str) -> String {
     safe + "\""
 }
 
-fn appearance(look: Look, several: bool) -> &'static str {
+fn appearance(look: NodeLook, several: bool) -> &'static str {
     match (look, several) {
         (_, true) => "shape=box3d, fillcolor=\"#e8f0fa\"",
-        (Look::Concrete, _) => "shape=box, fillcolor=\"#e8f0fa\"",
-        (Look::Example, _) => "shape=note, fillcolor=\"#dff0df\"",
-        (Look::CounterExample, _) => "shape=octagon, style=\"filled,dashed\", fillcolor=\"#fde3de\"",
-        (Look::Generalised, _) => "shape=hexagon, penwidth=2, fillcolor=\"#fff0c2\"",
-        (Look::Retired, _) => "shape=hexagon, style=\"filled,dotted\", fillcolor=\"#eceae4\"",
+        (NodeLook::Concrete, _) => "shape=box, fillcolor=\"#e8f0fa\"",
+        (NodeLook::Example, _) => "shape=note, fillcolor=\"#dff0df\"",
+        (NodeLook::CounterExample, _) => "shape=octagon, style=\"filled,dashed\", fillcolor=\"#fde3de\"",
+        (NodeLook::Generalised, _) => "shape=hexagon, penwidth=2, fillcolor=\"#fff0c2\"",
+        (NodeLook::Retired, _) => "shape=hexagon, style=\"filled,dotted\", fillcolor=\"#eceae4\"",
     }
 }
 

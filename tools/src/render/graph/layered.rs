@@ -107,10 +107,10 @@ fn layers(nodes: usize, ties: &[(usize, usize)]) -> Vec<usize> {
     layers
 }
 
-type Row = (Vec<usize>, bool);
+type LayerRow = (Vec<usize>, bool);
 
 /// Nodes side by side, and whether they are the last of their layer.
-fn rows(layers: &[usize]) -> Vec<Row> {
+fn rows(layers: &[usize]) -> Vec<LayerRow> {
     let last = layers.iter().max().copied().unwrap_or(0);
     let mut rows = Vec::new();
     for layer in 0..=last {
@@ -124,7 +124,7 @@ fn rows(layers: &[usize]) -> Vec<Row> {
 }
 
 /// Puts each row in the order of the middle of its neighbours.
-fn order(rows: &mut [Row], ties: &[(usize, usize)]) {
+fn order(rows: &mut [LayerRow], ties: &[(usize, usize)]) {
     let nodes = rows.iter().flat_map(|(row, _)| row).max().map_or(0, |most| most + 1);
     let mut places = vec![0.5; nodes];
     let spread = |row: &[usize], places: &mut [f64]| {

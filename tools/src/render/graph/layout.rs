@@ -4,7 +4,7 @@ use pschema_inspect::Graph;
 
 use super::geometry::{Panel, Rect};
 use super::layered;
-use super::lines::{Line, each, gathered};
+use super::lines::{TieLine, each, gathered};
 use super::panels;
 
 /// Nodes that are drawn as cards with what they say; of more, cells with their numbers.
@@ -21,7 +21,7 @@ pub(crate) struct Layout {
     pub(crate) nodes: Vec<Rect>,
     /// By cluster; empty when nodes are cards.
     pub(crate) panels: Vec<Panel>,
-    pub(crate) lines: Vec<Line>,
+    pub(crate) lines: Vec<TieLine>,
 }
 
 /// Finds a place for everything.
@@ -31,6 +31,6 @@ pub(crate) fn layout(graph: &Graph) -> Layout {
         let lines = each(graph);
         return Layout { width, height, cards: true, nodes, panels: Vec::new(), lines };
     }
-    let panels::Placed { nodes, panels, width, height } = panels::place(graph);
+    let panels::PanelLayout { nodes, panels, width, height } = panels::place(graph);
     Layout { width, height, cards: false, nodes, panels, lines: gathered(graph) }
 }

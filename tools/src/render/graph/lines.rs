@@ -11,7 +11,7 @@ const BETWEEN_MAX: usize = 40;
 
 /// Where a line ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum End {
+pub(crate) enum LineEnd {
     /// At a node.
     Node(usize),
     /// At a cluster.
@@ -20,29 +20,29 @@ pub(crate) enum End {
 
 /// A line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Line {
-    pub(crate) from: End,
-    pub(crate) to: End,
+pub(crate) struct TieLine {
+    pub(crate) from: LineEnd,
+    pub(crate) to: LineEnd,
     pub(crate) kind: GraphTie,
     /// How many ties between schemas it stands for.
     pub(crate) count: u64,
 }
 
 /// A line for each tie.
-pub(crate) fn each(graph: &Graph) -> Vec<Line> {
-    let index = |at: u32| usize::try_from(at).ok().filter(|at| *at < graph.nodes.len()).map(End::Node);
+pub(crate) fn each(graph: &Graph) -> Vec<TieLine> {
+    let index = |at: u32| usize::try_from(at).ok().filter(|at| *at < graph.nodes.len()).map(LineEnd::Node);
     let line = |edge: &pschema_inspect::GraphEdge| {
-        Some(Line { from: index(edge.from)?, to: index(edge.to)?, kind: edge.kind, count: edge.count })
+        Some(TieLine { from: index(edge.from)?, to: index(edge.to)?, kind: edge.kind, count: edge.count })
     };
     graph.edges.iter().filter_map(line).collect()
 }
 
 /// Lines that can be followed.
-pub(super) fn gathered(graph: &Graph) -> Vec<Line> {
-    let cluster = |end: End| match end {
-        End::Node(at) => {
+pub(super) fn gathered(graph: &Graph) -> Vec<TieLine> {
+    let cluster = |end: LineEnd| match end {
+        LineEnd::Node(at) => {
             let cluster = graph.nodes.get(at).and_then(|node| usize::try_from(node.cluster).ok());
-            End::Cluster(cluster.unwrap_or(usize::MAX))
+            LineEnd::Cluster(cluster.unwrap_or(usize::MAX))
         }
         whole => whole,
     };
@@ -55,8 +55,8 @@ pub(super) fn gathered(graph: &Graph) -> Vec<Line> {
 }
 
 /// Makes one line of each group with more than `max` of one kind. `ends` says from where to where that line goes.
-fn together(lines: Vec<Line>, max: usize, ends: impl Fn(&Line) -> (End, End)) -> Vec<Line> {
-    let mut groups: BTreeMap<(End, End, GraphTie), Vec<Line>> = BTreeMap::new();
+fn together(lines: Vec<TieLine>, max: usize, ends: impl Fn(&TieLine) -> (LineEnd, LineEnd)) -> Vec<TieLine> {
+    let mut groups: BTreeMap<(LineEnd, LineEnd, GraphTie), Vec<TieLine>> = BTreeMap::new();
     for line in lines {
         let (from, to) = ends(&line);
         groups.entry((from, to, line.kind)).or_default().push(line);
@@ -65,7 +65,7 @@ fn together(lines: Vec<Line>, max: usize, ends: impl Fn(&Line) -> (End, End)) ->
     for ((from, to, kind), group) in groups {
         if group.len() > max {
             let count = group.iter().map(|line| line.count).sum();
-            found.push(Line { from, to, kind, count });
+            found.push(TieLine { from, to, kind, count });
         } else {
             found.extend(group);
         }

@@ -19,7 +19,7 @@ use super::words::{count, plain, side};
 
 /// What a node is to be seen as: its kind, or that it is an example of a law that is in the picture too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Look {
+pub(crate) enum NodeLook {
     Concrete,
     Example,
     CounterExample,
@@ -27,7 +27,7 @@ pub(crate) enum Look {
     Retired,
 }
 
-impl Look {
+impl NodeLook {
     pub(crate) const ALL: [Self; 5] =
         [Self::Concrete, Self::Example, Self::CounterExample, Self::Generalised, Self::Retired];
 
@@ -55,20 +55,20 @@ impl Look {
 }
 
 /// How each node looks.
-pub(crate) fn looks(graph: &Graph) -> Vec<Look> {
+pub(crate) fn looks(graph: &Graph) -> Vec<NodeLook> {
     let mut looks: Vec<_> = graph
         .nodes
         .iter()
         .map(|node| match node.kind {
-            SchemaKind::Generalised => Look::Generalised,
-            SchemaKind::Retired => Look::Retired,
-            SchemaKind::CounterExample => Look::CounterExample,
-            SchemaKind::Concrete => Look::Concrete,
+            SchemaKind::Generalised => NodeLook::Generalised,
+            SchemaKind::Retired => NodeLook::Retired,
+            SchemaKind::CounterExample => NodeLook::CounterExample,
+            SchemaKind::Concrete => NodeLook::Concrete,
         })
         .collect();
     for edge in graph.edges.iter().filter(|edge| edge.kind == GraphTie::ExampleOf) {
-        if let Some(look) = at(&mut looks, edge.from).filter(|look| **look == Look::Concrete) {
-            *look = Look::Example;
+        if let Some(look) = at(&mut looks, edge.from).filter(|look| **look == NodeLook::Concrete) {
+            *look = NodeLook::Example;
         }
     }
     looks

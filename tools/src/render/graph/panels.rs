@@ -17,14 +17,14 @@ const STREET: f64 = 70.0;
 const WIDER: f64 = 1.5;
 
 /// Where nodes and panels are.
-pub(super) struct Placed {
+pub(super) struct PanelLayout {
     pub(super) nodes: Vec<Rect>,
     pub(super) panels: Vec<Panel>,
     pub(super) width: f64,
     pub(super) height: f64,
 }
 
-pub(super) fn place(graph: &Graph) -> Placed {
+pub(super) fn place(graph: &Graph) -> PanelLayout {
     let mut nodes = vec![Rect::default(); graph.nodes.len()];
     let mut panels: Vec<_> =
         (0..graph.clusters.len()).map(|cluster| fill(graph, cluster, &mut nodes)).collect();
@@ -38,7 +38,7 @@ pub(super) fn place(graph: &Graph) -> Placed {
         moved(rect, offset.unwrap_or_default());
     }
     panels.iter_mut().zip(&offsets).for_each(|(panel, offset)| moved(&mut panel.rect, *offset));
-    Placed { nodes, panels, width, height }
+    PanelLayout { nodes, panels, width, height }
 }
 
 /// A panel at the origin with its cells in rows, and the place of each of them in `nodes`.

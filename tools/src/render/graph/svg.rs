@@ -7,8 +7,8 @@ use pschema_inspect::{Graph, GraphNode, GraphTie, SchemaKind};
 
 use super::geometry::Rect;
 use super::layout::{Layout, layout};
-use super::lines::{End, Line};
-use super::{Look, TIES, heading, looks, parts, tie, told};
+use super::lines::{LineEnd, TieLine};
+use super::{NodeLook, TIES, heading, looks, parts, tie, told};
 
 /// Above the picture: what it is of, and the legend.
 const HEAD: f64 = 92.0;
@@ -112,7 +112,7 @@ fn arrows() -> String {
 }
 
 /// The heading and the legend: only what is in the picture.
-fn head(to: &mut String, graph: &Graph, looks: &[Look]) {
+fn head(to: &mut String, graph: &Graph, looks: &[NodeLook]) {
     push(
         to,
         format_args!(
@@ -121,7 +121,7 @@ fn head(to: &mut String, graph: &Graph, looks: &[Look]) {
         ),
     );
     let mut x = 24.0;
-    for look in Look::ALL.into_iter().filter(|look| looks.contains(look)) {
+    for look in NodeLook::ALL.into_iter().filter(|look| looks.contains(look)) {
         let rect = Rect { x, y: 42.0, w: 26.0, h: 16.0 };
         shape(to, rect, look, false);
         push(
@@ -131,7 +131,7 @@ fn head(to: &mut String, graph: &Graph, looks: &[Look]) {
         x += 52.0 + width_of(look.name());
     }
     if graph.nodes.iter().any(|node| node.schema.is_none()) {
-        shape(to, Rect { x, y: 42.0, w: 26.0, h: 14.0 }, Look::Concrete, true);
+        shape(to, Rect { x, y: 42.0, w: 26.0, h: 14.0 }, NodeLook::Concrete, true);
         push(
             to,
             format_args!(
@@ -182,19 +182,19 @@ fn panels(to: &mut String, layout: &Layout) {
     }
 }
 
-fn rect_of(layout: &Layout, end: End) -> Option<Rect> {
+fn rect_of(layout: &Layout, end: LineEnd) -> Option<Rect> {
     match end {
-        End::Node(at) => layout.nodes.get(at).copied(),
-        End::Cluster(at) => layout.panels.get(at).map(|panel| panel.rect),
+        LineEnd::Node(at) => layout.nodes.get(at).copied(),
+        LineEnd::Cluster(at) => layout.panels.get(at).map(|panel| panel.rect),
     }
 }
 
-fn draw_line(to: &mut String, layout: &Layout, line: &Line, at: usize) {
+fn draw_line(to: &mut String, layout: &Layout, line: &TieLine, at: usize) {
     let (Some(from), Some(end)) = (rect_of(layout, line.from), rect_of(layout, line.to)) else { return };
     let class = class(line.kind);
     let mut near = String::new();
     for (end, name) in [(line.from, "f"), (line.to, "t")] {
-        if let End::Node(node) = end {
+        if let LineEnd::Node(node) = end {
             push(&mut near, format_args!(" {name}{node}"));
         }
     }
@@ -257,7 +257,7 @@ fn draw_node(
     at: usize,
     node: &GraphNode,
     rect: Rect,
-    look: Look,
+    look: NodeLook,
     card: bool,
 ) {
     push(to, format_args!("<g class=\"node\" id=\"n{at}\"><title>{}</title>", escaped(&told(graph, node))));
@@ -317,7 +317,7 @@ fn draw_node(
 }
 
 /// The outline of a node: a shape of its own for each look.
-fn shape(to: &mut String, rect: Rect, look: Look, several: bool) {
+fn shape(to: &mut String, rect: Rect, look: NodeLook, several: bool) {
     let Rect { x, y, w, h } = rect;
     let class = look.class();
     let corner = (h / 3.0).min(14.0);
@@ -334,14 +334,14 @@ fn shape(to: &mut String, rect: Rect, look: Look, several: bool) {
         }
     }
     match look {
-        Look::Concrete | Look::Example => push(
+        NodeLook::Concrete | NodeLook::Example => push(
             to,
             format_args!(
                 "<rect class=\"shape {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" rx=\"4\"/>"
             ),
         ),
         // Six corners.
-        Look::Generalised | Look::Retired => push(
+        NodeLook::Generalised | NodeLook::Retired => push(
             to,
             format_args!(
                 "<path class=\"shape {class}\" d=\"M{:.1} {y:.1}H{:.1}L{:.1} {:.1}L{:.1} {:.1}H{:.1}L{x:.1} {:.1}z\"/>",
@@ -356,7 +356,7 @@ fn shape(to: &mut String, rect: Rect, look: Look, several: bool) {
             ),
         ),
         // Eight.
-        Look::CounterExample => push(
+        NodeLook::CounterExample => push(
             to,
             format_args!(
                 "<path class=\"shape {class}\" d=\"M{:.1} {y:.1}H{:.1}L{:.1} {:.1}V{:.1}L{:.1} {:.1}H{:.1}L{x:.1} {:.1}V{:.1}z\"/>",
@@ -373,7 +373,7 @@ fn shape(to: &mut String, rect: Rect, look: Look, several: bool) {
             ),
         ),
     }
-    if look == Look::Example {
+    if look == NodeLook::Example {
         // A corner that is turned down.
         push(
             to,

@@ -6,7 +6,7 @@ use pschema_inspect::*;
 
 use super::geometry::Rect;
 use super::layout::{Layout, layout};
-use super::lines::{End, gathered};
+use super::lines::{LineEnd, gathered};
 use super::{dot, svg};
 use crate::render::golden::check;
 
@@ -207,7 +207,7 @@ fn lines_that_go_the_same_way_become_one_and_none_is_lost() {
     assert_eq!(lines.iter().map(|line| line.count).sum::<u64>(), graph.edges_total);
     let law = graph.nodes.iter().position(|node| node.kind == SchemaKind::Generalised).unwrap();
     let carried = lines.iter().find(|line| line.kind == GraphTie::Carries).unwrap();
-    assert_eq!((carried.from, carried.to, carried.count), (End::Cluster(0), End::Node(law), 300));
+    assert_eq!((carried.from, carried.to, carried.count), (LineEnd::Cluster(0), LineEnd::Node(law), 300));
 }
 
 /// Names of bodies and words heard come from others.

@@ -8,15 +8,15 @@ use ratatui::style::Style;
 
 use super::super::state::State;
 use super::super::theme::Theme;
-use super::text::{Text, clipped};
-use super::{Canvas, Content};
+use super::text::{WrappedText, clipped};
+use super::{Canvas, PaneContent};
 use crate::render::words::plain;
 
 /// A field with nothing in it.
 const EMPTY: &str = "\u{b7}";
 
 /// Something seen in a field.
-struct Seen {
+struct CameraMark {
     field: i64,
     letter: char,
     /// What it is, in words: `blue object`.
@@ -28,7 +28,7 @@ struct Seen {
 }
 
 /// The fields where they are, or as a list where that is not known.
-pub(super) fn pane(state: &State, canvas: Canvas, to: &mut Buffer) -> (String, String, Content) {
+pub(super) fn pane(state: &State, canvas: Canvas, to: &mut Buffer) -> (String, String, PaneContent) {
     let theme = canvas.theme;
     let world = state.live.as_ref().map(|live| live.observations.as_slice()).unwrap_or_default();
     let seen = seen(world, theme);
@@ -40,13 +40,13 @@ pub(super) fn pane(state: &State, canvas: Canvas, to: &mut Buffer) -> (String, S
     match fields {
         Some(fields) => {
             draw(fields, &seen, canvas, to);
-            (title, below, Content::Drawn)
+            (title, below, PaneContent::Drawn)
         }
-        None => (title, below, Content::Text(list(state, &seen, canvas))),
+        None => (title, below, PaneContent::WrappedText(list(state, &seen, canvas))),
     }
 }
 
-fn seen(world: &[WorldObservation], theme: Theme) -> Vec<Seen> {
+fn seen(world: &[WorldObservation], theme: Theme) -> Vec<CameraMark> {
     let mut letters: Vec<(String, char)> = Vec::new();
     let mut all = Vec::new();
     for perceived in world {
@@ -64,7 +64,14 @@ fn seen(world: &[WorldObservation], theme: Theme) -> Vec<Seen> {
         };
         let is_object = observation.kind == "object" && !colour.is_empty();
         let short = if is_object { colour.clone() } else { plain(&observation.kind) };
-        all.push(Seen { field, letter, what, short, new: perceived.new, style: theme.of_colour(&colour) });
+        all.push(CameraMark {
+            field,
+            letter,
+            what,
+            short,
+            new: perceived.new,
+            style: theme.of_colour(&colour),
+        });
     }
     all
 }
@@ -97,13 +104,13 @@ fn letter(observation: &ObservationText, colour: &str, taken: &[(String, char)])
 }
 
 /// Whether something else is in the same field, as when the finger covers what it touches.
-fn is_shared(seen: &[Seen], at: usize) -> bool {
+fn is_shared(seen: &[CameraMark], at: usize) -> bool {
     let one = &seen[at];
     seen[..at].iter().any(|other| other.field == one.field && other.letter != one.letter)
 }
 
 /// What the letters mean, and what is felt.
-fn legend(seen: &[Seen], world: &[WorldObservation], width: usize) -> String {
+fn legend(seen: &[CameraMark], world: &[WorldObservation], width: usize) -> String {
     let mut parts: Vec<String> = Vec::new();
     for one in seen {
         let told = format!("{} {}", one.letter, one.short);
@@ -121,7 +128,7 @@ fn legend(seen: &[Seen], world: &[WorldObservation], width: usize) -> String {
 }
 
 /// Draws the fields. They lie on few rows and columns, a place of the screen to each where it is large enough.
-fn draw(fields: &[FieldMark], seen: &[Seen], canvas: Canvas, to: &mut Buffer) {
+fn draw(fields: &[FieldMark], seen: &[CameraMark], canvas: Canvas, to: &mut Buffer) {
     let Canvas { area, theme } = canvas;
     let columns = Grid::new(fields.iter().map(|field| field.x_px), area.width);
     let rows = Grid::new(fields.iter().map(|field| field.y_px), area.height);
@@ -171,8 +178,8 @@ impl Grid {
 }
 
 /// What is seen where, in words: for bodies that show no picture.
-fn list(state: &State, seen: &[Seen], canvas: Canvas) -> Text {
-    let mut text = Text::new(usize::from(canvas.area.width));
+fn list(state: &State, seen: &[CameraMark], canvas: Canvas) -> WrappedText {
+    let mut text = WrappedText::new(usize::from(canvas.area.width));
     let why = match (&state.blind, state.body()) {
         (Some(why), _) => format!("no picture: {}", plain(why)),
         (None, None) => "no body is attached: start one with `pschema sim`".to_owned(),

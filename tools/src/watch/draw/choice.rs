@@ -5,13 +5,13 @@ use ratatui::style::Style;
 
 use super::super::state::State;
 use super::Canvas;
-use super::text::Text;
+use super::text::WrappedText;
 use crate::render::goals;
 use crate::render::words::{binding, count, notation, plain};
 
-pub(super) fn text(state: &State, canvas: Canvas) -> Text {
+pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
     let theme = canvas.theme;
-    let mut text = Text::new(usize::from(canvas.area.width));
+    let mut text = WrappedText::new(usize::from(canvas.area.width));
     let Some(explanation) = state.live.as_ref().and_then(|live| live.explanation.as_ref()) else {
         text.wrapped("", "nothing has been decided yet", theme.quiet());
         return text;
@@ -39,7 +39,7 @@ fn because(explanation: &Explanation) -> String {
     }
 }
 
-fn one(text: &mut Text, candidate: &Candidate, mark: &str, style: Style) {
+fn one(text: &mut WrappedText, candidate: &Candidate, mark: &str, style: Style) {
     let who = candidate.schema.map_or_else(|| "new".to_owned(), |id| id.to_string());
     let mut what = format!("d {}  {}", candidate.distance, plain(&candidate.text));
     let with = binding(&candidate.binding);

@@ -9,7 +9,7 @@ use ratatui::widgets::{Sparkline, Widget};
 
 use super::super::state::State;
 use super::Canvas;
-use super::text::Text;
+use super::text::WrappedText;
 use crate::render::words::plain;
 
 /// Columns left of the curve.
@@ -20,17 +20,17 @@ const ROWS_FOR_ALL: u16 = 8;
 const PARTS: f64 = 1000.0;
 
 /// A line of marks below the curve.
-struct Row {
+struct MarkRow {
     label: &'static str,
     mark: &'static str,
     happened: fn(&TraceRecord) -> bool,
 }
 
-const ROWS: [Row; 4] = [
-    Row { label: "touching", mark: "\u{2580}", happened: predicts_touch },
-    Row { label: "touched", mark: "T", happened: touched },
-    Row { label: "heard", mark: "w", happened: |step| !step.heard.is_empty() },
-    Row { label: "put down", mark: "o", happened: |step| !step.drawn.is_empty() },
+const ROWS: [MarkRow; 4] = [
+    MarkRow { label: "touching", mark: "\u{2580}", happened: predicts_touch },
+    MarkRow { label: "touched", mark: "T", happened: touched },
+    MarkRow { label: "heard", mark: "w", happened: |step| !step.heard.is_empty() },
+    MarkRow { label: "put down", mark: "o", happened: |step| !step.drawn.is_empty() },
 ];
 
 /// Whether the schema executed is one about touching: the lower half of figure 6.
@@ -115,9 +115,9 @@ fn columns(state: &State, width: usize) -> Vec<Vec<&TraceRecord>> {
 }
 
 /// The last steps one by one, the last first.
-pub(super) fn steps(state: &State, canvas: Canvas) -> Text {
+pub(super) fn steps(state: &State, canvas: Canvas) -> WrappedText {
     let theme = canvas.theme;
-    let mut text = Text::new(usize::from(canvas.area.width));
+    let mut text = WrappedText::new(usize::from(canvas.area.width));
     for step in state.steps.iter().rev().take(200) {
         let mut told = match &step.decision {
             None => "nothing was decided".to_owned(),

@@ -3,9 +3,9 @@
 use pschema_inspect::{Condition, SchemaDetail};
 use ratatui::style::Style;
 
-use super::super::state::{Followed, State};
+use super::super::state::{FollowedSchema, State};
 use super::Canvas;
-use super::text::Text;
+use super::text::WrappedText;
 use crate::render::schema::capital;
 use crate::render::words::{condition, plain, probability, schema_notation, schema_sentence};
 
@@ -16,9 +16,9 @@ pub(super) fn title(state: &State) -> String {
     }
 }
 
-pub(super) fn text(state: &State, canvas: Canvas) -> Text {
+pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
     let theme = canvas.theme;
-    let mut text = Text::new(usize::from(canvas.area.width));
+    let mut text = WrappedText::new(usize::from(canvas.area.width));
     let Some(followed) = &state.followed else {
         text.wrapped("", "Press f and give the number of a schema; page 4 lists some.", theme.quiet());
         return text;
@@ -56,7 +56,7 @@ fn lineage(schema: &SchemaDetail) -> String {
     told
 }
 
-fn statistics(text: &mut Text, followed: &Followed, now: &SchemaDetail, canvas: Canvas) {
+fn statistics(text: &mut WrappedText, followed: &FollowedSchema, now: &SchemaDetail, canvas: Canvas) {
     let first = followed.first.as_deref();
     let before = followed.before.as_deref();
     let executed = |schema: &SchemaDetail| (schema.successes, schema.executions);
@@ -118,7 +118,7 @@ fn since(first: Option<(u32, u32)>, now: (u32, u32)) -> String {
     }
 }
 
-fn line(text: &mut Text, told: &str, changed: bool, canvas: Canvas) {
+fn line(text: &mut WrappedText, told: &str, changed: bool, canvas: Canvas) {
     let (mark, style) = if changed { ("* ", canvas.theme.new_thing()) } else { ("  ", Style::new()) };
     text.wrapped(mark, told, style);
 }

@@ -2,7 +2,7 @@
 
 use ratatui::layout::{Constraint, Layout, Rect};
 
-use super::super::{Page, Pane};
+use super::super::{Pane, WatchPage};
 
 /// From this size on, there is room for everything at once.
 const LARGE_WIDTH: u16 = 130;
@@ -14,23 +14,25 @@ const CAMERA_HEIGHT: u16 = 21;
 const BESIDE_MIN: u16 = 30;
 
 /// The panes of a page, in the order in which they are walked through, and where they are.
-pub(super) fn panes(page: Page, area: Rect, follows: bool) -> Vec<(Pane, Rect)> {
+pub(super) fn panes(page: WatchPage, area: Rect, follows: bool) -> Vec<(Pane, Rect)> {
     match page {
-        Page::Now if area.width >= LARGE_WIDTH && area.height >= LARGE_HEIGHT => everything(area, follows),
-        Page::Now => now(area),
-        Page::Excitation => {
+        WatchPage::Now if area.width >= LARGE_WIDTH && area.height >= LARGE_HEIGHT => {
+            everything(area, follows)
+        }
+        WatchPage::Now => now(area),
+        WatchPage::Excitation => {
             let curve = (area.height / 2).max(8);
             stacked(
                 area,
                 &[(Pane::Excitation, Constraint::Length(curve)), (Pane::Steps, Constraint::Fill(1))],
             )
         }
-        Page::Choice => vec![(Pane::Choice, area)],
-        Page::Schemas => {
+        WatchPage::Choice => vec![(Pane::Choice, area)],
+        WatchPage::Schemas => {
             stacked(area, &[(Pane::Newest, Constraint::Fill(1)), (Pane::MostUsed, Constraint::Fill(1))])
         }
-        Page::Learner => vec![(Pane::Learner, area)],
-        Page::Follow => vec![(Pane::Follow, area)],
+        WatchPage::Learner => vec![(Pane::Learner, area)],
+        WatchPage::Follow => vec![(Pane::Follow, area)],
     }
 }
 

@@ -5,7 +5,7 @@ use ratatui::style::Style;
 
 use super::super::state::State;
 use super::Canvas;
-use super::text::Text;
+use super::text::WrappedText;
 use crate::render::goals;
 use crate::render::status::{habituation, saturation, state as stage_state, trial};
 use crate::render::words::{bytes, count, duration, plain};
@@ -13,8 +13,8 @@ use crate::render::words::{bytes, count, duration, plain};
 /// Columns of the bars.
 const BAR: u32 = 10;
 
-pub(super) fn text(state: &State, canvas: Canvas) -> Text {
-    let mut text = Text::new(usize::from(canvas.area.width));
+pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
+    let mut text = WrappedText::new(usize::from(canvas.area.width));
     let Some(status) = state.live.as_ref().map(|live| &live.status) else { return text };
     let mut fact = |name: &str, value: &str| fact(&mut text, name, value);
     fact(
@@ -60,7 +60,7 @@ pub(super) fn text(state: &State, canvas: Canvas) -> Text {
     text
 }
 
-fn fact(text: &mut Text, name: &str, value: &str) {
+fn fact(text: &mut WrappedText, name: &str, value: &str) {
     text.wrapped(&format!("{name:<11} "), value, Style::new());
 }
 

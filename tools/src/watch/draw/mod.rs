@@ -18,10 +18,10 @@ use ratatui::widgets::{Block, BorderType, Clear, Widget};
 use super::keys::HELP;
 use super::state::{Prompt, State};
 use super::theme::Theme;
-use super::{Page, Pane};
+use super::{Pane, WatchPage};
 use crate::render::status::state as stage_state;
 use crate::render::words::plain;
-use text::Text;
+use text::WrappedText;
 
 /// On less than this, nothing can be told apart.
 const WIDTH_MIN: u16 = 40;
@@ -30,9 +30,9 @@ const HEIGHT_MIN: u16 = 10;
 const MESSAGE_LINES_MAX: usize = 3;
 
 /// What a pane shows.
-enum Content {
+enum PaneContent {
     /// Lines, of which those from the pane's scroll on are shown.
-    Text(Text),
+    WrappedText(WrappedText),
     /// It drew itself.
     Drawn,
 }
@@ -46,12 +46,12 @@ struct Canvas {
 
 /// What drawing found out.
 #[derive(Debug)]
-pub(super) struct Drawn {
+pub(super) struct ScrollRange {
     shown: Vec<Pane>,
     scroll_max: [usize; Pane::COUNT],
 }
 
-impl Drawn {
+impl ScrollRange {
     /// Keeps it for the keys that come.
     pub(super) fn note(self, state: &mut State) {
         state.shown = self.shown;
@@ -60,11 +60,11 @@ impl Drawn {
 }
 
 /// Draws everything.
-pub(super) fn draw(state: &State, theme: Theme, area: Rect, to: &mut Buffer) -> Drawn {
-    let mut drawn = Drawn { shown: Vec::new(), scroll_max: [0; Pane::COUNT] };
+pub(super) fn draw(state: &State, theme: Theme, area: Rect, to: &mut Buffer) -> ScrollRange {
+    let mut drawn = ScrollRange { shown: Vec::new(), scroll_max: [0; Pane::COUNT] };
     if area.width < WIDTH_MIN || area.height < HEIGHT_MIN {
         let text = format!("too small: {WIDTH_MIN} x {HEIGHT_MIN} at least, 80 x 24 is good; q quits");
-        Text::of(usize::from(area.width), &text).draw(area, 0, to);
+        WrappedText::of(usize::from(area.width), &text).draw(area, 0, to);
         return drawn;
     }
     let top = Rect { height: 1, ..area };
@@ -98,7 +98,7 @@ fn draw_pane(state: &State, theme: Theme, pane: Pane, focused: bool, place: Rect
         block = block.title_bottom(format!(" {bottom} "));
     }
     let mut scroll_max = 0;
-    if let Content::Text(text) = content {
+    if let PaneContent::WrappedText(text) = content {
         let rows = usize::from(canvas.area.height);
         scroll_max = text.len().saturating_sub(rows);
         let scroll = state.scroll[pane as usize].min(scroll_max);
@@ -115,16 +115,19 @@ fn draw_pane(state: &State, theme: Theme, pane: Pane, focused: bool, place: Rect
 }
 
 /// What a pane is called, what stands below it, and what is in it.
-fn contents(state: &State, pane: Pane, canvas: Canvas, to: &mut Buffer) -> (String, String, Content) {
-    let titled = |title: &str, text: Text| (title.to_owned(), String::new(), Content::Text(text));
+fn contents(state: &State, pane: Pane, canvas: Canvas, to: &mut Buffer) -> (String, String, PaneContent) {
+    let titled =
+        |title: &str, text: WrappedText| (title.to_owned(), String::new(), PaneContent::WrappedText(text));
     match pane {
         Pane::Camera => camera::pane(state, canvas, to),
-        Pane::World => {
-            (world::title(state), world::then(state, canvas), Content::Text(world::text(state, canvas)))
-        }
+        Pane::World => (
+            world::title(state),
+            world::then(state, canvas),
+            PaneContent::WrappedText(world::text(state, canvas)),
+        ),
         Pane::Excitation => {
             let title = excitation::curve(state, canvas, to);
-            (title, String::new(), Content::Drawn)
+            (title, String::new(), PaneContent::Drawn)
         }
         Pane::Steps => titled("last steps", excitation::steps(state, canvas)),
         Pane::Choice => titled("why it did what it did last", choice::text(state, canvas)),
@@ -160,7 +163,7 @@ fn title(state: &State, theme: Theme, place: Rect, to: &mut Buffer) {
 /// The pages, the one that is shown in brackets.
 fn pages(state: &State, theme: Theme, place: Rect, to: &mut Buffer) {
     let mut spans = Vec::new();
-    for (at, page) in Page::ALL.iter().enumerate() {
+    for (at, page) in WatchPage::ALL.iter().enumerate() {
         let name = format!("{} {}", at + 1, page.name());
         spans.push(if *page == state.page {
             Span::styled(format!("[{name}]"), theme.strong())
@@ -173,8 +176,8 @@ fn pages(state: &State, theme: Theme, place: Rect, to: &mut Buffer) {
 }
 
 /// The lines at the bottom: what is written or told, else which keys there are.
-fn footer(state: &State, theme: Theme, width: usize) -> Text {
-    let mut text = Text::new(width);
+fn footer(state: &State, theme: Theme, width: usize) -> WrappedText {
+    let mut text = WrappedText::new(width);
     if let Some(why) = &state.lost {
         let told = format!("NO DAEMON ANSWERS, looking for it again and again: {}", plain(why));
         text.wrapped("", &told, theme.bad());
@@ -210,7 +213,7 @@ fn footer(state: &State, theme: Theme, width: usize) -> Text {
 
 /// The keys, over everything.
 fn help(theme: Theme, body: Rect, to: &mut Buffer) {
-    let mut text = Text::new(usize::from(body.width.saturating_sub(4)).min(72));
+    let mut text = WrappedText::new(usize::from(body.width.saturating_sub(4)).min(72));
     for (keys, does) in HELP {
         text.wrapped(&format!("{keys:<12}"), does, ratatui::style::Style::new());
     }

@@ -6,13 +6,13 @@ use ratatui::style::Style;
 use super::super::state::State;
 use super::super::theme::Theme;
 use super::Canvas;
-use super::text::Text;
+use super::text::WrappedText;
 use crate::render::words::summary_notation;
 
 /// Steps for which what was made is told to be new.
 const NEW_FOR: usize = 1;
 
-pub(super) fn newest(state: &State, canvas: Canvas) -> Text {
+pub(super) fn newest(state: &State, canvas: Canvas) -> WrappedText {
     let newest = state.live.as_ref().map(|live| live.newest.as_slice()).unwrap_or_default();
     let before = schemas_before(state);
     list(newest, canvas, |schema| before.is_some_and(|before| schema.id >= before))
@@ -28,17 +28,17 @@ pub(super) fn most_used_title(state: &State) -> String {
     format!("most used{total}, successes/executions")
 }
 
-pub(super) fn most_used(state: &State, canvas: Canvas) -> Text {
+pub(super) fn most_used(state: &State, canvas: Canvas) -> WrappedText {
     let Some(all) = &state.most_used else {
-        let mut text = Text::new(usize::from(canvas.area.width));
+        let mut text = WrappedText::new(usize::from(canvas.area.width));
         text.wrapped("", "not asked for yet", canvas.theme.quiet());
         return text;
     };
     list(&all.schemas, canvas, |_| false)
 }
 
-fn list(schemas: &[SchemaSummary], canvas: Canvas, is_new: impl Fn(&SchemaSummary) -> bool) -> Text {
-    let mut text = Text::new(usize::from(canvas.area.width));
+fn list(schemas: &[SchemaSummary], canvas: Canvas, is_new: impl Fn(&SchemaSummary) -> bool) -> WrappedText {
+    let mut text = WrappedText::new(usize::from(canvas.area.width));
     for schema in schemas {
         one(&mut text, schema, is_new(schema), canvas.theme);
     }
@@ -53,7 +53,7 @@ fn succeeded(s: &SchemaSummary) -> String {
     format!("{}/{}", s.successes, s.executions)
 }
 
-fn one(text: &mut Text, s: &SchemaSummary, new: bool, theme: Theme) {
+fn one(text: &mut WrappedText, s: &SchemaSummary, new: bool, theme: Theme) {
     let kind = match s.kind {
         SchemaKind::Concrete => String::new(),
         other => format!("{other}: "),

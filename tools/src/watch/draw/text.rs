@@ -32,12 +32,12 @@ pub(super) fn clipped(text: &str, max: usize) -> String {
 
 /// Lines of at most so many columns.
 #[derive(Debug)]
-pub(super) struct Text {
+pub(super) struct WrappedText {
     width: usize,
     lines: Vec<Line<'static>>,
 }
 
-impl Text {
+impl WrappedText {
     pub(super) fn new(width: usize) -> Self {
         Self { width, lines: Vec::new() }
     }
@@ -121,23 +121,23 @@ fn pieces(word: &str, room: usize) -> Vec<String> {
 mod tests {
     use super::*;
 
-    fn lines(text: &Text) -> Vec<String> {
+    fn lines(text: &WrappedText) -> Vec<String> {
         text.lines.iter().map(ToString::to_string).collect()
     }
 
     #[test]
     fn a_text_is_broken_at_spaces_and_hangs_under_its_label() {
-        let mut text = Text::new(12);
+        let mut text = WrappedText::new(12);
         text.wrapped("a: ", "one two three", Style::new());
         assert_eq!(lines(&text), ["a: one two", "   three"]);
     }
 
     #[test]
     fn a_word_that_is_too_long_is_broken_and_all_of_it_is_there() {
-        let mut text = Text::new(6);
+        let mut text = WrappedText::new(6);
         text.wrapped("", "abcdefghij kl", Style::new());
         assert_eq!(lines(&text), ["abcdef", "ghij", "kl"]);
-        let mut label = Text::new(6);
+        let mut label = WrappedText::new(6);
         label.wrapped("a label: ", "x", Style::new());
         assert_eq!(lines(&label), ["a label: ", "  x"]);
     }

@@ -4,7 +4,7 @@ use ratatui::style::Style;
 
 use super::super::state::State;
 use super::Canvas;
-use super::text::{Text, clipped};
+use super::text::{WrappedText, clipped};
 use crate::render::words::{count, plain};
 
 /// Steps for which a word that was heard is told of.
@@ -23,9 +23,9 @@ pub(super) fn then(state: &State, canvas: Canvas) -> String {
     clipped(&then, usize::from(canvas.area.width.saturating_sub(2)))
 }
 
-pub(super) fn text(state: &State, canvas: Canvas) -> Text {
+pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
     let theme = canvas.theme;
-    let mut text = Text::new(usize::from(canvas.area.width));
+    let mut text = WrappedText::new(usize::from(canvas.area.width));
     let Some(live) = &state.live else { return text };
     for (told, observation) in live.status.world.iter().zip(&live.observations) {
         let (mark, style) = if observation.new { ("*", theme.new_thing()) } else { (" ", Style::new()) };
