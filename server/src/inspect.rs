@@ -1,5 +1,5 @@
-//! Memory and decisions as answers to tools. Pure: a view in, an answer out; lists are filtered, ordered and
-//! cut here, so that no answer is longer than a tool asked for.
+//! Answers to the questions of tools. Pure: a view of the learner in, an answer out. Lists are filtered, ordered and cut
+//! here, so that no answer is longer than a tool asked for.
 
 mod explain;
 mod goals;

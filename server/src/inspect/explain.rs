@@ -1,4 +1,4 @@
-//! Why an action was chosen.
+//! Explanations of decisions.
 
 use pschema_inspect::codec::Problem;
 use pschema_inspect::{ExcitationTerm, Explanation, ExplanationQuery, NamedValues, SchemaForm, TermRole};
@@ -16,7 +16,7 @@ impl Inspect for ExplanationQuery {
     }
 }
 
-/// The decision of `step`, or the last one.
+/// The decision of `step`, or the last decision.
 ///
 /// # Errors
 /// When that step decided nothing, or too long ago.
@@ -37,7 +37,7 @@ pub(super) fn decision(view: &View, step: Option<u64>) -> Result<&Decision, Prob
 pub(super) fn explanation(content: &Content, decision: &Decision, candidates_max: u32) -> Explanation {
     let vocabulary = &content.vocabulary;
     let max = usize::try_from(candidates_max.max(1)).unwrap_or(usize::MAX);
-    // The chosen candidate is always listed: the last place is its, when it would not be.
+    // The chosen candidate is always listed: if it is not among the most excited, it takes the last place.
     let mut listed: Vec<usize> = (0..decision.candidates.len()).take(max).collect();
     let chosen = listed.iter().position(|at| *at == decision.chosen).unwrap_or_else(|| {
         listed.truncate(max - 1);

@@ -1,4 +1,4 @@
-//! Goals: what would happen, how something could be brought about, and how what is pursued is doing.
+//! Predictions, plans, and the goal that is pursued.
 
 use pschema_inspect::codec::Problem;
 use pschema_inspect::{
@@ -58,7 +58,7 @@ impl Inspect for PlanQuery {
     }
 }
 
-/// How `patterns` could be brought about from the world as it is.
+/// A plan that brings `patterns` about from the world as it is.
 ///
 /// # Errors
 /// When no body is attached, or a pattern can't be read.
@@ -138,13 +138,13 @@ pub(super) fn followed(content: &Content, from: &decision::DecisionGoal) -> Deci
     }
 }
 
-/// The body that tools ask about, and what it perceives under the constraints of the present stage.
+/// The body that tools ask about, with what it perceives under the constraints of the present stage.
 fn here(view: &View) -> Result<(BodyId, WorldState), Problem> {
     let (body, observations) = view.host.perceived.as_ref().ok_or_else(|| Problem::of(NO_BODY))?;
     Ok((*body, goals::perceived(&view.content, &view.curriculum, observations)))
 }
 
-/// Why there is nothing to predict or plan.
+/// The reason why there is nothing to predict or to plan.
 pub(crate) const NO_BODY: &str =
     "no body is attached, so there is nothing to act in: start one, such as `pschema sim`";
 
@@ -175,13 +175,12 @@ fn plan_step(content: &Content, step: &plan::PlanStep) -> Option<PlanStep> {
     })
 }
 
-/// Schemas one after the other, each under its binding.
+/// The schemas of a chain, each under its binding.
 pub(super) fn chain(content: &Content, links: &[ChainLink]) -> Vec<SchemaInUse> {
     links.iter().filter_map(|link| in_use(content, link, None)).collect()
 }
 
-/// A schema under its binding; none if memory has no such schema. What it comes to is what its carrier does, unless `action`
-/// says.
+/// A schema under its binding; none if memory has no such schema. Its action is `action` if given, else that of its carrier.
 fn in_use(content: &Content, link: &ChainLink, action: Option<PrimitiveId>) -> Option<SchemaInUse> {
     let schema = content.schema(link.schema)?;
     let concrete = || content.schema(link.carrier.unwrap_or(link.schema))?.concrete();

@@ -1,5 +1,5 @@
-//! Memory as a graph: schemas, and what ties them together. Takes time in proportion to memory, and no more than a
-//! limited number of schemas and ties is told one by one; the others stand together, counted.
+//! Memory as a graph of schemas and their ties. It takes time in proportion to memory. A limited number of schemas and ties
+//! is listed one by one; the other schemas stand together and are counted.
 
 mod around;
 mod basis;
@@ -22,9 +22,9 @@ use basis::{Basis, Selection, count};
 use places::{Cluster, Places};
 use ties::{Edges, Ties};
 
-/// Schemas told one by one, at most.
+/// Most schemas that are listed one by one.
 const SHOWN_MAX: u32 = 5_000;
-/// Ties away from a schema, at most.
+/// Most ties between a schema and those around it.
 const DEPTH_MAX: u32 = 8;
 
 impl Inspect for GraphQuery {
@@ -80,7 +80,7 @@ fn basis(view: &View) -> Basis<'_> {
     Basis { content: &view.content, ratio_min: view.parameters.prediction_ratio_min }
 }
 
-/// The schemas of a plan, with what carries out the generalised ones among them.
+/// The schemas of a plan, with the carriers of the generalised ones among them.
 fn chain(plan: &Plan) -> Result<Selection, Problem> {
     let steps: Vec<_> = plan.steps.iter().map(|step| &step.schema).collect();
     if steps.is_empty() {
@@ -105,7 +105,7 @@ fn chain(plan: &Plan) -> Result<Selection, Problem> {
     })
 }
 
-/// Nodes in clusters, and what ties them.
+/// Nodes in clusters, with their ties.
 struct Network {
     clusters: Vec<GraphCluster>,
     nodes: Vec<GraphNode>,

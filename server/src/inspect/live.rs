@@ -1,5 +1,5 @@
-//! What somebody who watches is shown. Its cost does not grow with the schemas, only with the different observations that
-//! they refer to, which are few.
+//! The answer for those who watch. Its cost does not grow with the number of schemas, only with the number of different
+//! observations that they refer to, which are few.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,7 +17,7 @@ use crate::mind::View;
 const NEWEST_MAX: u32 = 100;
 /// Candidates in one answer.
 const CANDIDATES_MAX: u32 = 32;
-/// Observations of the world state in one answer: more are on no screen.
+/// Observations of the world state in one answer: no screen shows more.
 const PERCEIVED_MAX: usize = 256;
 
 impl Inspect for LiveQuery {
@@ -42,7 +42,7 @@ impl Inspect for LiveQuery {
     }
 }
 
-/// Keeps the greatest terms, and adds the others up as one. The sum stays the excitation times the distance.
+/// Keeps the greatest terms and adds the others up to one. Their sum stays the excitation times the distance.
 fn summarise(candidate: &mut Candidate, terms_max: usize) {
     if candidate.terms.len() <= terms_max {
         return;
@@ -67,7 +67,7 @@ fn newest(view: &View, max: u32) -> Vec<SchemaSummary> {
     newest.filter_map(|id| schemas::line(&view.content, id)).collect()
 }
 
-/// What is perceived, and what of it was not in the frame before.
+/// The observations of the world state, each with whether it is new and how often it had attention.
 fn observations(view: &View) -> Vec<WorldObservation> {
     let Some((_, perceived)) = &view.host.perceived else { return Vec::new() };
     let content = &view.content;
@@ -75,7 +75,7 @@ fn observations(view: &View) -> Vec<WorldObservation> {
     let before: BTreeSet<&Observation> = view.host.before.iter().collect();
     let mut wanted: BTreeMap<&Observation, u32> = shown.iter().map(|one| (one, 0)).collect();
     let mut unknown = wanted.len();
-    // The index of observations is the learner's alone.
+    // Memory's index of observations is private to the learner, so its list is searched.
     for (known, count) in content.observations.iter().zip(content.attention.iter()) {
         if unknown == 0 {
             break;

@@ -1,20 +1,20 @@
-//! Questions, as they are answered from a view of the learner.
+//! The questions that a view of the learner answers.
 
 use pschema_inspect::Ask;
 use pschema_inspect::codec::Problem;
 
 use crate::mind::View;
 
-/// A question that can be answered.
+/// A question that a view of the learner answers.
 pub trait Inspect: Ask {
-    /// The answer, of the learner as `view` has it.
+    /// The answer about the learner in `view`.
     ///
     /// # Errors
-    /// Why there is none, and what to do.
+    /// [`Problem`]: why there is no answer, and what to do.
     fn answer(&self, view: &View) -> Result<Self::Answer, Problem>;
 }
 
-/// Why a question about schema `id` has no answer.
+/// The problem that there is no schema `id`.
 pub(super) fn no_schema(view: &View, id: u32) -> Problem {
     Problem::of(match view.content.schemas.len() {
         0 => format!("there is no schema {id}: nothing has been learnt yet"),

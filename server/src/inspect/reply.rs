@@ -1,4 +1,4 @@
-//! Replies, as bytes for their tools.
+//! Replies as bytes for tools.
 
 use pschema_inspect::Question;
 use pschema_inspect::codec::{self, Problem, Reply};
@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::question::Inspect;
 use crate::mind::View;
 
-/// The reply to a question, as its tool gets it.
+/// The reply to a question as bytes for its tool.
 #[must_use]
 pub fn reply(view: &View, question: &Question) -> Vec<u8> {
     fn of<Q: Inspect>(view: &View, question: &Q) -> Vec<u8> {
@@ -35,8 +35,8 @@ pub(crate) fn encoded<A: Serialize>(reply: &Reply<A>) -> Vec<u8> {
         .unwrap_or_else(|error| problem(format!("{error}: ask for less, with a limit or a narrower pattern")))
 }
 
-/// As bytes, why there is no answer.
+/// The bytes of a reply that says why there is no answer.
 pub(crate) fn problem(why: String) -> Vec<u8> {
-    // A short text, which always fits.
+    // The text is short, so it always fits.
     codec::encode(&Reply::<()>::Problem(Problem(why))).unwrap_or_default()
 }

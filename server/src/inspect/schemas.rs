@@ -16,7 +16,7 @@ use super::question::{Inspect, no_schema};
 use super::text;
 use crate::mind::View;
 
-/// Schemas in one list.
+/// Most schemas in one list.
 pub const LIST_MAX: u32 = 10_000;
 
 impl Inspect for SchemaQuery {
@@ -31,8 +31,8 @@ impl Inspect for DetailQuery {
     }
 }
 
-/// The schemas that fit a query: one pass over memory, in which patterns are not compared any more but looked up, for each
-/// observation is compared with them once.
+/// The schemas that fit a query, in one pass over memory. Each observation is compared with the patterns once, before the
+/// pass; in the pass the results are looked up.
 fn list(view: &View, query: &SchemaQuery) -> Result<SchemaList, Problem> {
     let content = &view.content;
     let filter = Filter::new(content, query)?;
@@ -41,7 +41,7 @@ fn list(view: &View, query: &SchemaQuery) -> Result<SchemaList, Problem> {
     let offset = usize::try_from(query.offset).unwrap_or(usize::MAX);
     let rank = Rank::new(view, query.sort);
     let end = offset.saturating_add(limit);
-    // Only what is listed has to be kept, and in order; the last of it so far is at the top.
+    // Only the schemas up to the end of the page are kept; the last of them in order is at the top.
     let mut kept: BinaryHeap<(u64, u32)> = BinaryHeap::new();
     let mut matching: u32 = 0;
     for (schema, id) in content.schemas.iter().zip(0_u32..).filter(|(schema, _)| filter.takes(schema)) {
@@ -61,7 +61,7 @@ fn list(view: &View, query: &SchemaQuery) -> Result<SchemaList, Problem> {
     Ok(SchemaList { matching, schemas: page.iter().filter_map(told).collect() })
 }
 
-/// A pattern, and for each observation in memory whether it matches.
+/// A pattern, with whether it matches each observation in memory.
 struct PatternMatches {
     pattern: Pattern,
     matching: Vec<bool>,
@@ -79,7 +79,7 @@ impl PatternMatches {
     }
 }
 
-/// As [`notation::matches`], without a copy of most of those that do not match.
+/// As [`notation::matches`], without a copy of most observations that do not match.
 fn matches_observation(pattern: &Pattern, observation: &Observation) -> bool {
     let agrees = |(property, term): &(PropertyId, Term)| {
         let known = observation.properties().iter().find(|(known, _)| known == property);
@@ -94,7 +94,7 @@ fn matches_observation(pattern: &Pattern, observation: &Observation) -> bool {
 }
 
 struct Filter {
-    /// By primitive, when an action is asked for.
+    /// For each primitive whether it is of the action asked for; none when none is.
     action: Option<Vec<bool>>,
     pre: Option<PatternMatches>,
     post: Option<PatternMatches>,
@@ -135,7 +135,7 @@ impl Filter {
                         .as_ref()
                         .is_none_or(|marked| concrete.post.iter().any(|post| marked.has(post.what)))
             }
-            // It has a target instead of an action.
+            // A generalised schema has a target instead of an action.
             Form::Generalised(known) => {
                 let matching =
                     |marked: &PatternMatches, given: &Pattern| notation::matches(&marked.pattern, given);
@@ -153,7 +153,7 @@ impl Filter {
     }
 }
 
-/// For each primitive whether it is of the action of this name.
+/// For each primitive, whether it is of the action of this name.
 fn primitives_of(content: &Content, name: &str) -> Result<Vec<bool>, Problem> {
     let vocabulary = &content.vocabulary;
     let at = vocabulary.actions().iter().position(|known| known.name == name).ok_or_else(|| {
@@ -164,7 +164,7 @@ fn primitives_of(content: &Content, name: &str) -> Result<Vec<bool>, Problem> {
     Ok(vocabulary.primitives().iter().map(|primitive| primitive.action == at).collect())
 }
 
-/// What a list is ordered by: the smaller the sooner; of equals the oldest.
+/// The order of a list: schemas of smaller rank come first; among equals, the oldest.
 enum Rank {
     Age,
     Uses,
@@ -192,7 +192,7 @@ impl Rank {
     }
 
     fn of(&self, id: u32, schema: &Schema) -> u64 {
-        // None of these figures is negative, so that their bits are in their order.
+        // None of these figures is negative, so their bits are in the same order as they are.
         match self {
             Self::Age => 0,
             Self::Uses => !u64::from(schema.executions.trials),
@@ -202,7 +202,7 @@ impl Rank {
     }
 }
 
-/// What a schema is.
+/// The kind of a schema.
 pub(super) fn kind(schema: &Schema) -> SchemaKind {
     match &schema.form {
         Form::Generalised(generalised) if generalised.retired => SchemaKind::Retired,
@@ -212,7 +212,7 @@ pub(super) fn kind(schema: &Schema) -> SchemaKind {
     }
 }
 
-/// One schema in a line; none of that number, none.
+/// Schema `id` for a list; none if there is no such schema.
 pub(super) fn line(content: &Content, id: u32) -> Option<SchemaSummary> {
     content.schema(SchemaId(id)).map(|schema| summary(content, id, schema))
 }
@@ -234,7 +234,7 @@ pub(super) fn summary(content: &Content, id: u32, schema: &Schema) -> SchemaSumm
     }
 }
 
-/// One schema whole; none of that number, none.
+/// Schema `id` whole; none if there is no such schema.
 fn detail(view: &View, id: u32) -> Option<SchemaDetail> {
     let content = &view.content;
     let vocabulary = &content.vocabulary;
@@ -292,7 +292,7 @@ fn detail(view: &View, id: u32) -> Option<SchemaDetail> {
 fn exemplified(content: &Content, example: SchemaId) -> Vec<u32> {
     let numbered = content.schemas.iter().zip(0_u32..);
     let generalised = numbered.filter_map(|(schema, id)| Some((id, schema.generalised()?)));
-    // After the last of them there is nothing to be found.
+    // The search ends after the last generalised schema.
     let generalised = generalised.take(usize::try_from(content.generalised_count).unwrap_or(usize::MAX));
     generalised.filter(|(_, known)| known.examples.contains(&example)).map(|(id, _)| id).collect()
 }

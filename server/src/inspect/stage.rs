@@ -7,13 +7,13 @@ use pschema_learner::world_state::WorldState;
 
 use crate::mind::View;
 
-/// The stage that is gone through; none once the curriculum is over.
+/// The present stage; none once the curriculum is over.
 fn present(view: &View) -> Option<&Stage> {
     let progress = &view.content.progress;
     view.curriculum.stages.get(progress.stage).filter(|_| !progress.finished)
 }
 
-/// How near the stage is to saturation, if it ends so.
+/// How near the stage is to saturation; none if it does not end so.
 pub(super) fn saturation(view: &View) -> Option<SaturationStatus> {
     let rule = present(view)?.saturation.as_ref()?;
     Some(SaturationStatus {
@@ -23,7 +23,7 @@ pub(super) fn saturation(view: &View) -> Option<SaturationStatus> {
     })
 }
 
-/// What the stage asks of its schemas, if it asks anything. Only saturation leads to it.
+/// The habituation that the stage asks for; none if it asks for none. It begins only after saturation.
 pub(super) fn habituation(view: &View) -> Option<HabituationStatus> {
     let stage = present(view)?;
     let rule = stage.habituation.as_ref().filter(|_| stage.saturation.is_some())?;
@@ -35,7 +35,7 @@ pub(super) fn habituation(view: &View) -> Option<HabituationStatus> {
     })
 }
 
-/// Schemas of the stage that the student can execute here and that are not yet known well enough.
+/// The number of schemas of the stage that the student can execute here and that are not yet known well enough.
 fn left(view: &View, rule: &Habituation) -> Option<u32> {
     let content = &view.content;
     let (body, perceived) = view.host.perceived.as_ref()?;
@@ -61,7 +61,7 @@ fn left(view: &View, rule: &Habituation) -> Option<u32> {
     u32::try_from(content.schemas.iter().filter(wanting).count()).ok()
 }
 
-/// The trial under way or over last, if the stage has any.
+/// The present trial, or the last one; none if the stage has no trials.
 pub(super) fn trial(view: &View) -> Option<TrialStatus> {
     let stage = present(view).filter(|stage| stage.trials > 0)?;
     let progress = &view.content.progress;

@@ -1,4 +1,4 @@
-//! How the daemon and its learner are, and what the curriculum has done so far.
+//! The status of the daemon and its learner, and the report of the curriculum.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ impl Inspect for ReportQuery {
     }
 }
 
-/// How the daemon and its learner are, without the digest of memory: that takes time in proportion to memory.
+/// The status without the digest of memory, which takes time in proportion to memory.
 pub(super) fn status(view: &View) -> Status {
     let (total, concrete, generalised) = counts(view);
     Status {
@@ -59,7 +59,7 @@ pub(super) fn status(view: &View) -> Status {
     }
 }
 
-/// What the curriculum has done so far.
+/// The report of what the curriculum has done so far.
 #[must_use]
 pub fn report(view: &View) -> Report {
     let progress = &view.content.progress;
@@ -101,7 +101,7 @@ pub fn report(view: &View) -> Report {
     }
 }
 
-/// Schemas in all, concrete and generalised.
+/// The numbers of all schemas, of concrete and of generalised ones.
 fn counts(view: &View) -> (u32, u32, u32) {
     let total = u32::try_from(view.content.schemas.len()).unwrap_or(u32::MAX);
     let generalised = view.content.generalised_count;

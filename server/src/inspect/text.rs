@@ -1,4 +1,4 @@
-//! Observations, patterns and bindings as tools get them.
+//! Observations, patterns, schemas and bindings by names, for tools.
 
 use pschema_inspect::{Condition, Expectation, NamedValues, ObservationText, SchemaForm, ValueText};
 use pschema_learner::memory::Content;
@@ -78,8 +78,8 @@ pub(super) fn form(content: &Content, schema: &Schema) -> SchemaForm {
     }
 }
 
-/// The values of a generalised schema's variables. How a value prints depends on its property, so that is
-/// looked up where the variable occurs.
+/// The values of a generalised schema's variables. How a value prints depends on its property, which is looked up where the
+/// variable occurs.
 pub(super) fn binding(content: &Content, id: SchemaId, from: &Substitution) -> NamedValues {
     let Some(generalised) = content.schema(id).and_then(|schema| schema.generalised()) else {
         return NamedValues::default();

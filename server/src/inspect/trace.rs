@@ -1,4 +1,4 @@
-//! What was decided in each step, page by page.
+//! The trace of the learner's steps, page by page.
 
 use pschema_inspect::codec::{MESSAGE_BYTES_MAX, Problem};
 use pschema_inspect::{TraceDecision, TracePage, TraceQuery, TraceRecord};
@@ -18,7 +18,7 @@ pub(crate) const PAGE_MAX: usize = 256;
 /// of their letters a quotation mark, which JSON writes as two.
 const RECORD_BYTES_MAX: usize = 48 * 1024;
 
-// Room for the stages' names is left as well.
+// The rest is room for the names of the stages.
 const _: () = assert!(PAGE_MAX * RECORD_BYTES_MAX <= MESSAGE_BYTES_MAX / 4 * 3);
 
 impl Inspect for TraceQuery {
@@ -59,7 +59,7 @@ fn record(vocabulary: &Vocabulary, from: &Record) -> TraceRecord {
     }
 }
 
-/// The symbols of an observation that comes from others, such as a word.
+/// The symbols of an observation that comes from others, such as a word; none of any other observation.
 fn heard(vocabulary: &Vocabulary, observation: &Observation) -> Vec<String> {
     let kind = vocabulary.types().get(usize::from(observation.kind().0));
     if !kind.is_some_and(|kind| kind.declared.heard) {
@@ -87,7 +87,7 @@ fn decision(vocabulary: &Vocabulary, from: &Decided) -> TraceDecision {
     }
 }
 
-/// What made a choice, for tools.
+/// The reason of a choice, for tools.
 pub(super) fn reason(reason: Reason) -> pschema_inspect::Reason {
     match reason {
         Reason::Excitation => pschema_inspect::Reason::Excitation,

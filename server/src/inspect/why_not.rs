@@ -1,4 +1,4 @@
-//! Why a schema was not executed.
+//! The reason why a schema was not executed.
 
 use pschema_inspect::codec::Problem;
 use pschema_inspect::{ObservationText, UnmetCondition, Verdict, WhyNot, WhyNotQuery};
@@ -101,7 +101,7 @@ fn verdict(content: &Content, from: &why_not::Verdict) -> Option<Verdict> {
 fn unmet(content: &Content, from: &why_not::UnmetCondition) -> UnmetCondition {
     let vocabulary = &content.vocabulary;
     let seen = from.nearest.as_ref().map(|nearest| nearest.properties());
-    // A variable may be anything.
+    // A variable matches any value, so only constants differ.
     let differs = from.wanted.terms().iter().filter(|(property, term)| {
         let value = seen.and_then(|seen| seen.iter().find(|(known, _)| known == property));
         matches!(term, Term::Constant(wanted) if value.map(|(_, value)| value) != Some(wanted))

@@ -1,4 +1,4 @@
-//! Steps as JSON Lines: for programs, and for what is published.
+//! Recordings as JSON Lines, for programs and for publication.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};

@@ -1,5 +1,5 @@
-//! What a learner does, written down while it does it: every step in order, with the pictures of its body where the
-//! recording has a place for them.
+//! Recordings of a running learner: every step in order, with the pictures of its body where the recording has a place for
+//! them.
 
 mod lines;
 #[cfg(feature = "rerun")]
@@ -19,26 +19,26 @@ use crate::learner::Learner;
 
 pub(crate) use lines::JsonLinesFile;
 
-/// How long to wait for more when nothing has come.
+/// The pause when no step has come.
 const PAUSE: Duration = Duration::from_millis(30);
-/// Newest schemas looked at with each page of steps; should there be more, they are asked for.
+/// Newest schemas that come with each page of steps; if more were made, they are asked for.
 const NEWEST_MAX: u32 = 100;
 
-/// Somewhere that steps are written down.
+/// Something that writes steps down.
 pub(crate) trait Recorder {
-    /// A step, in the stage of this name.
+    /// Writes a step, in the stage of this name.
     fn step(&mut self, record: &TraceRecord, stage: &str) -> Result<(), Failure>;
-    /// A schema that was new by then.
+    /// Writes a schema that was new in this step.
     fn schema(&mut self, step: u64, schema: &SchemaSummary) -> Result<(), Failure>;
-    /// What the body saw about then.
+    /// Writes a picture that the body took about this step.
     fn picture(&mut self, step: u64, seen: &PictureMessage) -> Result<(), Failure>;
-    /// Nothing more comes for a moment: what was written can be read now.
+    /// Makes everything written so far readable, because nothing more comes for a moment.
     fn flush(&mut self) -> Result<(), Failure>;
-    /// Nothing more comes.
+    /// Ends the recording.
     fn finish(&mut self) -> Result<(), Failure>;
 }
 
-/// A recording that the viewer of that name opens.
+/// A recording for the Rerun viewer.
 ///
 /// # Errors
 /// When this program was built without it, or the file can't be made.
@@ -53,10 +53,10 @@ pub(crate) fn rerun(path: &Path, learner: &str) -> Result<Box<dyn Recorder>, Fai
     )))
 }
 
-/// What has been written down.
+/// The counts of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub(crate) struct RecordingSummary {
-    /// Steps.
+    /// Steps that were written.
     pub(crate) steps: u64,
     /// Steps that the daemon no longer had when they were asked for.
     pub(crate) steps_missed: u64,
@@ -64,9 +64,9 @@ pub(crate) struct RecordingSummary {
     pub(crate) first_step: Option<u64>,
     /// The last step, if any.
     pub(crate) last_step: Option<u64>,
-    /// Schemas that were new.
+    /// New schemas that were written.
     pub(crate) schemas: u64,
-    /// Pictures.
+    /// Pictures that were written.
     pub(crate) pictures: u64,
 }
 

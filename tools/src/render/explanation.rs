@@ -43,14 +43,14 @@ fn sentence(e: &Explanation, chosen: &Candidate) -> String {
             rival(e, chosen)
         ),
     };
-    // What is done for a goal is done whatever it excites.
+    // A decision for a goal does not depend on excitation.
     let exciting = strongest(chosen).filter(|_| e.goal.is_none());
     let why = exciting.map_or_else(String::new, |term| told(term, chosen));
     let (step, body, action) = (e.step, plain(&e.body), plain(&e.action));
     format!("In step {step}, {body} was sent to {action}{}, {because}.{why}", expecting(chosen))
 }
 
-/// What the chosen schema expects of it, under its binding.
+/// The outcome that the chosen schema expects, under its binding.
 fn expecting(chosen: &Candidate) -> String {
     let Some(id) = chosen.schema else { return String::new() };
     let bound = bound(&chosen.form, &chosen.binding);
@@ -61,25 +61,25 @@ fn expecting(chosen: &Candidate) -> String {
     };
     match chosen.distance {
         0 | 1 => format!(", of which schema {id} expects {post}{given}"),
-        // What was sent is the first of a chain to it.
+        // The action sent is that of the first schema of a chain to this one.
         _ => format!(", on the way to schema {id}, which expects {post}{given}"),
     }
 }
 
 fn rival(e: &Explanation, chosen: &Candidate) -> String {
     let others = e.candidates.iter().filter(|c| !std::ptr::eq(*c, chosen));
-    // Of equals the first listed.
+    // Among equals, the first listed is taken.
     let next = others.rev().max_by(|a, b| a.excitation.total_cmp(&b.excitation));
     next.map_or_else(String::new, |next| format!(", the next ({}) {}", named(next), shown(next.excitation)))
 }
 
 fn strongest(candidate: &Candidate) -> Option<&ExcitationTerm> {
-    // The rest is many terms in one: none of them is the strongest for that. Of equals the first.
+    // The rest is many terms added up, so it is not the strongest term. Among equals, the first is taken.
     let terms = candidate.terms.iter().filter(|term| term.role != TermRole::Rest);
     terms.rev().max_by(|a, b| a.value.total_cmp(&b.value))
 }
 
-/// The strongest term as sentences: where its value comes from, and what becomes of the sum.
+/// The strongest term as sentences: the origin of its value, and how the sum becomes the excitation.
 fn told(term: &ExcitationTerm, chosen: &Candidate) -> String {
     let (value, sum) = (shown(term.value), shown(sum(chosen)));
     let part = if chosen.terms.len() == 1 {
@@ -116,12 +116,12 @@ fn told(term: &ExcitationTerm, chosen: &Candidate) -> String {
     }
 }
 
-/// A candidate by its number, or as it prints.
+/// A candidate by its number; a primitive as it prints.
 pub(super) fn named(candidate: &Candidate) -> String {
     candidate.schema.map_or_else(|| plain(&candidate.text), |id| format!("schema {id}"))
 }
 
-/// A figure of equation (1) as it is shown.
+/// A figure of equation (1), with the decimals with which it is shown.
 pub(super) fn shown(figure: f64) -> String {
     format!("{figure:.3}")
 }
@@ -142,7 +142,7 @@ fn heading(chosen: &Candidate) -> String {
     wrapped(&subject, "")
 }
 
-/// What was perceived, numbered for the terms to refer to.
+/// The observations, numbered so that the terms can refer to them.
 pub(super) fn perceived(world: &[ObservationText]) -> String {
     if world.is_empty() {
         return "Nothing was perceived.\n".to_owned();
@@ -154,7 +154,7 @@ pub(super) fn perceived(world: &[ObservationText]) -> String {
     table.text(&[0])
 }
 
-/// The terms, and their sum as it makes the excitation.
+/// The terms, and how their sum makes the excitation.
 pub(super) fn terms(chosen: &Candidate, world: &[ObservationText]) -> String {
     let headings = ["term", "remembered", "seen", "same", "prob", "weight", "1+n", "value"];
     let mut table = Columns::new(&headings).figures(&[3, 4, 5, 6, 7]);
@@ -164,7 +164,7 @@ pub(super) fn terms(chosen: &Candidate, world: &[ObservationText]) -> String {
             |o: &ObservationText| world.iter().position(|seen| seen == o).map(|at| format!("#{}", at + 1));
         let seen =
             t.seen.as_ref().map_or_else(|| "-".to_owned(), |o| number(o).unwrap_or_else(|| notation(o)));
-        // A drive, and what is added up already, is no product.
+        // A drive, and the rest, is no product, so its factors are left out.
         let of_pair = |figure: String| if t.seen.is_some() { figure } else { "-".to_owned() };
         table.row([
             t.role.to_string(),
@@ -183,9 +183,9 @@ pub(super) fn terms(chosen: &Candidate, world: &[ObservationText]) -> String {
     format!("{table}\nvalue = same x prob x weight / (1+n)    sum {total} / distance {d} = E {e}\n{rounded}")
 }
 
-/// What is shown is rounded; where it does not add up for that, that is said.
+/// Says that the figures are rounded, and where the rounded ones do not add up, to what they add up.
 fn rounded(chosen: &Candidate) -> String {
-    // Of the figures as they are shown, however they were rounded.
+    // Read from the figures as they are shown, so that the rounding is the same.
     let thousandths = |figure: f64| shown(figure).replace('.', "").parse::<i64>().unwrap_or(0);
     let added: i64 = chosen.terms.iter().map(|term| thousandths(term.value)).fold(0, i64::saturating_add);
     if added == thousandths(sum(chosen)) {

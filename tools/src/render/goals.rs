@@ -9,7 +9,7 @@ use super::schema::wrapped;
 use super::table::Columns;
 use super::words::{binding, condition, count, notation, plain, probability, side};
 
-/// What would happen.
+/// A prediction.
 pub(crate) fn prediction(p: &Prediction) -> String {
     let (body, action) = (plain(&p.body), plain(&p.action));
     let Some(schema) = &p.schema else {
@@ -41,7 +41,7 @@ fn counted(c: &Condition) -> String {
     probability(c.probability, c.occurrences, c.trials, c.low, c.high)
 }
 
-/// How a goal could be brought about.
+/// A plan.
 pub(crate) fn plan(p: &Plan) -> String {
     let goal = goal(&p.goal);
     let budget = if p.search_truncated {
@@ -71,7 +71,7 @@ pub(crate) fn plan(p: &Plan) -> String {
     format!("{text}\n{}{budget}", here(&p.world))
 }
 
-/// What is relied on: that it holds, or that what sometimes ends it does not happen this time.
+/// A condition that is relied on: that it holds, or that it does not end as it sometimes does.
 fn relied_on(c: &Condition) -> String {
     if c.absent { format!("{} stays", notation(&c.observation)) } else { notation(&c.observation) }
 }
@@ -122,7 +122,7 @@ fn link(s: &SchemaInUse) -> String {
     format!("schema {}{with} by {}", s.id, plain(&s.action))
 }
 
-/// How the pursuit of a goal ended, as a sentence without its full stop.
+/// The state of a pursuit, as a sentence without its full stop.
 pub(crate) fn ending(p: &Pursuit) -> String {
     let (goal, actions) = (goal(&p.goal), count(p.actions, "action"));
     match p.state {
@@ -151,7 +151,7 @@ pub(crate) fn followed(f: &DecisionGoal) -> String {
     format!("because it is {step} for the goal {} (probability {:.2})", goal(&f.goal), f.probability)
 }
 
-/// The chain that a decision follows, the schema executed marked.
+/// The chain that a decision follows, with the executed schema marked.
 pub(crate) fn chain(f: &DecisionGoal) -> String {
     let mut table = Columns::new(&["", "schema", "plan", "action"]).figures(&[1]);
     for (at, s) in f.chain.iter().enumerate() {

@@ -8,23 +8,23 @@ use super::table::Columns;
 use super::words::{bytes, count, plain};
 use crate::report::time;
 
-/// What a data directory holds.
+/// The contents of a data directory.
 #[derive(Debug, Serialize)]
 pub(crate) struct DirectoryListing {
-    /// Where it is.
+    /// The path of the directory.
     pub(crate) path: String,
     /// The learner's name.
     pub(crate) learner: String,
-    /// Where its randomness began.
+    /// The seed of the learner.
     pub(crate) seed: u64,
-    /// What it is made of.
+    /// Its files.
     #[serde(flatten)]
     pub(crate) files: Files,
-    /// How its journal ends.
+    /// The state of the end of its journal.
     pub(crate) tail: Tail,
 }
 
-/// Some batches, and where they are.
+/// Some batches of a journal, with the directory that they are in.
 #[derive(Debug)]
 pub(crate) struct JournalListing<'a> {
     pub(crate) batches: &'a [Batch],
@@ -54,7 +54,7 @@ fn table(batches: &[Batch]) -> String {
     let mut day = "";
     let moments: Vec<String> = batches.iter().map(|batch| moment(batch.at_unix_ms)).collect();
     for (batch, moment) in batches.iter().zip(&moments) {
-        // The day is said where it changes.
+        // The day is printed only where it changes.
         let (date, clock) = moment.split_once(' ').unwrap_or(("", moment));
         let shown = if date == day { clock.to_owned() } else { moment.clone() };
         day = date;
@@ -127,7 +127,7 @@ fn files(listed: &DirectoryListing) -> String {
     facts.text(&[0])
 }
 
-/// How the journal ends.
+/// The end of the journal in words.
 fn tail(tail: &Tail) -> String {
     match tail {
         Tail::Whole => "whole".to_owned(),
@@ -139,7 +139,7 @@ fn tail(tail: &Tail) -> String {
     }
 }
 
-/// What a check came to.
+/// The result of a check.
 pub(crate) fn checked(c: &Checked, relearn: bool) -> String {
     let mut facts = Columns::new(&[]);
     let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
@@ -187,7 +187,7 @@ fn finding(f: &Finding) -> String {
         _ => String::new(),
     };
     let place = match (&f.file, f.offset) {
-        // The problem says it itself.
+        // The problem names the place itself.
         (Some(file), _) if f.problem.contains(file.as_str()) => String::new(),
         (Some(file), Some(offset)) => format!("{}, byte {offset}: ", plain(file)),
         (Some(file), None) => format!("{}: ", plain(file)),
@@ -200,7 +200,7 @@ fn batches(n: u64) -> String {
     if n == 1 { "1 batch".to_owned() } else { format!("{n} batches") }
 }
 
-/// What can be done about a directory.
+/// The plan of a repair.
 pub(crate) fn repair(r: &Repair) -> String {
     if r.damage.is_empty() {
         return format!("Nothing is damaged: memory is whole up to step {}.\n", r.saved_step);

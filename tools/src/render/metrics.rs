@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use pschema_inspect::{BodyState, BodyStatus, Durability, Status};
 
-/// What a family of samples is.
+/// The type of a family of samples.
 #[derive(Clone, Copy)]
 enum FamilyKind {
     Counter,
@@ -60,7 +60,7 @@ fn float(count: u64) -> f64 {
     count as f64
 }
 
-/// What there is to say of a learner that no daemon serves.
+/// The metrics of a learner that no daemon serves.
 pub(crate) fn down(learner: &str) -> String {
     let mut page = MetricsPage { learner, text: String::new() };
     up(&mut page, 0.0);
@@ -71,7 +71,7 @@ fn up(page: &mut MetricsPage<'_>, value: f64) {
     page.one("up", FamilyKind::Gauge, "Whether a daemon serves the learner.", value);
 }
 
-/// A daemon and its learner.
+/// The metrics of a daemon and its learner.
 pub(crate) fn metrics(s: &Status) -> String {
     let mut page = MetricsPage { learner: &s.name, text: String::new() };
     up(&mut page, 1.0);
@@ -155,7 +155,7 @@ fn times(page: &mut MetricsPage<'_>, s: &Status) {
     page.summary("reply_duration_seconds", commit, s.commit_latency_us_p50, s.commit_latency_us_p99);
 }
 
-/// A body by name: its sessions, which come and go, are one series.
+/// The bodies by name: all sessions of one body are one series.
 fn bodies(page: &mut MetricsPage<'_>, bodies: &[BodyStatus]) {
     let mut named: BTreeMap<(&str, &str), (bool, u64, u64)> = BTreeMap::new();
     for body in bodies {

@@ -1,4 +1,4 @@
-//! From what a daemon answers to what a person or a program reads. Pure: values in, text out.
+//! Turns answers of a daemon into text for people, pictures and metrics. Pure: values in, text out.
 
 pub(crate) mod comparison;
 pub(crate) mod explanation;

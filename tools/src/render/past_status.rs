@@ -1,4 +1,4 @@
-//! `status --data`: what a daemon's `status` says, as far as it is about memory, of memory as it was.
+//! `status --data`: the fields of `status` that are about memory, of memory as it was.
 
 use pschema_inspect::{GoalSummary, HabituationStatus, SaturationStatus, StageState, Status, TrialStatus};
 use pschema_store::past::Files;
@@ -9,7 +9,7 @@ use super::status;
 use super::table::Columns;
 use super::words::{bytes, plain};
 
-/// What `status --data --json` prints: fields of `status` mean the same here.
+/// The output of `status --data --json`. Fields that `status` has too mean the same here.
 #[derive(Debug, Serialize)]
 pub(crate) struct PastStatus<'a> {
     name: &'a str,
@@ -70,7 +70,7 @@ impl<'a> PastStatus<'a> {
     }
 }
 
-/// Memory as it was.
+/// Memory as it was, as a table.
 pub(crate) fn past_status(p: &PastStatus<'_>, s: &Status) -> String {
     let mut facts = Columns::new(&[]);
     facts.row(["learner", &format!("{}, seed {}: read from disk", plain(p.name), p.seed)]);

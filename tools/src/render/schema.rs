@@ -69,7 +69,7 @@ fn times(n: u32) -> String {
     }
 }
 
-/// More numbers than anyone reads are cut short.
+/// Numbers of schemas in one list; the others are only counted.
 const NUMBERS_MAX: usize = 24;
 
 fn numbers(ids: &[u32]) -> String {
@@ -91,7 +91,7 @@ fn conditions(heading: &str, list: &[Condition]) -> String {
     format!("\n{}", table.text(&[1]))
 }
 
-/// A sentence over as many lines as it needs.
+/// A sentence broken into lines that fit a terminal.
 pub fn wrapped(sentence: &str, indent: &str) -> String {
     let mut text = String::new();
     let mut line = indent.to_owned();

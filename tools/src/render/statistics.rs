@@ -1,4 +1,4 @@
-//! The middle of some figures, and how sure it is.
+//! The median of some figures, with its confidence interval.
 
 /// A median with its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,10 +10,10 @@ use super::schema::wrapped;
 use super::table::Columns;
 use super::words::{bytes, count, duration, plain};
 
-/// Doublings of memory that are shown.
+/// Doublings of memory that are shown, the last ones.
 const GROWTH_MAX: usize = 3;
 
-/// A daemon and its learner.
+/// A daemon and its learner, as a table.
 pub(crate) fn status(s: &Status) -> String {
     let mut facts = Columns::new(&[]);
     facts.row(["learner", &format!("{}: process {}, up {}", plain(&s.name), s.pid, duration(s.uptime_s))]);
@@ -36,7 +36,7 @@ pub(crate) fn status(s: &Status) -> String {
     format!("{}\n{}", facts.text(&[0]), bodies(&s.bodies))
 }
 
-/// What the last doublings of memory cost; none before there was one.
+/// The time of steps and the memory at the last doublings; none before the first doubling.
 fn growth(rows: &[GrowthStatus]) -> Option<String> {
     let told = rows.get(rows.len().saturating_sub(GROWTH_MAX)..).filter(|_| rows.len() > 1)?;
     let row = |row: &GrowthStatus| {
@@ -47,12 +47,12 @@ fn growth(rows: &[GrowthStatus]) -> Option<String> {
     Some(format!("{} (median/99 % of a step; memory when it got there)", told.join(", ")))
 }
 
-/// What the curriculum is doing: what it is stuck on may come from a body.
+/// The state of a stage, without control characters: the reason why it is stuck may quote a body.
 pub(crate) fn state(state: &StageState) -> String {
     plain(&state.to_string())
 }
 
-/// Where the curriculum stands, and what has been learnt.
+/// Adds the stage of the curriculum and the numbers of schemas to a table.
 pub(crate) fn learnt(s: &Status, facts: &mut Columns) {
     let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
     fact("stage", format!("{} ({}) of {}", plain(&s.stage), state(&s.stage_state), plain(&s.curriculum)));
@@ -69,7 +69,7 @@ pub(crate) fn learnt(s: &Status, facts: &mut Columns) {
     fact("schemas", format!("{}: {concrete} concrete, {generalised} generalised", s.schemas_total));
 }
 
-/// What memory is, and what it is about to do.
+/// Adds the digest of memory, the goal, the excitation and the world state to a table.
 pub(crate) fn doing(s: &Status, facts: &mut Columns) {
     let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
     if let Some(digest) = &s.memory_digest {
@@ -96,7 +96,7 @@ pub(crate) fn trial(t: &TrialStatus) -> String {
     }
 }
 
-/// How near saturation is, and what the last decision says of it.
+/// How near the stage is to saturation, with the top excitation of the last decision.
 pub(crate) fn saturation(s: &SaturationStatus, top: f64) -> String {
     let (quiet, wanted, below) = (s.quiet_actions, s.quiet_actions_wanted, s.saturation_below);
     if quiet >= wanted {
@@ -108,7 +108,7 @@ pub(crate) fn saturation(s: &SaturationStatus, top: f64) -> String {
     )
 }
 
-/// What is still to be tried before the next constraint is lifted.
+/// The schemas that are still to be executed before the next constraint is lifted.
 pub(crate) fn habituation(h: &HabituationStatus) -> String {
     let times = match h.executions_min {
         1 => "once".to_owned(),
@@ -167,7 +167,7 @@ fn bodies(bodies: &[BodyStatus]) -> String {
     text
 }
 
-/// Where a curriculum stands.
+/// The report of a curriculum, as a table.
 pub(crate) fn report(r: &Report) -> String {
     let state = if r.finished { StageState::Finished.to_string() } else { state(&r.stage_state) };
     let mut text = format!("{}: stage {}, {state}\n\n", plain(&r.curriculum), plain(&r.stage));

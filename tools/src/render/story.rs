@@ -5,16 +5,16 @@ use pschema_inspect::{Report, StageSummary};
 
 use super::words::{count, plain};
 
-/// How far a run has been told.
+/// How far the story of a run has been told.
 #[derive(Debug)]
 pub(crate) struct Story {
-    /// What is put before the robot.
+    /// The object that is put before the robot.
     object: String,
-    /// Stages told.
+    /// Stages that have been told.
     told: usize,
-    /// Learning placements told.
+    /// Learning placements that have been told.
     placements: u32,
-    /// Whether a generalisation has been told.
+    /// Whether the first generalisation has been told.
     generalised: bool,
     /// Postures in the body's repertoire.
     postures: Option<u64>,
@@ -26,7 +26,7 @@ impl Story {
         Self { object, told: 0, placements: 0, generalised: false, postures }
     }
 
-    /// What has ended since the last report: a line for each stage.
+    /// A line for each stage that has ended since the last report.
     pub(crate) fn news(&mut self, report: &Report) -> Vec<String> {
         let ended: Vec<_> = report.stages.iter().skip(self.told).take_while(|stage| stage.ended).collect();
         self.told += ended.len();
@@ -97,18 +97,18 @@ fn probed(stage: &StageSummary) -> String {
     )
 }
 
-/// How far the present stage is: what is done, and of how much when that is known.
+/// How far the present stage is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct StageProgress {
     /// The stage, for people.
     pub(crate) what: String,
-    /// Postures tried, places tried.
+    /// Postures or places that have been tried.
     pub(crate) done: u64,
-    /// Of how many.
+    /// How many of them there are, if that is known.
     pub(crate) of: Option<u64>,
 }
 
-/// What is happening now. `postures` is the size of the body's repertoire, `trials` what the curriculum plans for
+/// How far the present stage is; none before the first. `postures` is the size of the body's repertoire, `trials` what the curriculum plans for
 /// each of its stages; either may be unknown.
 pub(crate) fn doing(report: &Report, postures: Option<u64>, trials: &[u32]) -> Option<StageProgress> {
     let at = report.stages.len().checked_sub(1)?;

@@ -2,7 +2,7 @@
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, Row, Table, presets};
 
-/// Columns a table may take.
+/// Columns of the terminal that a table may take.
 pub(crate) const WIDTH: u16 = 80;
 
 /// A table under construction.
@@ -13,7 +13,7 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// With these headings; none for a table of names and values.
+    /// A table with these headings; without headings it is a list of names and values.
     #[must_use]
     pub fn new(headings: &[&str]) -> Self {
         let mut table = Table::new();
@@ -27,7 +27,7 @@ impl Columns {
         Self { table, right: Vec::new() }
     }
 
-    /// Columns of figures, which line up at their right ends.
+    /// Aligns these columns to the right, for figures.
     #[must_use]
     pub fn figures(mut self, columns: &[usize]) -> Self {
         self.right = columns.to_vec();

@@ -1,4 +1,4 @@
-//! `explain --why-not` for people: what stood in a schema's way, then both sides of the comparison.
+//! `explain --why-not` for people: the obstacle in a schema's way, then both sides of the comparison.
 
 use pschema_inspect::{
     Candidate, ObservationText, Reason, SchemaKind, TermRole, UnmetCondition, Verdict, WhyNot,
@@ -93,7 +93,7 @@ fn sentence(why: &WhyNot) -> String {
     }
 }
 
-/// How far away it was, when it could not be executed at once.
+/// The chain that would have led to the schema, when it could not be executed at once.
 fn far(why: &WhyNot) -> String {
     let distance = why.candidate.as_ref().map_or(1, |candidate| candidate.distance);
     let chain: Vec<_> = why.chain.iter().map(|link| format!("schema {}", link.id)).collect();
@@ -106,7 +106,7 @@ fn far(why: &WhyNot) -> String {
     }
 }
 
-/// A pre-condition that does not hold, with what comes nearest to it.
+/// A pre-condition that does not hold, with the observation that comes nearest to it.
 fn missing(lacking: &UnmetCondition) -> String {
     let wanted = notation(&lacking.wanted);
     if lacking.constrained {
@@ -162,7 +162,7 @@ fn heading(why: &WhyNot) -> String {
     format!("Schema {}, {}: {text}{bindings}", why.schema, why.kind)
 }
 
-/// Both excitations, part by part.
+/// Both excitations side by side, added up by the role of the terms.
 fn beside(why: &WhyNot, asked: &Candidate) -> String {
     let mut table =
         Columns::new(&["", &format!("schema {}", why.schema), &named(&why.chosen)]).figures(&[1, 2]);

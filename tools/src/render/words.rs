@@ -1,10 +1,10 @@
-//! Small things in words: observations, schemas, probabilities, durations.
+//! Observations, schemas, probabilities and durations in words.
 
 use pschema_inspect::{
     Condition, Expectation, NamedValues, ObservationText, SchemaDetail, SchemaForm, SchemaSummary, ValueText,
 };
 
-/// Text of others (names of bodies, words heard) without what would steer a terminal.
+/// Text of others (names of bodies, words heard) without control characters, which would steer a terminal.
 pub(crate) fn plain(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
@@ -15,24 +15,24 @@ pub fn notation(observation: &ObservationText) -> String {
     format!("{}{{{}}}", plain(&observation.kind), properties.collect::<Vec<_>>().join(", "))
 }
 
-/// Things side by side as in a schema's notation; `∅` for none.
+/// Conditions joined as in a schema's notation; `∅` for none.
 pub(crate) fn side(things: impl IntoIterator<Item = String>) -> String {
     let things: Vec<_> = things.into_iter().collect();
     if things.is_empty() { "∅".to_owned() } else { things.join(" & ") }
 }
 
-/// What is observed, or `no longer …` where it is not observed any more.
+/// An observation, with `no longer` before it where it is not observed any more.
 fn outcome(observation: &ObservationText, absent: bool) -> String {
     let observation = notation(observation);
     if absent { format!("no longer {observation}") } else { observation }
 }
 
-/// A post-condition as it is written: `no longer …` where it says what is not observed any more.
+/// A post-condition as it is written.
 pub(crate) fn condition(condition: &Condition) -> String {
     outcome(&condition.observation, condition.absent)
 }
 
-/// What a schema expects, as it is written.
+/// An expectation as it is written.
 pub(crate) fn expectation(expectation: &Expectation) -> String {
     outcome(&expectation.observation, expectation.absent)
 }
@@ -56,18 +56,18 @@ pub(crate) fn schema_notation(schema: &SchemaDetail) -> String {
     on_one_line(&schema.pre, &schema.target, &schema.action, schema.post.iter().map(condition))
 }
 
-/// The same, of a schema of which only the parts are known.
+/// A schema as it is written, on one line, from its parts.
 pub(crate) fn form_notation(form: &SchemaForm) -> String {
     on_one_line(&form.pre, &form.target, &form.action, form.post.iter().map(expectation))
 }
 
-/// The same, of a schema in a list.
+/// A schema of a list as it is written, on one line.
 pub(crate) fn summary_notation(schema: &SchemaSummary) -> String {
     let written = |list: &[String]| side(list.iter().map(|one| plain(one)));
     format!("{} / {} / {}", written(&schema.pre), plain(&schema.action), written(&schema.post))
 }
 
-/// A schema with the values of its variables put in.
+/// The parts of a schema with the values of its variables put in.
 pub(crate) fn bound(form: &SchemaForm, binding: &NamedValues) -> SchemaForm {
     let bound = |observation: &ObservationText| {
         let value = |value: &ValueText| match value {
@@ -100,13 +100,13 @@ pub(crate) fn value(value: &ValueText) -> String {
     }
 }
 
-/// What is bound to what: `$a=blue, $b=17`; empty for nothing.
+/// The values of variables: `$a=blue, $b=17`; empty where there are none.
 pub(crate) fn binding(binding: &NamedValues) -> String {
     let pairs = binding.iter().map(|(name, v)| format!("${}={}", plain(name), value(v)));
     pairs.collect::<Vec<_>>().join(", ")
 }
 
-/// A probability with what it rests on: `0.93 (14/15, 0.70-0.99)`.
+/// A probability with its counts and its interval: `0.93 (14/15, 0.70-0.99)`.
 pub(crate) fn probability(probability: f64, occurrences: u32, trials: u32, low: f64, high: f64) -> String {
     if trials == 0 {
         return "not tried yet".to_owned();
@@ -139,7 +139,7 @@ pub fn bytes(bytes: u64) -> String {
     if unit == "B" { format!("{shown:.0} B") } else { format!("{shown:.1} {unit}") }
 }
 
-/// `1 place`, `2 places`.
+/// A count with its noun: `1 place`, `2 places`.
 pub(crate) fn count(n: impl Into<u64>, thing: &str) -> String {
     let n = n.into();
     format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
@@ -165,7 +165,7 @@ pub(crate) fn schema_sentence(schema: &SchemaDetail) -> String {
     sentence
 }
 
-/// What probably comes of a schema beyond what was there before and what its target asks for anyway.
+/// The probable outcomes of a schema, without those that were there before and those that are its target.
 fn news(schema: &SchemaDetail, known: &mut Vec<String>) -> String {
     let known_before =
         |c: &Condition| schema.pre.contains(&c.observation) || schema.target.contains(&c.observation);
@@ -178,7 +178,7 @@ fn news(schema: &SchemaDetail, known: &mut Vec<String>) -> String {
     clauses.join(" and ")
 }
 
-/// What a generalised schema predicts and its counter-example lacks: ", but it does not touch".
+/// The outcomes that a generalised schema predicts and its counter-example lacks: ", but it does not touch".
 pub(crate) fn missing(general: &SchemaDetail, exception: &SchemaDetail) -> String {
     let held = |kind: &str| exception.post.iter().any(|c| !c.absent && c.observation.kind == kind);
     let lacking =
@@ -227,7 +227,7 @@ fn with_article(observation: &ObservationText, known: &mut Vec<String>) -> Strin
     let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
     let mut text = format!("{article} {noun}");
     let rest = observation.properties.iter().filter(|(name, _)| colour.is_none() || name != "colour");
-    // What it is before where it is.
+    // Properties of the thing come before its place.
     let (places, rest): (Vec<_>, Vec<_>) = rest.partition(|(name, _)| name == "field");
     for (name, property) in rest.into_iter().chain(places) {
         let preposition = match name.as_str() {

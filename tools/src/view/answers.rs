@@ -1,4 +1,5 @@
-//! What is answered, as the page reads it: answers as they travel, with what only this program tells of them.
+//! Answers for the page: the answers of a learner as they travel, with the texts and drawings that this program makes of
+//! them.
 
 use hyper::StatusCode;
 use pschema_inspect::{
@@ -15,11 +16,11 @@ use crate::render::graph::svg;
 use crate::render::words::{schema_notation, schema_sentence};
 use crate::render::{explanation, why_not};
 
-/// Candidates of a decision that the page shows.
+/// Candidates of the last decision that the page shows.
 const CANDIDATES_SHOWN: u32 = 8;
-/// Terms of each that it shows one by one.
+/// Terms of a candidate that the page shows one by one.
 const TERMS_SHOWN: u32 = 12;
-/// Newest schemas that it shows.
+/// Newest schemas that the page shows.
 const NEWEST_SHOWN: u32 = 8;
 /// Schemas on one page of the list.
 const LISTED_MAX: u32 = 100;
@@ -28,7 +29,7 @@ const DRAWN_MAX: u32 = 200;
 /// How far from a schema a graph reaches.
 const DEPTH_MAX: u32 = 4;
 
-/// Which learner a page is about.
+/// The learner that a page is about.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct About {
     /// The learner's name.
@@ -41,23 +42,23 @@ pub(super) struct About {
     pub(super) oldest_step: Option<u64>,
     /// The last step on disk.
     pub(super) last_step: Option<u64>,
-    /// Of this program.
+    /// The version of this program.
     pub(super) version: &'static str,
 }
 
 /// Who answers the page: the daemon, or memory as it was.
 pub(super) trait Respondent: Asks {
-    /// Which learner it is.
+    /// The learner that it is.
     fn about(&mut self) -> Result<About, Trouble>;
 
-    /// Obeys an order, if it can.
+    /// Obeys an order; a memory on disk refuses it.
     fn obey<O: Ask<Answer = Report>>(&mut self, order: O) -> Result<Report, Trouble>;
 
-    /// Why its last decision can't be told, if so.
+    /// The reason why the last decision can't be told; none if it can.
     fn undecided(&self) -> Option<&str>;
 }
 
-/// The answer to what the page asks.
+/// The answer to a question of the page.
 pub(super) fn reply(question: Question, from: &mut impl Respondent) -> Reply {
     match question {
         Question::About => json(&from.about()?),
@@ -102,9 +103,9 @@ fn json(value: &impl Serialize) -> Reply {
 struct Moment<'a> {
     #[serde(flatten)]
     live: &'a Live,
-    /// Why it did what it did last.
+    /// The sentence that explains the last decision.
     sentence: Option<String>,
-    /// Why there is no decision, when there was one that can't be made again.
+    /// The reason why there is no decision, when there was one that can't be made again.
     undecided: Option<&'a str>,
 }
 
@@ -158,7 +159,7 @@ impl From<&Graph> for Drawing {
     }
 }
 
-/// Why a memory on disk obeys nothing.
+/// The refusal of an order by a memory on disk.
 pub(super) fn no_orders() -> Trouble {
     let problem = "memory on disk takes no orders: go back to the present of a learner that runs";
     Trouble::new(StatusCode::CONFLICT, problem)
@@ -171,7 +172,7 @@ mod tests {
 
     use super::*;
 
-    /// Answers nothing, and keeps what it was asked.
+    /// Answers nothing, and keeps the question.
     #[derive(Default)]
     struct Silent(Option<Request>);
 

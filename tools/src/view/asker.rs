@@ -1,4 +1,5 @@
-//! Asking the daemon, on a thread of its own: one connection, made again when the daemon is another.
+//! Asks the daemon, on a thread of its own, over one connection. The connection is made again when another daemon serves
+//! the learner.
 
 use hyper::StatusCode;
 use pschema_inspect::{Ask, Report, StatusQuery};
@@ -12,12 +13,13 @@ use super::work::{Reply, Trouble, Worker};
 use crate::failure::Failure;
 use crate::learner::{Asks, Learner};
 
-/// Where questions for the daemon are put.
+/// Takes questions for the daemon.
 #[derive(Clone, Debug)]
 pub(super) struct Asker(Worker);
 
 impl Asker {
-    /// Begins to ask the daemon that serves `place`, whenever there is one; says in `directory` where its memory is.
+    /// Begins to ask the daemon that serves `place`, whenever there is one. The data directory of the daemon is kept in
+    /// `directory`.
     ///
     /// # Errors
     /// When the system has no thread left.
@@ -26,7 +28,7 @@ impl Asker {
         Ok(Self(Worker::begin("asks", begin, |connection, asked| connection.reply(asked.question))?))
     }
 
-    /// Asks.
+    /// Asks a question of the daemon.
     pub(super) async fn ask(&self, question: Question) -> Reply {
         self.0.ask(PageQuestion { question, until: None }).await
     }
@@ -44,7 +46,7 @@ impl Connection {
         let learner = known.map_or_else(|| Learner::connect_at(&self.place), Ok)?;
         let mut present = Present { learner, directory: &self.directory };
         let reply = answers::reply(question, &mut present);
-        // After a "no" the connection is as good as before.
+        // A refusal leaves the connection as good as before.
         if reply.is_ok() || present.learner.is_current() {
             self.learner = Some(present.learner);
         }
@@ -52,7 +54,7 @@ impl Connection {
     }
 }
 
-/// The learner as it is now.
+/// The learner as it is now, asked by its daemon.
 struct Present<'a> {
     learner: Learner,
     directory: &'a Directory,
@@ -81,7 +83,7 @@ impl Respondent for Present<'_> {
 
     fn obey<O: Ask<Answer = Report>>(&mut self, order: O) -> Result<Report, Trouble> {
         self.learner.ask(order).map_err(|failure| match failure {
-            // The daemon's "no".
+            // The daemon refused the order.
             Failure::Failed(problem) if self.learner.is_current() => {
                 Trouble::new(StatusCode::UNPROCESSABLE_ENTITY, problem)
             }

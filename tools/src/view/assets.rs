@@ -5,7 +5,7 @@
 pub(super) struct Asset {
     /// Its media type.
     pub(super) kind: &'static str,
-    /// All of it.
+    /// Its text.
     pub(super) text: &'static str,
 }
 
@@ -29,13 +29,13 @@ const ASSETS: &[(&str, Asset)] = &[
     ("facts.js", Asset { kind: SCRIPT, text: include_str!("page/facts.js") }),
 ];
 
-/// The name of the file at a path, if there is one; the page itself is at none.
+/// The name of the file at a path, if there is one. The empty path is the page itself.
 pub(super) fn named(path: &str) -> Option<&'static str> {
     let path = if path.is_empty() { "index.html" } else { path };
     ASSETS.iter().map(|(name, _)| *name).find(|name| *name == path)
 }
 
-/// The file of a name.
+/// The file of this name.
 pub(super) fn asset(name: &str) -> Option<Asset> {
     ASSETS.iter().find(|(known, _)| *known == name).map(|(_, asset)| *asset)
 }

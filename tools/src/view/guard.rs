@@ -1,11 +1,12 @@
-//! Who is answered at all: this machine's browser, asked by this page, by somebody who knows its address.
+//! Decides which requests are answered at all: those of a browser on this machine, sent by this page, to the address that
+//! only the person who started it knows.
 
 use hyper::header::{CONTENT_TYPE, HOST, HeaderMap, HeaderValue, ORIGIN};
 use hyper::{Method, StatusCode};
 
 use super::token::Token;
 
-/// A way in that is open.
+/// A place that a request may lead to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Route {
     /// A file of the page.
@@ -18,7 +19,7 @@ pub(super) enum Route {
     Fields,
 }
 
-/// Why somebody is turned away.
+/// The status and the text with which a request is turned away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Denial(pub(super) StatusCode, pub(super) &'static str);
 
@@ -32,7 +33,7 @@ const NOTHING: Denial = Denial(StatusCode::NOT_FOUND, "there is nothing at this 
 const METHOD: Denial = Denial(StatusCode::METHOD_NOT_ALLOWED, "that can't be done here");
 const NO_JSON: Denial = Denial(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a question is application/json");
 
-/// Where a request leads.
+/// The place that a request leads to.
 pub(super) fn way(
     method: &Method,
     path: &str,

@@ -1,4 +1,4 @@
-//! HTTP, on one thread: who may come in, and what they get. A limit on everything.
+//! HTTP, on one thread, with a limit on everything.
 
 use std::convert::Infallible;
 use std::net::TcpListener;
@@ -27,24 +27,25 @@ use super::shot::Fields;
 use super::token::Token;
 use super::work::{Trouble, Worker};
 
-/// Connections at a time. A browser has 6 with one page.
+/// Connections at a time. A browser opens up to 6 for one page.
 const CONNECTIONS_MAX: usize = 32;
 /// Bytes of a request's head.
 const HEAD_BYTES_MAX: usize = 16 * 1024;
-/// Headers of a request.
+/// Headers that a request may have.
 const HEADERS_MAX: usize = 64;
 /// Bytes of a question.
 const QUESTION_BYTES_MAX: usize = 4 * 1024;
-/// How long a request's head, or the next request of a connection, may take to come.
+/// The time within which the head of a request, or the next request of a connection, must have come.
 const HEAD_WITHIN: Duration = Duration::from_secs(10);
-/// How long a question may take to come once its head is there.
+/// The time within which a question must have come once its head is there.
 const QUESTION_WITHIN: Duration = Duration::from_secs(5);
-/// How often it is looked whether this is to end.
+/// The time from one look at the stop flag to the next.
 const STOP_LOOKED_AT_EVERY: Duration = Duration::from_millis(50);
-/// How long to wait when the system gives no more connections.
+/// The pause after the system gave no more connections.
 const ACCEPT_AGAIN_AFTER: Duration = Duration::from_millis(100);
 
-/// Nothing from elsewhere, nothing inside anything else, nothing kept, nobody told where one comes from.
+/// Headers of every response: the page loads nothing from elsewhere, is shown inside no other page, is kept in no cache, and
+/// tells no other page where a visitor comes from.
 const HEADERS: [(HeaderName, HeaderValue); 7] = [
     (
         HeaderName::from_static("content-security-policy"),
@@ -61,13 +62,13 @@ const HEADERS: [(HeaderName, HeaderValue); 7] = [
     (CACHE_CONTROL, HeaderValue::from_static("no-store")),
 ];
 
-/// What is served, and by whom it is answered.
+/// The page with those who answer its questions.
 pub(super) struct PageServer {
     pub(super) port: u16,
     pub(super) token: Token,
-    /// The daemon; none when a data directory is all that is looked at.
+    /// Asks the daemon; none when only a data directory is looked at.
     pub(super) live: Option<Asker>,
-    /// The past.
+    /// Answers about the past.
     pub(super) past: Worker,
     /// The pictures; none without a daemon.
     pub(super) pictures: Option<Pictures>,
@@ -105,7 +106,7 @@ async fn accept(listener: tokio::net::TcpListener, house: Arc<PageServer>) {
         .max_buf_size(HEAD_BYTES_MAX)
         .max_headers(HEADERS_MAX);
     loop {
-        // Those above the number wait in the system's queue.
+        // Connections above the limit wait in the queue of the system.
         let Ok(place) = Arc::clone(&places).acquire_owned().await else { return };
         let stream = match listener.accept().await {
             Ok((stream, _)) => stream,
@@ -208,7 +209,7 @@ async fn question(body: Incoming) -> Result<PageQuestion, Trouble> {
     })
 }
 
-/// The number in `after=17`; 0, which no picture has, for everything else.
+/// The number in `after=17`; for any other text 0, which is the number of no picture.
 fn after(query: Option<&str>) -> u64 {
     query.and_then(|query| query.strip_prefix("after=")?.parse().ok()).unwrap_or(0)
 }

@@ -29,10 +29,10 @@ use token::Token;
 
 use crate::failure::Failure;
 
-/// What is to be looked at, and where the page is to be.
+/// The learner to look at, and the port of the page.
 #[derive(Debug)]
 pub(crate) struct PageOptions {
-    /// The learner whose daemon is asked; with `data`, nobody is.
+    /// The learner whose daemon is asked, unless `data` names a directory.
     pub(crate) name: LearnerName,
     /// A data directory to be read, with or without a daemon on it.
     pub(crate) data: Option<PathBuf>,
@@ -66,7 +66,7 @@ impl ViewPage {
         let directory = Directory::default();
         let (live, watching) = match &wanted.data {
             Some(data) => {
-                // Before a page is offered of nothing.
+                // Opened first, so that no page is offered of a directory that holds no memory.
                 pschema_store::past::Past::open(data)?;
                 directory.is(Some(data.clone()));
                 (None, None)
@@ -83,7 +83,8 @@ impl ViewPage {
         Ok(Self { listener, house, watching })
     }
 
-    /// Where it is, for the eyes of whoever started it: who knows it can look, and give orders.
+    /// The address of the page. It is shown only to the person who started it: whoever knows it can look at the learner and
+    /// give orders.
     pub(crate) fn url(&self) -> String {
         format!("http://127.0.0.1:{}/{}/", self.house.port, self.house.token.text())
     }
@@ -102,7 +103,8 @@ impl ViewPage {
     }
 }
 
-/// A file that sends a browser to the page: the address is in no process's arguments, where others could read it.
+/// A file that sends a browser to the page. So the address is in the arguments of no process, where other users could read
+/// it.
 ///
 /// # Errors
 /// When it can't be written.

@@ -12,13 +12,13 @@ use tokio::sync::watch;
 use super::shot::{self, Shot};
 use crate::failure::Failure;
 
-/// How long nobody must have asked for a picture until the bodies need not take any more.
+/// The time without a request for a picture after which the bodies are told that nobody watches.
 const WATCH_ON: Duration = Duration::from_secs(2);
-/// How long one request for a picture keeps looking for it.
+/// The time for which one request waits for a picture.
 const LOOK_FOR: Duration = Duration::from_secs(1);
-/// How often it is looked whether a picture has come: bodies send none sooner than 30 ms after the last.
+/// The time from one look for a picture to the next; a body sends none sooner than 30 ms after the last.
 const LOOK_EVERY: Duration = Duration::from_millis(3);
-/// How soon it is tried again to watch when that failed.
+/// The pause after watching failed.
 const TRY_AGAIN_AFTER: Duration = Duration::from_secs(1);
 
 /// The thread that watches.
@@ -27,7 +27,7 @@ pub(super) struct PictureThread {
     thread: JoinHandle<()>,
 }
 
-/// Where pictures are asked for.
+/// Asks for pictures.
 #[derive(Clone, Debug)]
 pub(super) struct Pictures {
     wanted: SyncSender<()>,
@@ -39,7 +39,7 @@ pub(super) struct Pictures {
 /// # Errors
 /// When the system has no thread left.
 pub(super) fn watch(place: Place) -> Result<PictureThread, Failure> {
-    // One request is as good as many: they are for the same picture.
+    // All requests are for the same picture, so one may stand for several.
     let (wanted, requests) = sync_channel(1);
     let (to, newest) = watch::channel(None);
     let thread = std::thread::Builder::new().name("watches".to_owned());
@@ -50,12 +50,12 @@ pub(super) fn watch(place: Place) -> Result<PictureThread, Failure> {
 }
 
 impl PictureThread {
-    /// Where pictures are asked for.
+    /// A handle to ask for pictures.
     pub(super) fn pictures(&self) -> Pictures {
         self.pictures.clone()
     }
 
-    /// Ends, and gives back the place in shared memory.
+    /// Ends the thread, which gives back its place in shared memory.
     pub(super) fn end(self) {
         let Self { pictures, thread } = self;
         drop(pictures);
@@ -104,7 +104,7 @@ impl Watcher {
                 Ok(()) => self.look(),
                 Err(RecvTimeoutError::Timeout) => {
                     self.watch = None;
-                    // Who comes back in an hour is not shown what was an hour ago.
+                    // A visitor who comes back in an hour is not shown a picture from an hour ago.
                     self.to.send_replace(None);
                 }
                 Err(RecvTimeoutError::Disconnected) => return,
@@ -121,7 +121,7 @@ impl Watcher {
             }
             std::thread::sleep(LOOK_EVERY);
         }
-        // Seldom enough: the daemon may be another by now.
+        // Another daemon may serve the learner by now.
         self.watch.take_if(|watch| !watch.is_current());
     }
 

@@ -1,25 +1,25 @@
-//! What the page may ask and order. Closed: what is not here can't be asked.
+//! The questions and orders of the page. The set is closed: nothing else can be asked.
 
 use pschema_inspect::SchemaSort;
 use serde::Deserialize;
 
-/// A question, and of when.
+/// A question, with the moment that it is about.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PageQuestion {
-    /// What.
+    /// The question.
     pub(super) question: Question,
-    /// Of memory as it was after this step; as it is when none is named.
+    /// The step after which memory is asked about; memory as it is when none is named.
     pub(super) until: Option<u64>,
 }
 
-/// What the page may ask.
+/// A question or an order of the page.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "ask", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum Question {
-    /// Which learner this is, and how far back its memory on disk goes.
+    /// The learner, and how far back its memory on disk goes.
     About,
-    /// All that is shown at once.
+    /// Everything that is shown of one moment.
     Live {
         /// The number of the first record of the trace that the page does not have.
         trace_from: u64,
@@ -28,19 +28,19 @@ pub(super) enum Question {
     Report,
     /// A page of the list of schemas.
     Schemas {
-        /// Only those with this action.
+        /// Only schemas with this action.
         action: Option<String>,
-        /// Only those with a pre-condition like this.
+        /// Only schemas with a pre-condition that this pattern matches.
         pre: Option<String>,
-        /// Only those with a post-condition like this.
+        /// Only schemas with a post-condition that this pattern matches.
         post: Option<String>,
-        /// Only those with variables.
+        /// Only schemas with variables.
         generalised: bool,
-        /// In which order.
+        /// The order of the list.
         sort: SchemaSort,
-        /// How many.
+        /// How many to list.
         limit: u32,
-        /// After so many.
+        /// How many of the first in that order to leave out.
         offset: u32,
     },
     /// One schema whole.
@@ -53,9 +53,9 @@ pub(super) enum Question {
         /// Its number.
         id: u32,
     },
-    /// What ties schemas together.
+    /// Schemas and what ties them together.
     Graph {
-        /// Those around this one; all when none is named.
+        /// Only schemas around this one; all schemas when none is named.
         around: Option<u32>,
         /// How many ties away.
         depth: u32,
@@ -68,13 +68,13 @@ pub(super) enum Question {
     Step,
     /// An order: words are heard.
     Say {
-        /// Which.
+        /// The words.
         words: Vec<String>,
     },
 }
 
 impl Question {
-    /// Whether it is to change something.
+    /// Whether it is an order.
     pub(super) fn is_order(&self) -> bool {
         matches!(self, Self::Hold | Self::Resume | Self::Step | Self::Say { .. })
     }

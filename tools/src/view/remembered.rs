@@ -16,12 +16,12 @@ use crate::failure::Failure;
 use crate::learner::Asks;
 use crate::past::MemoryOnDisk;
 
-/// Where memory is on disk, once that is known.
+/// The data directory of the learner, once it is known.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Directory(Arc<Mutex<Option<PathBuf>>>);
 
 impl Directory {
-    /// It is there; or memory is in RAM only.
+    /// Sets the directory; none means that memory is in RAM only.
     pub(super) fn is(&self, path: Option<PathBuf>) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = path;
     }
@@ -31,7 +31,7 @@ impl Directory {
     }
 }
 
-/// Begins to answer questions about the past of what is in `directory`.
+/// Begins to answer questions about the past of the memory in `directory`.
 ///
 /// # Errors
 /// When the system has no thread left.
@@ -39,7 +39,7 @@ pub(super) fn begin(directory: Directory) -> Result<Worker, Failure> {
     Worker::begin("remembers", move || PastReader { directory, kept: None }, PastReader::reply)
 }
 
-/// The last moment that was asked about: whoever looks at one asks several questions of it.
+/// Keeps the last moment that was asked about, because a page asks several questions about each.
 struct PastReader {
     directory: Directory,
     kept: Option<PastMoment>,
@@ -50,7 +50,7 @@ struct PastMoment {
     path: PathBuf,
     step: u64,
     view: View,
-    /// Why the last decision can't be made again; then `view` is without it, and tells everything else.
+    /// The reason why the last decision can't be made again; `view` then has everything but the decision.
     undecided: Option<String>,
 }
 
@@ -81,7 +81,7 @@ impl Past<'_> {
         self.until.map_or_else(|| last_step(&self.path), Ok)
     }
 
-    /// Everything there is to ask of memory as it was then.
+    /// Memory as it was at that moment, rebuilt if it is not the one that is kept.
     fn kept(&mut self) -> Result<&PastMoment, Failure> {
         let step = self.step()?;
         let kept = self.kept.take().filter(|kept| kept.path == self.path && kept.step == step);
@@ -140,7 +140,7 @@ impl PastMoment {
     fn rebuilt(path: PathBuf, step: u64) -> Result<Self, Failure> {
         let remembered = MemoryOnDisk::open(&path, Some(step))?;
         let mut moment = remembered.past().moment(Some(step))?;
-        // What is known does not depend on whether a decision can be made again: another release may decide otherwise.
+        // Memory is rebuilt from the effects on disk, so it can be shown even if this release would decide otherwise.
         let undecided = match remembered.past().decision(None, Some(step)) {
             Ok(decided) => {
                 moment.decision = decided.decision;

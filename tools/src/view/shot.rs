@@ -1,4 +1,4 @@
-//! A picture as the page gets it.
+//! Pictures for the page.
 
 use hyper::body::Bytes;
 use pschema_protocol::picture::{FieldMark, PictureMessage};
@@ -7,11 +7,11 @@ use serde::Serialize;
 /// A picture ready to be sent to any number of pages.
 #[derive(Debug)]
 pub(super) struct Shot {
-    /// How many pictures this process has seen, this one included.
+    /// The number of the picture, counted from 1 in this process.
     pub(super) number: u64,
     /// Counts changes of the fields, so that a page asks for them only then.
     pub(super) fields_version: u64,
-    /// As PNG.
+    /// The picture as PNG.
     pub(super) png: Bytes,
     /// The fields, by number.
     pub(super) fields: Vec<FieldMark>,
@@ -32,10 +32,10 @@ impl From<&Shot> for Fields {
     }
 }
 
-/// A picture as PNG, written as fast as can be: it is shown for a thirtieth of a second, on the same machine.
+/// A picture as PNG. Speed matters more than size: it is shown for a thirtieth of a second, on the same machine.
 ///
 /// # Errors
-/// When its size is not what it says.
+/// When the picture has not the size that it claims.
 pub(super) fn png(seen: &PictureMessage) -> Result<Bytes, png::EncodingError> {
     let mut bytes = Vec::with_capacity(seen.rgb.len() / 8);
     let mut encoder = png::Encoder::new(&mut bytes, seen.width_px, seen.height_px);

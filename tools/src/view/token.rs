@@ -1,19 +1,19 @@
-//! What lets somebody in: 128 random bits in the address of the page.
+//! The secret in the address of the page: 128 random bits.
 
 use crate::failure::Failure;
 
 /// Bytes of a token: 128 bits.
 const BYTES: usize = 16;
 
-/// What the address of the page holds, and nobody can guess.
+/// The secret part of the address, which nobody can guess.
 pub(super) struct Token {
     text: String,
-    /// Compared instead of the text: of `blake3::Hash`, `==` takes the same time whatever it compares.
+    /// Compared instead of the text, because `==` of `blake3::Hash` takes the same time whatever it compares.
     hash: blake3::Hash,
 }
 
 impl Token {
-    /// A new one, drawn by the operating system.
+    /// A new token, drawn by the operating system.
     ///
     /// # Errors
     /// When it has no randomness.
@@ -29,12 +29,12 @@ impl Token {
         Self { hash: blake3::hash(text.as_bytes()), text }
     }
 
-    /// As it stands in the address: 32 hexadecimal digits.
+    /// The token as it stands in the address: 32 hexadecimal digits.
     pub(super) fn text(&self) -> &str {
         &self.text
     }
 
-    /// Whether this is it, in a time that does not depend on how much of it is right.
+    /// Whether the given text is the token, in a time that does not depend on how much of it is right.
     pub(super) fn is(&self, given: &str) -> bool {
         given.len() == self.text.len() && blake3::hash(given.as_bytes()) == self.hash
     }

@@ -1,4 +1,4 @@
-//! Work for a thread that blocks, and its answers for one that does not.
+//! Hands questions from the asynchronous server to a thread that blocks, and brings the answers back.
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 
@@ -8,25 +8,25 @@ use tokio::sync::oneshot;
 use super::question::PageQuestion;
 use crate::failure::Failure;
 
-/// Questions that wait for one thread at a time.
+/// Questions that may wait for one thread.
 const WAITING_MAX: usize = 16;
 
 /// An answer as JSON, or why there is none.
 pub(super) type Reply = Result<Vec<u8>, Trouble>;
 
-/// Why a question is not answered.
+/// The reason why a question is not answered.
 #[derive(Clone, Debug)]
 pub(super) struct Trouble {
-    /// What it is in HTTP.
+    /// The status in HTTP.
     pub(super) status: StatusCode,
     /// What happened and what to do, for people.
     pub(super) problem: String,
-    /// Whether that is because no daemon runs.
+    /// Whether the reason is that no daemon runs.
     pub(super) no_daemon: bool,
 }
 
 impl Trouble {
-    /// One of a kind.
+    /// A reason with its status.
     pub(super) fn new(status: StatusCode, problem: impl Into<String>) -> Self {
         Self { status, problem: problem.into(), no_daemon: false }
     }
@@ -44,7 +44,7 @@ impl From<Failure> for Trouble {
     }
 }
 
-/// Where questions for one thread are put.
+/// Takes questions for one thread.
 #[derive(Clone, Debug)]
 pub(super) struct Worker(SyncSender<Job>);
 
@@ -67,7 +67,7 @@ impl Worker {
             let mut with = begin();
             for (asked, reply) in from {
                 if !reply.is_closed() {
-                    // Whoever asked may have gone meanwhile.
+                    // The page may have gone meanwhile.
                     drop(reply.send(answer(&mut with, asked)));
                 }
             }
@@ -76,7 +76,7 @@ impl Worker {
         Ok(Self(to))
     }
 
-    /// Asks, and waits without blocking.
+    /// Asks, and waits for the answer without blocking.
     pub(super) async fn ask(&self, asked: PageQuestion) -> Reply {
         let (to, answer) = oneshot::channel();
         match self.0.try_send((asked, to)) {

@@ -1,4 +1,4 @@
-//! Asks the daemon: one question after the other, each only when the one before is answered.
+//! The thread that asks the daemon: one question after the other, each when the one before it is answered.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
@@ -16,29 +16,29 @@ use crate::failure::Failure;
 use crate::learner::Learner;
 use crate::render::words::plain;
 
-/// How soon a daemon that has gone is looked for again.
+/// The time from one attempt to find a daemon to the next.
 const LOOK_AGAIN_EVERY: Duration = Duration::from_millis(500);
-/// The most used schemas are asked for no more often than this,
+/// The shortest time between two questions for the most used schemas.
 const MOST_USED_EVERY: Duration = Duration::from_secs(1);
-/// and no more than this share of the time: it takes a look at all of memory.
+/// How many times longer than the last answer took the pause after it is: the daemon looks at all of memory for it.
 const MOST_USED_SHARE: u32 = 10;
-/// Records of the trace that are shown of what happened before.
+/// Records of the trace that are asked for of the time before anybody watched.
 const STEPS_BEFORE: u64 = 256;
-/// Pages of the trace that are asked for at a time, to catch up with a learner that is fast.
+/// Pages of the trace that are asked for in one round, to catch up with a fast learner.
 const PAGES_AT_A_TIME: usize = 8;
 
-/// A connection to a daemon, and what is known of it.
+/// A connection to a daemon, with how far its trace and schemas have been asked for.
 pub(super) struct Link {
     learner: Learner,
     eyes: Eyes,
-    /// The next record of the trace; none before the first answer.
+    /// The number of the next record of the trace to ask for; none before the first answer.
     next: Option<u64>,
     step: Option<u64>,
     most_used: Option<MostUsedTiming>,
     followed: Option<(u32, u64)>,
 }
 
-/// When the most used schemas may be asked for again, and the step of the last answer.
+/// The time from which on the most used schemas may be asked for again, and the step of the last answer.
 struct MostUsedTiming {
     not_before: Instant,
     step: Option<u64>,
@@ -50,7 +50,7 @@ impl Link {
         Ok(Self { learner, eyes, next: None, step: None, most_used: None, followed: None })
     }
 
-    /// How the learner is, the trace since the last time, and its bodies' cameras.
+    /// Asks for the learner's state and for the trace since the last time, and looks for pictures of its bodies.
     pub(super) fn live(&mut self, tell: &mut dyn FnMut(News)) -> Result<(), Failure> {
         let from = match self.next {
             Some(next) => next,
@@ -66,7 +66,8 @@ impl Link {
         Ok(())
     }
 
-    /// Asks for what is left of the trace, and leaves out what there is no time for. Returns where to go on.
+    /// Asks for the rest of the trace; when there is more than some pages of it, the oldest records are left out. Returns
+    /// the number of the record to go on with.
     fn catch_up(&mut self, mut next: u64, total: u64, tell: &mut dyn FnMut(News)) -> Result<u64, Failure> {
         for _ in 0..PAGES_AT_A_TIME {
             if next >= total {
@@ -82,7 +83,7 @@ impl Link {
         Ok(next.max(total.saturating_sub(STEPS_BEFORE)))
     }
 
-    /// The most used schemas, when it is time for them and something has happened.
+    /// Asks for the most used schemas, if the pause is over and the learner has stepped since the last answer.
     pub(super) fn most_used(&mut self, tell: &mut dyn FnMut(News)) -> Result<(), Failure> {
         let due = self
             .most_used
@@ -100,24 +101,24 @@ impl Link {
         Ok(())
     }
 
-    /// One schema, when something has happened since it was told of.
+    /// Asks for one schema, if the learner has stepped since the last answer about it.
     pub(super) fn followed(&mut self, id: u32, tell: &mut dyn FnMut(News)) {
         let asked = self.step.map(|step| (id, step));
         if asked.is_some() && self.followed == asked {
             return;
         }
         self.followed = asked;
-        // What goes wrong with the daemon shows in what is asked for next.
+        // If the daemon has gone, the next question fails too and says so.
         let told = self.learner.ask(DetailQuery { id }).map(Box::new);
         tell(News::FollowedSchema { id, told: told.map_err(|failure| failure.to_string()) });
     }
 
-    /// Whether a picture of one of the bodies may still come.
+    /// Whether a first picture of one of the bodies may still come.
     pub(super) fn is_looking(&self) -> bool {
         self.eyes.is_looking()
     }
 
-    /// Gives an order, and says what came of it.
+    /// Gives an order; returns the answer in words.
     fn order(&mut self, wish: &Wish) -> Option<News> {
         let told = match wish {
             Wish::Hold => self.obeyed(StageOrder::Hold, |report| format!("held after step {}", report.step)),
@@ -140,15 +141,15 @@ impl Link {
     }
 }
 
-/// The number of the record after a page.
+/// The number of the record that follows a page of the trace.
 fn end(page: &TracePage) -> u64 {
     page.from.saturating_add(page.records.len() as u64)
 }
 
-/// A thread that asks again and again, and obeys.
+/// The work of the thread that asks again and again, and passes orders on.
 pub(super) struct Asker {
     pub(super) place: Place,
-    /// From one question to the next.
+    /// The time from one round of questions to the next.
     pub(super) every: Duration,
     pub(super) wishes: Receiver<Wish>,
     pub(super) events: Sender<Event>,
@@ -156,12 +157,12 @@ pub(super) struct Asker {
     pub(super) most_used: bool,
 }
 
-/// Nobody listens any more.
+/// The watching thread has ended, so that no wish can come any more.
 struct Hangup;
 
 impl Asker {
-    /// Until nobody wishes anything any more, or at once when there is no daemon to begin with. Says which it is to
-    /// `begun`: a connection can't be handed from one thread to another.
+    /// Runs until no wish can come any more. Returns at once when there is no daemon to begin with. Either way `begun` is
+    /// told first: the connection is made here, because it can't be handed from one thread to another.
     pub(super) fn run(mut self, begun: &Sender<Result<(), Failure>>) {
         let (first, connected) = match Link::connect(&self.place) {
             Ok(link) => (Ok(()), Some(link)),
@@ -191,11 +192,11 @@ impl Asker {
     }
 
     fn tell(&self, news: News) {
-        // Only fails at the end, when nothing is left to be told.
+        // Sending fails only when the watching thread has ended.
         drop(self.events.send(Event::News(news)));
     }
 
-    /// Everything that is to be known, once.
+    /// Asks everything once.
     fn round(&self, link: &mut Link) -> Result<(), Failure> {
         let mut tell = |news| self.tell(news);
         link.live(&mut tell)?;
@@ -221,7 +222,7 @@ impl Asker {
         }
     }
 
-    /// Obeys until it is time to ask again: at the latest at `until`, and at once when an order was given.
+    /// Takes wishes until it is time to ask again: at the latest at `until`, and at once after an order.
     fn wait(&mut self, link: &mut Option<Link>, until: Instant) -> Result<(), Hangup> {
         loop {
             let wish = match self.wishes.recv_timeout(until.saturating_duration_since(Instant::now())) {

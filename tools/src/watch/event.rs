@@ -1,4 +1,4 @@
-//! What happens to somebody who watches: news of the learner, keys, the terminal.
+//! Events of a watch: news of the learner, keys, changes of the terminal.
 
 use std::io;
 
@@ -6,7 +6,7 @@ use ratatui::crossterm::event::KeyEvent;
 
 use super::state::News;
 
-/// What happens to somebody who watches.
+/// An event of a watch.
 #[derive(Debug)]
 pub(super) enum Event {
     News(News),

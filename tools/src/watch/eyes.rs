@@ -1,4 +1,5 @@
-//! Where the fields of the bodies' cameras are: read off the first picture of each, after which no more are asked for.
+//! The places of the fields in the cameras of the bodies. They are read off the first picture of each body; after that no
+//! more pictures are asked for.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -9,15 +10,15 @@ use pschema_protocol::transport::pictures::PictureWatch;
 
 use super::state::News;
 
-/// A body that has shown no picture by then is thought to have none. An arm may take its time for a move.
+/// The time after which a body without a picture is thought to have no camera. An arm may take its time for a move.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// How soon it is tried again when pictures can't be watched.
+/// The time after which it is tried again when pictures can't be watched.
 const RETRY_EVERY: Duration = Duration::from_secs(5);
 
-/// What is known of a session's camera.
+/// The knowledge of a session's camera.
 #[derive(Clone, Copy, Debug)]
 enum Camera {
-    /// No picture came up to now.
+    /// No picture of it has come yet.
     Unseen {
         since: Instant,
     },
@@ -37,14 +38,14 @@ impl Eyes {
         Self { place, watch: None, cameras: BTreeMap::new(), retry_at: None }
     }
 
-    /// Whether a picture may still come of one of the bodies last looked for.
+    /// Whether the first picture of one of the bodies may still come.
     pub(super) fn is_looking(&self) -> bool {
         let unseen =
             |camera: &Camera| matches!(camera, Camera::Unseen { since } if since.elapsed() < PATIENCE);
         self.cameras.values().any(unseen)
     }
 
-    /// Looks whether a picture has come from one of `bodies`.
+    /// Looks for a picture from one of `bodies`.
     pub(super) fn look(&mut self, bodies: &[BodyStatus]) -> Option<News> {
         let is_attached =
             |id: &u64| bodies.iter().any(|body| body.id == *id && body.state == BodyState::Attached);

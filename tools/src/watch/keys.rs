@@ -1,23 +1,23 @@
-//! What keys do.
+//! The keys, and their effect on the state.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::state::{Input, Message, Prompt, State};
 use super::{WatchPage, Wish};
 
-/// Longest line that can be written.
+/// Letters of the longest line that can be typed.
 const INPUT_CHARS_MAX: usize = 256;
 /// Most steps in one column of the excitation trace.
 const STEPS_PER_COLUMN_MAX: usize = 64;
 
-/// What a key asks of others than the screen.
+/// An effect of a key beyond the screen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Act {
     Quit,
     Wish(Wish),
 }
 
-/// What can be pressed, for the help.
+/// The keys with what they do, for the help.
 pub(super) const HELP: [(&str, &str); 12] = [
     ("space", "hold the learner, or let it go on"),
     (". or s", "take one action, and hold"),
@@ -34,7 +34,7 @@ pub(super) const HELP: [(&str, &str); 12] = [
 ];
 
 impl State {
-    /// Does what a key says.
+    /// Applies a key to the state; returns its effect beyond the screen, if it has one.
     pub(super) fn key(&mut self, key: KeyEvent) -> Option<Act> {
         if key.kind == KeyEventKind::Release {
             return None;
@@ -102,7 +102,7 @@ impl State {
         self.scroll[at] = now.saturating_add_signed(lines).min(self.scroll_max[at]);
     }
 
-    /// A key while a line is written.
+    /// Applies a key while a line is being typed.
     fn write(&mut self, mut input: Input, key: KeyCode, control: bool) -> Option<Act> {
         match key {
             KeyCode::Esc => return None,

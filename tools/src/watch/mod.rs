@@ -1,8 +1,8 @@
 //! `pschema watch`: a learner on a terminal while it lives. One thread asks its daemon, one reads keys, one draws:
 //! a daemon that is slow to answer delays no key, and a terminal that is slow delays no daemon.
 //!
-//! What is known is in [`state::State`]; what is on the screen follows from it alone ([`draw::draw`]), so that one
-//! frame as text ([`mod@once`]) and the tests draw as the terminal does.
+//! Everything known is in [`state::State`], and the screen follows from that state alone ([`draw::draw`]); so one frame as
+//! text ([`mod@once`]) and the tests draw as the terminal does.
 
 mod asker;
 mod draw;
@@ -29,12 +29,12 @@ const STEPS_KEPT_MAX: usize = 4096;
 /// Most used schemas that are asked for.
 const MOST_USED_MAX: u32 = 50;
 
-/// What is asked for, again and again.
+/// The question that is asked again and again.
 fn query(trace_from: u64) -> LiveQuery {
     LiveQuery { trace_from, candidates_max: 12, terms_max: 6, newest_max: 50 }
 }
 
-/// What is shown together on a terminal too small for everything.
+/// The panes that are shown together on a terminal too small for all of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum WatchPage {
     /// What is seen, perceived and exciting; on a large terminal, everything
@@ -80,7 +80,7 @@ impl WatchPage {
     }
 }
 
-/// One frame of the screen with one kind of thing in it.
+/// A part of the screen, with a border.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Pane {
     Camera,
@@ -98,7 +98,7 @@ impl Pane {
     const COUNT: usize = 9;
 }
 
-/// An order to the learner, or something else that is wanted of it.
+/// A wish of the person who watches: an order to the learner, or something to be told.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Wish {
     /// Wait.
@@ -107,10 +107,11 @@ enum Wish {
     Resume,
     /// Take one action, and wait.
     Step,
-    /// Words are to be heard.
+    /// The learner is to hear words.
     Say(Vec<String>),
-    /// Tell of this schema from now on, or of none.
+    /// Ask for this schema from now on, or for none.
     Follow(Option<u32>),
-    /// Whether the most used schemas are looked at. They take a look at all of memory, so nobody asks in vain.
+    /// Whether the most used schemas are on the screen. The daemon looks at all of memory for them, so they are not asked
+    /// for in vain.
     MostUsed(bool),
 }

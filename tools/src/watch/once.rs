@@ -15,9 +15,9 @@ use super::state::{News, State};
 use super::theme::Theme;
 use crate::failure::Failure;
 
-/// How long pictures of the bodies are waited for.
+/// The time to wait for the first pictures of the bodies.
 const PICTURES_WITHIN: Duration = Duration::from_secs(3);
-/// How often it is looked for one.
+/// The time from one look for a picture to the next.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 /// The frame that a terminal of this size would show.
@@ -42,7 +42,7 @@ pub(crate) fn once(
         }
         thread::sleep(LOOK_EVERY);
     }
-    // Says which panes there are.
+    // Drawn once to know which panes are on the screen.
     draw(&state, Theme::new(false), area, &mut frame).note(&mut state);
     if state.looks_at_most_used() {
         link.most_used(&mut |news| state.receive(news))?;
@@ -55,12 +55,12 @@ pub(crate) fn once(
     Ok(text(&frame))
 }
 
-/// What a frame reads without its styles.
+/// The text of a frame, without its styles.
 pub(super) fn text(frame: &Buffer) -> String {
     let mut text = String::new();
     for row in frame.area().rows() {
         let mut line = String::new();
-        // A wide symbol hides the cell after it.
+        // A wide symbol covers the cell after it as well.
         let mut hidden = 0;
         for cell in row.columns().filter_map(|place| frame.cell(place.as_position())) {
             if hidden > 0 {

@@ -1,4 +1,4 @@
-//! What somebody who watches knows: all that the screen shows follows from it.
+//! The state of a watch: everything that the screen shows follows from it.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -9,30 +9,30 @@ use pschema_protocol::picture::FieldMark;
 
 use super::{Pane, STEPS_KEPT_MAX, WatchPage, Wish};
 
-/// What came from the daemon or its bodies.
+/// News from the daemon or its bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum News {
-    /// A daemon answers. If there was one before, it may have been another.
+    /// A daemon answers; if one answered before, it may be another one.
     Attached,
-    /// How the learner is.
+    /// The state of the learner.
     Live(Box<Live>),
-    /// More records of its trace.
+    /// More records of the trace.
     Trace(Box<TracePage>),
     /// The schemas executed most often.
     MostUsed(SchemaList),
-    /// Where the fields of a body's camera are.
+    /// The places of the fields in a body's camera.
     Fields { session: u64, fields: Vec<FieldMark> },
-    /// Why there are no pictures.
+    /// The reason why there are no pictures.
     Blind(String),
-    /// The schema that is followed, or why it can't be.
+    /// The schema that is followed, or the reason why there is no answer about it.
     FollowedSchema { id: u32, told: Result<Box<SchemaDetail>, String> },
-    /// What came of a wish.
+    /// The answer to an order: what was done, or why not.
     Done(Result<String, String>),
-    /// The daemon does not answer any more, and why.
+    /// The reason why the daemon does not answer any more.
     Lost(String),
 }
 
-/// What a line of text is asked for.
+/// The purpose of a line of text that is being typed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Prompt {
     /// Words to say.
@@ -41,37 +41,37 @@ pub(super) enum Prompt {
     Follow,
 }
 
-/// A line of text being written.
+/// A line of text that is being typed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Input {
     pub(super) prompt: Prompt,
     pub(super) text: String,
 }
 
-/// A schema that is followed.
+/// A schema that is followed, with how it was earlier.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FollowedSchema {
     pub(super) id: u32,
-    /// As it was when it was first told of.
+    /// The schema in the first answer about it.
     pub(super) first: Option<Box<SchemaDetail>>,
-    /// As it was before it last changed.
+    /// The schema before its last change.
     pub(super) before: Option<Box<SchemaDetail>>,
     pub(super) now: Option<Box<SchemaDetail>>,
     pub(super) problem: Option<String>,
 }
 
-/// Something to tell, until the next key.
+/// A message that is shown until the next key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Message {
     pub(super) text: String,
     pub(super) bad: bool,
 }
 
-/// What is known, and what of it is looked at.
+/// Everything known of the learner, and which part of it is on the screen.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct State {
     pub(super) live: Option<Box<Live>>,
-    /// Why the daemon does not answer, when it does not.
+    /// The reason why the daemon does not answer; none while it does.
     pub(super) lost: Option<String>,
     pub(super) steps: VecDeque<TraceRecord>,
     /// The number of the first of `steps`.
@@ -83,12 +83,12 @@ pub(super) struct State {
     pub(super) followed: Option<FollowedSchema>,
 
     pub(super) page: WatchPage,
-    /// Which of the panes on the page is scrolled; any number, of which the remainder counts.
+    /// Which pane of the page the keys scroll; the remainder by the number of panes counts.
     pub(super) focus: usize,
     pub(super) scroll: [usize; Pane::COUNT],
-    /// How far each pane can be scrolled, as it was drawn last.
+    /// How far each pane can be scrolled, from the last time it was drawn.
     pub(super) scroll_max: [usize; Pane::COUNT],
-    /// Panes on the screen, as it was drawn last.
+    /// The panes that were on the screen when it was last drawn.
     pub(super) shown: Vec<Pane>,
     /// Steps in one column of the excitation trace.
     pub(super) steps_per_column: usize,
@@ -120,7 +120,7 @@ impl State {
         }
     }
 
-    /// Takes account of news.
+    /// Takes news into the state.
     pub(super) fn receive(&mut self, news: News) {
         match news {
             News::Attached => {
@@ -153,7 +153,7 @@ impl State {
         }
     }
 
-    /// Adds records of the trace; what is missing between is forgotten with all before it.
+    /// Adds records of the trace. If there is a gap before them, all earlier records are forgotten.
     fn trace(&mut self, page: TracePage) {
         if page.records.is_empty() {
             return;
@@ -169,7 +169,7 @@ impl State {
         }
     }
 
-    /// From now on, tells of this schema, or of none.
+    /// Follows this schema from now on, or none.
     pub(super) fn follow(&mut self, id: Option<u32>) {
         self.followed =
             id.map(|id| FollowedSchema { id, first: None, before: None, now: None, problem: None });
@@ -189,7 +189,7 @@ impl State {
         }
     }
 
-    /// The body whose world is shown: the one that acted last, or the first that is attached.
+    /// The body whose world is shown: the attached body that acted last, or else the first attached one.
     pub(super) fn body(&self) -> Option<&BodyStatus> {
         let live = self.live.as_deref()?;
         let attached = || live.status.bodies.iter().filter(|body| body.state == BodyState::Attached);
@@ -211,7 +211,7 @@ impl State {
         self.live.as_ref().is_some_and(|live| live.status.stage_state == StageState::Held)
     }
 
-    /// The pane that is scrolled.
+    /// The pane that the keys scroll.
     pub(super) fn focused(&self) -> Option<Pane> {
         let count = self.shown.len().max(1);
         self.shown.get(self.focus % count).copied()
@@ -222,7 +222,7 @@ impl State {
         self.shown.contains(&Pane::MostUsed)
     }
 
-    /// What is wanted from the daemon beside the usual.
+    /// The wishes that hold until they change: the schema to follow, and whether the most used schemas are shown.
     pub(super) fn standing_wishes(&self) -> [Wish; 2] {
         [
             Wish::Follow(self.followed.as_ref().map(|followed| followed.id)),

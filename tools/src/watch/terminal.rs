@@ -1,4 +1,5 @@
-//! The terminal: what comes from it, what is drawn on it, and leaving it as it was, however this ends.
+//! The terminal: keys that come from it, the screen that is drawn on it, and its state, which is restored however the
+//! program ends.
 
 use std::io::{self, IsTerminal};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
@@ -20,12 +21,12 @@ use super::state::State;
 use super::theme::Theme;
 use super::{WatchPage, Wish};
 
-/// How soon a signal is noticed.
+/// The time within which a signal is noticed.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// How long the thread that asks may take to leave the daemon's shared memory in order.
+/// The time that the asking thread has, at the end, to leave the daemon's shared memory in order.
 const FAREWELL_MAX: Duration = Duration::from_secs(1);
 
-/// Watches the learner at `place` until somebody has seen enough.
+/// Watches the learner at `place` until the person quits or a signal comes.
 pub(crate) fn watch(place: Place, rate: u8, page: WatchPage, follow: Option<u32>) -> Result<(), Failure> {
     must_be_a_terminal()?;
     let stop = Stop::on_signals_without_haste()?;
@@ -50,7 +51,7 @@ pub(crate) fn watch(place: Place, rate: u8, page: WatchPage, follow: Option<u32>
     let theme = Theme::new(colour_is_wanted());
     let seen = WatchLoop { state, theme, screen, happening, wishes, standing: Vec::new() };
     let ended = seen.run(&stop, &asking);
-    // By now the terminal is as it was, and nobody wishes anything any more.
+    // The terminal is restored by now, and no wish can come any more.
     let began = Instant::now();
     while !asking.is_finished() && began.elapsed() < FAREWELL_MAX {
         thread::sleep(Duration::from_millis(5));
@@ -70,8 +71,7 @@ fn must_be_a_terminal() -> Result<(), Failure> {
     )))
 }
 
-/// Reads keys in a thread of its own, which ends with the process: when a terminal hangs up, reading it need not
-/// come back.
+/// Reads keys on a thread of its own, which ends with the process: when a terminal hangs up, a read may never return.
 fn listen(events: Sender<Event>) -> Result<(), Failure> {
     let reader = move || {
         loop {
@@ -95,7 +95,7 @@ fn start(name: &str, work: impl FnOnce() + Send + 'static) -> Result<JoinHandle<
     started.map_err(|error| Failure::Failed(format!("cannot start a thread: {error}")))
 }
 
-/// The terminal while it is drawn on. Dropped, it is as it was before; a panic restores it as well.
+/// The terminal while it is drawn on. Dropping this restores it; a panic restores it as well.
 struct Screen {
     terminal: DefaultTerminal,
 }
@@ -104,7 +104,7 @@ impl Screen {
     fn open() -> Result<Self, Failure> {
         let opened = ratatui::try_init();
         let terminal = opened.map_err(|error| {
-            // It may be half open.
+            // It may have been changed in part.
             drop(ratatui::try_restore());
             Failure::Failed(format!("the terminal can't be drawn on: {error}; try `pschema watch --once`"))
         })?;
@@ -122,20 +122,20 @@ impl Screen {
 
 impl Drop for Screen {
     fn drop(&mut self) {
-        // A terminal that has hung up can't be restored, and need not be.
+        // This fails for a terminal that has hung up, which need not be restored.
         drop(self.terminal.show_cursor());
         drop(ratatui::try_restore());
     }
 }
 
-/// What is watched, and how.
+/// The loop that takes events and draws.
 struct WatchLoop {
     state: State,
     theme: Theme,
     screen: Screen,
     happening: Receiver<Event>,
     wishes: Sender<Wish>,
-    /// The standing wishes as they were told last.
+    /// The standing wishes that were sent last.
     standing: Vec<Wish>,
 }
 
@@ -159,7 +159,7 @@ impl WatchLoop {
             if self.take(first)? {
                 return Ok(());
             }
-            // Everything that has come is taken account of before anything is drawn.
+            // All events that have come are taken before the screen is drawn.
             while let Ok(event) = self.happening.try_recv() {
                 if self.take(event)? {
                     return Ok(());
@@ -170,7 +170,7 @@ impl WatchLoop {
         }
     }
 
-    /// Takes account of an event; whether it was the last.
+    /// Takes an event; returns whether it was the last.
     fn take(&mut self, event: Event) -> Result<bool, Failure> {
         match event {
             Event::News(news) => self.state.receive(news),
@@ -188,7 +188,7 @@ impl WatchLoop {
     }
 
     fn wish(&self, wish: Wish) {
-        // Fails only when asking has failed, which is noticed before long.
+        // Sending fails only when the asking thread has ended, which is noticed before long.
         drop(self.wishes.send(wish));
     }
 

@@ -1,4 +1,4 @@
-//! How things are set off. Nothing is told by colour alone: without colour, everything can still be read.
+//! The styles of the screen. Nothing is told by colour alone: without colours everything can still be read.
 
 use ratatui::style::{Color, Modifier, Style};
 
@@ -17,17 +17,17 @@ impl Theme {
         if self.colour { style.fg(colour) } else { style }
     }
 
-    /// What is new or chosen.
+    /// The style of things that are new or chosen.
     pub(super) fn strong(self) -> Style {
         Style::new().add_modifier(Modifier::BOLD)
     }
 
-    /// What is beside the point.
+    /// The style of things that matter less.
     pub(super) fn quiet(self) -> Style {
         Style::new().add_modifier(Modifier::DIM)
     }
 
-    /// The line at the top, the chosen page.
+    /// The style of the line at the top and of the chosen page.
     pub(super) fn reversed(self) -> Style {
         Style::new().add_modifier(Modifier::REVERSED)
     }
@@ -52,7 +52,7 @@ impl Theme {
         self.coloured(self.strong(), Color::Yellow)
     }
 
-    /// Something of a colour that has a name.
+    /// The style of a thing whose colour has this name.
     pub(super) fn of_colour(self, name: &str) -> Style {
         let colour = match name {
             "red" => Color::Red,

@@ -1,5 +1,5 @@
-//! What is tied to one schema, tie by tie. Goes through memory once for each tie away from it, with what the schemas at
-//! the edge need and make marked by observation.
+//! The schemas around one schema. For each further tie away from it, one pass goes through memory. Before the pass, the
+//! observations that the schemas at the edge need and make are marked.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -33,17 +33,17 @@ pub(super) fn around(basis: Basis<'_>, centre: SchemaId, depth: u32, limit: usiz
     Selection { shown: known.into_iter().collect(), total, next: Vec::new(), truncated }
 }
 
-/// What the schemas at the edge need and make.
+/// The observations that the schemas at the edge need and make.
 #[derive(Debug, Default)]
 struct Marks<'a> {
-    /// By observation: whether one of them needs it or wants it carried out.
+    /// For each observation, whether one of them needs it or has it as its target.
     wanted: Vec<bool>,
-    /// By observation: whether one of them makes it.
+    /// For each observation, whether one of them makes it.
     given: Vec<bool>,
     laws: Vec<&'a Generalised>,
-    /// Their examples, counter-examples and parents, and what they contradict.
+    /// Their examples, counter-examples and parents, and the schemas that they contradict.
     linked: BTreeSet<SchemaId>,
-    /// Comparisons of patterns with observations that were made.
+    /// How many comparisons of patterns with observations were made.
     comparisons: Cell<usize>,
 }
 
@@ -85,13 +85,13 @@ impl<'a> Marks<'a> {
         marks
     }
 
-    /// Whether so many comparisons more are few enough.
+    /// Counts so many more comparisons; returns whether they are within the limit.
     fn afford(&self, more: usize) -> bool {
         self.comparisons.set(self.comparisons.get().saturating_add(more));
         self.comparisons.get() < COMPARISONS_MAX
     }
 
-    /// Whether what `law` needs or makes is tied to what was marked.
+    /// Whether `law` needs or makes one of the marked observations.
     fn meets(&self, basis: Basis<'_>, law: &Generalised) -> bool {
         let wants = |made: &Pattern| law.pre.iter().any(|wanted| may_both_be(made, wanted));
         let own = law.pre.len() + law.post.len();
@@ -126,8 +126,8 @@ fn marked(marks: &[bool], at: usize) -> bool {
     marks.get(at).copied().unwrap_or(false)
 }
 
-/// Schemas tied to those at the `edge` that are not `known` yet, in the order in which they are taken; and whether those
-/// are all.
+/// The schemas that are tied to those at the `edge` and not `known` yet, in the order in which they are taken, and whether
+/// these are all of them.
 fn next(basis: Basis<'_>, edge: &[SchemaId], known: &BTreeSet<SchemaId>) -> (Vec<(bool, SchemaId)>, bool) {
     let marks = Marks::new(basis, edge);
     let mut edge = edge.to_vec();

@@ -1,42 +1,42 @@
-//! What schemas need and make, from which their ties follow.
+//! The observations that schemas need and make, from which their ties follow.
 
 use pschema_learner::memory::Content;
 use pschema_learner::observation::{Observation, Pattern, Term};
 use pschema_learner::schema::{Concrete, Generalised, ObservationId, Schema, SchemaId};
 
-/// Comparisons of a pattern with an observation, and ties counted, in one graph: some tenths of a second.
+/// Most comparisons of a pattern with an observation, and most ties counted, in one graph: some tenths of a second.
 pub(super) const COMPARISONS_MAX: usize = 20_000_000;
 
 /// Schemas in the scope of a graph.
 #[derive(Debug, Default)]
 pub(super) struct Selection {
-    /// Schemas to be told one by one, by number.
+    /// Schemas that are listed one by one, by number.
     pub(super) shown: Vec<SchemaId>,
-    /// Schemas in its scope.
+    /// How many schemas are in the scope.
     pub(super) total: u64,
-    /// One after the other, in a chain.
+    /// Pairs of schemas that follow each other in a chain.
     pub(super) next: Vec<(SchemaId, SchemaId)>,
-    /// Whether something was left out.
+    /// Whether schemas of the scope were left out.
     pub(super) truncated: bool,
 }
 
-/// What ties follow from.
+/// The memory and the threshold from which ties follow.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Basis<'a> {
     pub(super) content: &'a Content,
-    /// From which share of the executions on an outcome is predicted.
+    /// The share of the executions from which on an outcome is predicted.
     pub(super) ratio_min: f64,
 }
 
 impl Basis<'_> {
-    /// What the schema predicts to be observed and does not need itself.
+    /// The observations that the schema predicts and does not need itself.
     pub(super) fn made<'c>(self, concrete: &'c Concrete) -> impl Iterator<Item = ObservationId> + use<'c> {
         let predicted = concrete.post.iter().filter(move |p| !p.absent && p.count.ratio() >= self.ratio_min);
         predicted.map(|post| post.what).filter(|what| !concrete.pre.contains(what))
     }
 }
 
-/// As [`Basis::made`]: a law predicts all of its outcomes.
+/// As [`Basis::made`], for a law: it predicts all of its outcomes.
 pub(super) fn made_by_law(law: &Generalised) -> impl Iterator<Item = &Pattern> {
     law.post.iter().filter(|post| !post.absent).map(|post| &post.what).filter(|what| !law.pre.contains(what))
 }
@@ -62,7 +62,7 @@ pub(super) fn may_both_be(a: &Pattern, b: &Pattern) -> bool {
         })
 }
 
-/// A number of nodes or schemas.
+/// A number of nodes or schemas, as it travels.
 pub(super) fn count(len: usize) -> u32 {
     u32::try_from(len).unwrap_or(u32::MAX)
 }

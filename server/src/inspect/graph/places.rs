@@ -1,4 +1,4 @@
-//! Where each schema stands in a graph: by itself, or together with others of its cluster.
+//! The place of each schema in a graph: a node of its own, or a node with others of its cluster.
 
 use std::collections::BTreeMap;
 
@@ -10,8 +10,8 @@ use pschema_learner::schema::{Form, ObservationId, Schema, SchemaId, signature};
 use super::super::schemas;
 use super::basis::{Basis, count, numbered};
 
-/// What belongs side by side: those with variables, and concrete ones by action, by the types of what they need and by those
-/// of what they make.
+/// Schemas that belong side by side: all generalised ones; and concrete ones of the same action that need observations of
+/// the same types and make observations of the same types.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Cluster {
     Concrete { action: usize, needed: Vec<TypeId>, made: Vec<TypeId> },
@@ -53,11 +53,12 @@ impl Cluster {
     }
 }
 
-/// Where each schema is told: by itself, or with others.
+/// The node of each schema.
 pub(super) struct Places<'a> {
     basis: Basis<'a>,
     pub(super) shown: &'a [SchemaId],
-    /// Those that stand together, by cluster and kind; the first is numbered after all that are shown.
+    /// The nodes that stand for several schemas, by cluster and kind, with their numbers and sizes. They are numbered after
+    /// the nodes of single schemas.
     pub(super) together: BTreeMap<(Cluster, SchemaKind), (u32, u64)>,
 }
 

@@ -1,4 +1,4 @@
-//! What ties schemas together, worked out from what they need, make and want carried out.
+//! The ties between schemas, which follow from the observations that they need, make and have as targets.
 
 use std::collections::BTreeMap;
 
@@ -8,13 +8,13 @@ use pschema_learner::schema::{Concrete, Form, Generalised, ObservationId, Schema
 use super::basis::{Basis, COMPARISONS_MAX, count, made_by_law, may_be, may_both_be, numbered};
 use super::places::Places;
 
-/// Ties listed, at most.
+/// Most ties that are listed.
 const EDGES_MAX: usize = 20_000;
-/// Ties by nodes and kind.
+/// Ties, counted by their nodes and kind.
 #[derive(Debug, Default)]
 pub(super) struct Edges {
     counted: BTreeMap<(u32, u32, GraphTie), u64>,
-    /// All of them, listed or not.
+    /// How many ties there are, listed or not.
     pub(super) total: u64,
     cut: bool,
 }
@@ -43,17 +43,17 @@ impl Edges {
     }
 }
 
-/// Nodes that an observation is something to; of those told one by one.
+/// The nodes of single schemas that need an observation, have it as a target, or make it.
 #[derive(Clone, Debug, Default)]
 struct Uses {
     needed: Vec<u32>,
     targeted: Vec<u32>,
     made: Vec<u32>,
-    /// Whether generalised schemas were asked.
+    /// Whether generalised schemas are among them already.
     complete: bool,
 }
 
-/// Works ties out.
+/// Finds the ties.
 pub(super) struct Ties<'a> {
     basis: Basis<'a>,
     places: &'a Places<'a>,
@@ -99,7 +99,7 @@ impl<'a> Ties<'a> {
         }
     }
 
-    /// Examples, counter-examples and descent of the schemas told one by one.
+    /// Ties of the single schemas to their examples, counter-examples and parents.
     pub(super) fn lineage(&mut self) {
         for (at, (_, schema)) in self.shown.iter().enumerate() {
             let node = count(at);
@@ -119,7 +119,7 @@ impl<'a> Ties<'a> {
         }
     }
 
-    /// What the schemas told one by one make for each other.
+    /// Ties between single schemas of which one makes what the other needs.
     pub(super) fn among_shown(&mut self) {
         for (at, (_, schema)) in self.shown.iter().enumerate() {
             let found = match &schema.form {
@@ -134,10 +134,10 @@ impl<'a> Ties<'a> {
         }
     }
 
-    /// What ties those that stand together to those told one by one.
+    /// Ties between single schemas and those that stand together.
     pub(super) fn with_the_rest(&mut self) {
         for (id, schema) in numbered(self.basis.content) {
-            // Laws among them are tied by their examples and counter-examples alone.
+            // Laws among those that stand together are tied only by their examples and counter-examples.
             let Some(concrete) = schema.concrete() else { continue };
             if self.places.shown.binary_search(&id).is_ok() {
                 continue;
@@ -162,7 +162,7 @@ impl<'a> Ties<'a> {
         }
     }
 
-    /// What an observation is to the schemas told one by one; laws are asked once for each observation.
+    /// The uses of an observation. Laws are compared with it once, when it is first asked for.
     fn uses(&mut self, id: ObservationId) -> Option<&Uses> {
         let known = self.uses.get(&id).map(|uses| uses.complete);
         if known == Some(true) || self.laws.is_empty() || self.comparisons >= COMPARISONS_MAX {
@@ -187,7 +187,7 @@ impl<'a> Ties<'a> {
         Some(self.uses.entry(id).or_insert(uses))
     }
 
-    /// Whom these observations serve, each once.
+    /// The schemas that need these observations or have them as targets, each once.
     fn served(&mut self, made: impl Iterator<Item = ObservationId>) -> Vec<(u32, GraphTie)> {
         let mut found = Vec::new();
         for id in made {
@@ -200,7 +200,7 @@ impl<'a> Ties<'a> {
         found
     }
 
-    /// Who makes what a schema needs, each once.
+    /// The schemas that make the pre-conditions of a schema, each once.
     fn serving(&mut self, concrete: &Concrete) -> Vec<u32> {
         let mut found = Vec::new();
         for id in concrete.pre.iter() {
@@ -211,7 +211,7 @@ impl<'a> Ties<'a> {
         found
     }
 
-    /// Whom what a law makes serves, each once. A law carries nothing out, so none resolves to itself.
+    /// The schemas that need what a law makes, each once. A law carries no target out.
     fn served_by_law(&mut self, law: &Generalised) -> Vec<(u32, GraphTie)> {
         let mut found = Vec::new();
         for pattern in made_by_law(law) {

@@ -1,4 +1,4 @@
-//! Which schemas of the whole are told one by one when there are more than can be.
+//! The choice of the schemas that are listed one by one when memory has more than can be listed.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -8,8 +8,8 @@ use pschema_learner::schema::SchemaId;
 
 use super::basis::{Selection, numbered};
 
-/// At most `limit` schemas: laws first, the most executed of them and no more than half; then, in turn, their
-/// counter-examples and examples, up to three quarters; then what was executed most.
+/// At most `limit` schemas. Laws come first, the most executed of them, up to half of the limit; then, in turn, their
+/// counter-examples and examples, up to three quarters; then the concrete schemas that were executed most.
 pub(super) fn pick(content: &Content, limit: usize) -> Selection {
     let total = content.schemas.len();
     let (shown, truncated) = if total <= limit {
@@ -22,7 +22,7 @@ pub(super) fn pick(content: &Content, limit: usize) -> Selection {
 
 fn most_telling(content: &Content, limit: usize) -> Vec<SchemaId> {
     let mut laws = Vec::new();
-    // The most executed so far, the least of them first out.
+    // The most executed schemas so far; the least executed of them is at the top and leaves first.
     let mut used: BinaryHeap<Reverse<(u32, Reverse<SchemaId>)>> = BinaryHeap::new();
     for (id, schema) in numbered(content) {
         let executions = schema.executions.trials;

@@ -6,7 +6,7 @@ use pschema_inspect::{Graph, GraphTie};
 
 use super::{NodeLook, heading, looks, parts, tie, told};
 
-/// The text.
+/// The graph as a text for Graphviz.
 pub(crate) fn dot(graph: &Graph) -> String {
     let mut to = format!(
         "digraph schemas {{\n  label={};\n  labelloc=t;\n  node [fontname=\"monospace\", fontsize=10, style=filled];\n",

@@ -1,4 +1,4 @@
-//! Rectangles. Lengths are in units of the picture, about a pixel each.
+//! Rectangles and panels. Lengths are in units of the picture, about a pixel each.
 
 /// A rectangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,7 +18,7 @@ impl Rect {
         (self.x + self.w / 2.0, self.y + self.h / 2.0)
     }
 
-    /// Where the line from its middle towards a point leaves it.
+    /// The point of its border on the line from its middle to a point.
     pub(crate) fn border(&self, (x, y): (f64, f64)) -> (f64, f64) {
         let (mx, my) = self.middle();
         let (dx, dy) = (x - mx, y - my);

@@ -5,17 +5,17 @@ use pschema_inspect::{Graph, GraphTie};
 
 use super::geometry::Rect;
 
-/// A card.
+/// Width and height of a card.
 const CARD: (f64, f64) = (286.0, 84.0);
 const GAP: f64 = 26.0;
-/// Between layers, for the lines.
+/// The space between layers, for the lines.
 const STREET: f64 = 64.0;
-/// Cards side by side; the others of their layer stand below them.
+/// Cards side by side; the other cards of their layer stand below them.
 const SIDE_BY_SIDE_MAX: usize = 5;
-/// How often each layer is put in the order of its neighbours.
+/// How often each layer is sorted by the places of its neighbours.
 const SWEEPS: usize = 6;
 
-/// The place of each node, and how wide and high it all becomes.
+/// The place of each node, with the width and height of the picture.
 pub(super) fn place(graph: &Graph) -> (Vec<Rect>, f64, f64) {
     let ties = downwards(graph);
     let mut rows = rows(&layers(graph.nodes.len(), &ties));
@@ -40,8 +40,7 @@ pub(super) fn place(graph: &Graph) -> (Vec<Rect>, f64, f64) {
     (places, width, y - STREET / 2.0)
 }
 
-/// Ties without what would go round in circles: each that comes back to a node that it came from is left out, those that
-/// matter least first.
+/// The ties without cycles. They are taken in the order of their importance, and a tie that would close a cycle is left out.
 fn downwards(graph: &Graph) -> Vec<(usize, usize)> {
     let rank = |kind: GraphTie| match kind {
         GraphTie::Next => 0,
@@ -96,7 +95,7 @@ fn layers(nodes: usize, ties: &[(usize, usize)]) -> Vec<usize> {
             break;
         }
     }
-    // What leads somewhere stands right above it.
+    // A node to which no tie leads stands right above the first node that it leads to.
     for at in 0..nodes {
         let below = ties.iter().filter(|(from, _)| *from == at).map(|(_, to)| layers[*to]).min();
         let is_first = !ties.iter().any(|(_, to)| *to == at);
@@ -123,7 +122,7 @@ fn rows(layers: &[usize]) -> Vec<LayerRow> {
     rows
 }
 
-/// Puts each row in the order of the middle of its neighbours.
+/// Sorts each row by the mean place of the neighbours of its nodes.
 fn order(rows: &mut [LayerRow], ties: &[(usize, usize)]) {
     let nodes = rows.iter().flat_map(|(row, _)| row).max().map_or(0, |most| most + 1);
     let mut places = vec![0.5; nodes];

@@ -1,4 +1,4 @@
-//! Where things are drawn. Lengths are in units of the picture, about a pixel each.
+//! The places of nodes, panels and lines. Lengths are in units of the picture, about a pixel each.
 
 use pschema_inspect::Graph;
 
@@ -7,7 +7,7 @@ use super::layered;
 use super::lines::{TieLine, each, gathered};
 use super::panels;
 
-/// Nodes that are drawn as cards with what they say; of more, cells with their numbers.
+/// Up to so many nodes are drawn as cards with the text of their schema; more are drawn as cells with their number.
 const CARDS_MAX: usize = 60;
 
 /// A whole picture.
@@ -15,11 +15,11 @@ const CARDS_MAX: usize = 60;
 pub(crate) struct Layout {
     pub(crate) width: f64,
     pub(crate) height: f64,
-    /// Whether nodes are cards, that say what they are, or cells.
+    /// Whether nodes are drawn as cards; else as cells.
     pub(crate) cards: bool,
-    /// By node.
+    /// The place of each node.
     pub(crate) nodes: Vec<Rect>,
-    /// By cluster; empty when nodes are cards.
+    /// The panel of each cluster; empty when nodes are cards.
     pub(crate) panels: Vec<Panel>,
     pub(crate) lines: Vec<TieLine>,
 }

@@ -9,7 +9,7 @@ const TO_ONE_MAX: usize = 8;
 /// Lines of one kind between two clusters that are drawn one by one.
 const BETWEEN_MAX: usize = 40;
 
-/// Where a line ends.
+/// An end of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum LineEnd {
     /// At a node.
@@ -50,7 +50,7 @@ pub(super) fn gathered(graph: &Graph) -> Vec<TieLine> {
     let lines = together(lines, TO_ONE_MAX, |line| (cluster(line.from), line.to));
     let lines = together(lines, TO_ONE_MAX, |line| (line.from, cluster(line.to)));
     let lines = together(lines, BETWEEN_MAX, |line| (cluster(line.from), cluster(line.to)));
-    // What is tied within one panel is told by its title.
+    // Ties within one panel are counted in its title.
     lines.into_iter().filter(|line| line.from != line.to).collect()
 }
 

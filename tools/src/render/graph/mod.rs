@@ -17,7 +17,7 @@ use pschema_inspect::{Graph, GraphNode, GraphScope, GraphTie, SchemaKind};
 
 use super::words::{count, plain, side};
 
-/// What a node is to be seen as: its kind, or that it is an example of a law that is in the picture too.
+/// How a node is drawn: by its kind, or as an example of a generalised schema that is in the picture too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum NodeLook {
     Concrete,
@@ -31,7 +31,7 @@ impl NodeLook {
     pub(crate) const ALL: [Self; 5] =
         [Self::Concrete, Self::Example, Self::CounterExample, Self::Generalised, Self::Retired];
 
-    /// For style sheets.
+    /// The class in style sheets.
     pub(crate) fn class(self) -> &'static str {
         match self {
             Self::Concrete => "concrete",
@@ -42,7 +42,7 @@ impl NodeLook {
         }
     }
 
-    /// For the legend.
+    /// The name in the legend.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Concrete => "concrete schema",
@@ -54,7 +54,7 @@ impl NodeLook {
     }
 }
 
-/// How each node looks.
+/// The look of each node.
 pub(crate) fn looks(graph: &Graph) -> Vec<NodeLook> {
     let mut looks: Vec<_> = graph
         .nodes
@@ -78,7 +78,7 @@ fn at<T>(list: &mut [T], at: u32) -> Option<&mut T> {
     list.get_mut(usize::try_from(at).ok()?)
 }
 
-/// What a tie is called, from the first to the second.
+/// A tie in words, to be read from the first schema to the second.
 pub(crate) fn tie(kind: GraphTie) -> &'static str {
     match kind {
         GraphTie::Next => "then",
@@ -90,7 +90,7 @@ pub(crate) fn tie(kind: GraphTie) -> &'static str {
     }
 }
 
-/// All kinds, the most telling first.
+/// All kinds of ties, the most important first.
 pub(crate) const TIES: [GraphTie; 6] = [
     GraphTie::Next,
     GraphTie::CounterExampleTo,
@@ -107,7 +107,7 @@ pub(crate) fn parts(node: &GraphNode) -> Option<[String; 3]> {
     Some([written(&schema.pre), plain(&schema.action), written(&schema.post)])
 }
 
-/// A node whole, over some lines.
+/// Everything about a node, over some lines.
 pub(crate) fn told(graph: &Graph, node: &GraphNode) -> String {
     let cluster = usize::try_from(node.cluster).ok().and_then(|at| graph.clusters.get(at));
     let cluster = cluster.map_or_else(String::new, |cluster| plain(&cluster.name));
@@ -126,7 +126,7 @@ pub(crate) fn told(graph: &Graph, node: &GraphNode) -> String {
     }
 }
 
-/// What the picture is of, in a line.
+/// The heading of the picture.
 pub(crate) fn heading(graph: &Graph) -> String {
     let shown = match u64::from(graph.shown) == graph.nodes_total {
         true => count(graph.nodes_total, "schema"),

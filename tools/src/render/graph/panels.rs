@@ -5,18 +5,18 @@ use pschema_inspect::{Graph, GraphTie};
 use super::geometry::{Panel, Rect};
 use crate::render::words::{count, plain};
 
-/// A cell of one schema.
+/// Width and height of the cell of one schema.
 const CELL: (f64, f64) = (58.0, 26.0);
-/// A cell that stands for several.
+/// Width and height of a cell that stands for several schemas.
 const SEVERAL: (f64, f64) = (128.0, 40.0);
 const GAP: f64 = 8.0;
 const TITLE: f64 = 26.0;
-/// Between panels, for the lines.
+/// The space between panels, for the lines.
 const STREET: f64 = 70.0;
-/// About how much wider than high it is all to be.
+/// The wanted ratio of width to height.
 const WIDER: f64 = 1.5;
 
-/// Where nodes and panels are.
+/// The places of nodes and panels, with the size of the picture.
 pub(super) struct PanelLayout {
     pub(super) nodes: Vec<Rect>,
     pub(super) panels: Vec<Panel>,
@@ -99,7 +99,7 @@ fn title(graph: &Graph, cluster: usize) -> String {
     title
 }
 
-/// Panels in rows, the highest first; and how wide and high it all becomes.
+/// The places of panels in rows, the highest first, with the width and height of the picture.
 fn shelves(panels: &[Panel]) -> (Vec<(f64, f64)>, f64, f64) {
     let area: f64 = panels.iter().map(|panel| (panel.rect.w + STREET) * (panel.rect.h + STREET)).sum();
     let widest = panels.iter().map(|panel| panel.rect.w).fold(0.0, f64::max);

@@ -10,12 +10,12 @@ use super::layout::{Layout, layout};
 use super::lines::{LineEnd, TieLine};
 use super::{NodeLook, TIES, heading, looks, parts, tie, told};
 
-/// Above the picture: what it is of, and the legend.
+/// The height of the heading and the legend.
 const HEAD: f64 = 92.0;
-/// The narrowest picture, for the legend.
+/// The smallest width of a picture, so that the legend fits.
 const WIDTH_MIN: f64 = 1_240.0;
 
-/// The picture.
+/// The picture, with its style and its script.
 pub(crate) fn svg(graph: &Graph) -> String {
     drawn(graph, &format!("<style>{STYLE}</style>\n"), &format!("<script>{SCRIPT}</script>\n"))
 }
@@ -59,7 +59,7 @@ fn push(to: &mut String, text: std::fmt::Arguments<'_>) {
     to.write_fmt(text).ok();
 }
 
-/// Text of others, without what would be markup.
+/// Text of others, escaped so that it is no markup.
 pub(crate) fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -77,7 +77,7 @@ pub(crate) fn escaped(text: &str) -> String {
     safe
 }
 
-/// The text, cut to so many letters.
+/// The text, cut to at most this many letters.
 fn cut(text: &str, most: usize) -> String {
     match text.chars().count() > most {
         true => text.chars().take(most.saturating_sub(1)).chain(['…']).collect(),
@@ -111,7 +111,7 @@ fn arrows() -> String {
     text + "</defs>\n"
 }
 
-/// The heading and the legend: only what is in the picture.
+/// The heading and the legend, of those looks and ties that are in the picture.
 fn head(to: &mut String, graph: &Graph, looks: &[NodeLook]) {
     push(
         to,
@@ -340,7 +340,7 @@ fn shape(to: &mut String, rect: Rect, look: NodeLook, several: bool) {
                 "<rect class=\"shape {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" rx=\"4\"/>"
             ),
         ),
-        // Six corners.
+        // A hexagon.
         NodeLook::Generalised | NodeLook::Retired => push(
             to,
             format_args!(
@@ -355,7 +355,7 @@ fn shape(to: &mut String, rect: Rect, look: NodeLook, several: bool) {
                 y + h / 2.0
             ),
         ),
-        // Eight.
+        // An octagon.
         NodeLook::CounterExample => push(
             to,
             format_args!(
@@ -374,7 +374,7 @@ fn shape(to: &mut String, rect: Rect, look: NodeLook, several: bool) {
         ),
     }
     if look == NodeLook::Example {
-        // A corner that is turned down.
+        // A corner turned down.
         push(
             to,
             format_args!(
@@ -387,7 +387,7 @@ fn shape(to: &mut String, rect: Rect, look: NodeLook, several: bool) {
     }
 }
 
-/// How a picture looks.
+/// The style sheet of a picture.
 pub(crate) const STYLE: &str = "\
 .paper{fill:#fbfaf7}.heading{font:600 17px system-ui,sans-serif;fill:#1d1d1b}\
 .legend{font:13px system-ui,sans-serif;fill:#3a3a37}\

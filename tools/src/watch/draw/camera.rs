@@ -1,4 +1,5 @@
-//! What the camera sees, as letters in the fields that it divides the picture into (paper, III-A).
+//! The camera pane: each perceived thing is a letter in its field, of those into which the camera divides the picture
+//! (paper, III-A).
 
 use pschema_inspect::{ObservationText, ValueText, WorldObservation};
 use pschema_protocol::picture::FieldMark;
@@ -12,22 +13,22 @@ use super::text::{WrappedText, clipped};
 use super::{Canvas, PaneContent};
 use crate::render::words::plain;
 
-/// A field with nothing in it.
+/// The symbol of a field with nothing in it.
 const EMPTY: &str = "\u{b7}";
 
-/// Something seen in a field.
+/// A thing perceived in a field, and how it is drawn.
 struct CameraMark {
     field: i64,
     letter: char,
-    /// What it is, in words: `blue object`.
+    /// The thing in words: `blue object`.
     what: String,
-    /// The same, as short as it can be understood: `blue`.
+    /// The thing in as few words as can be understood: `blue`.
     short: String,
     new: bool,
     style: Style,
 }
 
-/// The fields where they are, or as a list where that is not known.
+/// The fields, each in its place; a list of them where their places are not known.
 pub(super) fn pane(state: &State, canvas: Canvas, to: &mut Buffer) -> (String, String, PaneContent) {
     let theme = canvas.theme;
     let world = state.live.as_ref().map(|live| live.observations.as_slice()).unwrap_or_default();
@@ -90,8 +91,8 @@ fn colour(observation: &ObservationText) -> Option<String> {
     }
 }
 
-/// Objects have the small first letter of their colour, everything else the capital of what it is; a letter that is
-/// taken makes way for the next.
+/// The letter of a thing: for an object the first letter of its colour, in lower case; for everything else the first
+/// letter of its type, in upper case. Where another thing has that letter already, the next letter of the name is taken.
 fn letter(observation: &ObservationText, colour: &str, taken: &[(String, char)]) -> char {
     let name = if observation.kind == "object" && !colour.is_empty() {
         colour.to_lowercase()
@@ -103,13 +104,13 @@ fn letter(observation: &ObservationText, colour: &str, taken: &[(String, char)])
     name.chars().find(free).unwrap_or('?')
 }
 
-/// Whether something else is in the same field, as when the finger covers what it touches.
+/// Whether another thing is in the same field, as when the finger covers the object that it touches.
 fn is_shared(seen: &[CameraMark], at: usize) -> bool {
     let one = &seen[at];
     seen[..at].iter().any(|other| other.field == one.field && other.letter != one.letter)
 }
 
-/// What the letters mean, and what is felt.
+/// The meaning of the letters, and whether a touch is felt.
 fn legend(seen: &[CameraMark], world: &[WorldObservation], width: usize) -> String {
     let mut parts: Vec<String> = Vec::new();
     for one in seen {
@@ -127,7 +128,8 @@ fn legend(seen: &[CameraMark], world: &[WorldObservation], width: usize) -> Stri
     clipped(&parts.join("  "), width)
 }
 
-/// Draws the fields. They lie on few rows and columns, a place of the screen to each where it is large enough.
+/// Draws the fields. They lie in a few rows and columns; each of these has a row or column of the screen where the screen
+/// is large enough.
 fn draw(fields: &[FieldMark], seen: &[CameraMark], canvas: Canvas, to: &mut Buffer) {
     let Canvas { area, theme } = canvas;
     let columns = Grid::new(fields.iter().map(|field| field.x_px), area.width);
@@ -149,9 +151,9 @@ fn draw(fields: &[FieldMark], seen: &[CameraMark], canvas: Canvas, to: &mut Buff
     }
 }
 
-/// Where on one side of the screen a coordinate goes.
+/// Maps coordinates of the picture to rows, or columns, of the screen.
 struct Grid {
-    /// The coordinates there are, in order.
+    /// The different coordinates of the fields, in ascending order.
     lines: Vec<f32>,
     room: u16,
 }
@@ -168,7 +170,7 @@ impl Grid {
         let count = self.lines.len().max(1);
         let room = usize::from(self.room.max(1));
         let index = self.lines.partition_point(|line| *line < coordinate - 0.5).min(count - 1);
-        // Spread evenly where there is room, put together where there is not.
+        // The lines are spread evenly where there is room; where there is not, some share a place.
         let at = match room / count {
             0 => index * room / count,
             spread => index * spread + (room - count * spread) / 2,
@@ -177,7 +179,7 @@ impl Grid {
     }
 }
 
-/// What is seen where, in words: for bodies that show no picture.
+/// The things in each field, in words: for a body that shows no picture.
 fn list(state: &State, seen: &[CameraMark], canvas: Canvas) -> WrappedText {
     let mut text = WrappedText::new(usize::from(canvas.area.width));
     let why = match (&state.blind, state.body()) {

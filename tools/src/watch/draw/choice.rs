@@ -1,4 +1,4 @@
-//! What could have been done, with the terms of equation (1) that made it more or less exciting.
+//! The candidates of the last decision, each with the terms of equation (1) that made it more or less exciting.
 
 use pschema_inspect::{Candidate, ExcitationTerm, Explanation, Reason, TermRole};
 use ratatui::style::Style;

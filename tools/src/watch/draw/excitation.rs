@@ -1,5 +1,6 @@
-//! Excitation over time, as in the paper's figure 6: above, that of the most excited schema at each step; below, when
-//! a touching schema was executed, and when it touched, when words were heard and things were put down.
+//! Excitation over time, as in the paper's figure 6. The curve above is the excitation of the most excited schema at each
+//! step. The marks below are the steps in which a touching schema was executed, a touch was felt, a word was heard, or an
+//! object was put down.
 
 use pschema_inspect::TraceRecord;
 use ratatui::buffer::Buffer;
@@ -12,14 +13,14 @@ use super::Canvas;
 use super::text::WrappedText;
 use crate::render::words::plain;
 
-/// Columns left of the curve.
+/// Columns to the left of the curve, for its scale and the names of the marks.
 const GUTTER: u16 = 9;
-/// With fewer rows than this, the curve is worth more than the last of the marks.
+/// With fewer rows than this, the last kind of mark is left out so that the curve has room.
 const ROWS_FOR_ALL: u16 = 8;
-/// A curve is drawn in thousandths.
+/// The curve is drawn in thousandths of an excitation.
 const PARTS: f64 = 1000.0;
 
-/// A line of marks below the curve.
+/// One row of marks below the curve.
 struct MarkRow {
     label: &'static str,
     mark: &'static str,
@@ -33,7 +34,7 @@ const ROWS: [MarkRow; 4] = [
     MarkRow { label: "put down", mark: "o", happened: |step| !step.drawn.is_empty() },
 ];
 
-/// Whether the schema executed is one about touching: the lower half of figure 6.
+/// Whether the executed schema predicts a touch: the lower half of figure 6.
 fn predicts_touch(step: &TraceRecord) -> bool {
     step.decision.as_ref().is_some_and(|decision| decision.predicts.iter().any(|kind| kind == "touch"))
 }
@@ -46,7 +47,7 @@ fn top(step: &TraceRecord) -> f64 {
     step.decision.as_ref().map_or(0.0, |decision| decision.excitation_top)
 }
 
-/// Draws the curve and its marks; returns what to call it.
+/// Draws the curve and its marks; returns the title of the pane.
 pub(super) fn curve(state: &State, canvas: Canvas, to: &mut Buffer) -> String {
     let Canvas { area, theme } = canvas;
     let width = area.width.saturating_sub(GUTTER);
@@ -99,7 +100,7 @@ fn title(state: &State) -> String {
     }
 }
 
-/// The last steps, some to each column. A step stays with the same others as time goes on.
+/// The last steps, in groups of those that share a column. As time goes on, a step stays in the same group.
 fn columns(state: &State, width: usize) -> Vec<Vec<&TraceRecord>> {
     let per_column = state.steps_per_column.max(1);
     let mut columns: Vec<(u64, Vec<&TraceRecord>)> = Vec::new();
@@ -114,7 +115,7 @@ fn columns(state: &State, width: usize) -> Vec<Vec<&TraceRecord>> {
     columns.split_off(first).into_iter().map(|(_, steps)| steps).collect()
 }
 
-/// The last steps one by one, the last first.
+/// The last steps in words, the newest first.
 pub(super) fn steps(state: &State, canvas: Canvas) -> WrappedText {
     let theme = canvas.theme;
     let mut text = WrappedText::new(usize::from(canvas.area.width));

@@ -1,4 +1,4 @@
-//! One schema, and what changes of it while it is looked at.
+//! One schema, with its changes since somebody began to look at it.
 
 use pschema_inspect::{Condition, SchemaDetail};
 use ratatui::style::Style;
@@ -107,7 +107,7 @@ fn counted(one: &Condition) -> (u32, u32) {
     (one.occurrences, one.trials)
 }
 
-/// What has been added since it was first looked at: `, +2/+3 since`.
+/// The growth of two counts since the schema was first shown: `, +2/+3 since you look`.
 fn since(first: Option<(u32, u32)>, now: (u32, u32)) -> String {
     match first {
         Some(first) if first != now => {

@@ -1,19 +1,19 @@
-//! Where the panes are.
+//! The places of the panes.
 
 use ratatui::layout::{Constraint, Layout, Rect};
 
 use super::super::{Pane, WatchPage};
 
-/// From this size on, there is room for everything at once.
+/// On a screen of at least this size all panes are shown together.
 const LARGE_WIDTH: u16 = 130;
 const LARGE_HEIGHT: u16 = 36;
 /// Columns of the camera: 41 for the fields of the wide world, which lie in 41 columns and 19 rows.
 const CAMERA_WIDTH: u16 = 43;
 const CAMERA_HEIGHT: u16 = 21;
-/// Beside the camera there is to be room for an observation.
+/// The width that is kept beside the camera, enough for an observation.
 const BESIDE_MIN: u16 = 30;
 
-/// The panes of a page, in the order in which they are walked through, and where they are.
+/// The panes of a page with their places, in the order in which the Tab key visits them.
 pub(super) fn panes(page: WatchPage, area: Rect, follows: bool) -> Vec<(Pane, Rect)> {
     match page {
         WatchPage::Now if area.width >= LARGE_WIDTH && area.height >= LARGE_HEIGHT => {

@@ -1,4 +1,4 @@
-//! The learner: its stage, how near that is to its end, what it costs, and its bodies.
+//! The learner: its stage, how near the stage is to its end, the time and memory that steps take, and its bodies.
 
 use pschema_inspect::{BodyStatus, Status};
 use ratatui::style::Style;
@@ -10,7 +10,7 @@ use crate::render::goals;
 use crate::render::status::{habituation, saturation, state as stage_state, trial};
 use crate::render::words::{bytes, count, duration, plain};
 
-/// Columns of the bars.
+/// Columns of a bar.
 const BAR: u32 = 10;
 
 pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
@@ -64,7 +64,7 @@ fn fact(text: &mut WrappedText, name: &str, value: &str) {
     text.wrapped(&format!("{name:<11} "), value, Style::new());
 }
 
-/// `[####......]`
+/// A bar for a share: `[####......]`.
 fn bar(now: u32, wanted: u32) -> String {
     let full = (u64::from(now.min(wanted)) * u64::from(BAR)).checked_div(wanted.into()).unwrap_or(0);
     let full = usize::try_from(full).unwrap_or(0);

@@ -1,4 +1,4 @@
-//! What is on the screen, which follows from the state alone.
+//! The screen, which follows from the state alone.
 
 mod camera;
 mod choice;
@@ -23,28 +23,28 @@ use crate::render::status::state as stage_state;
 use crate::render::words::plain;
 use text::WrappedText;
 
-/// On less than this, nothing can be told apart.
+/// On a smaller screen nothing could be read.
 const WIDTH_MIN: u16 = 40;
 const HEIGHT_MIN: u16 = 10;
-/// Lines of a message, or of why the daemon does not answer.
+/// Lines that a message may take, or the reason why the daemon does not answer.
 const MESSAGE_LINES_MAX: usize = 3;
 
-/// What a pane shows.
+/// The inside of a pane.
 enum PaneContent {
-    /// Lines, of which those from the pane's scroll on are shown.
+    /// Lines of text, drawn from the line on to which the pane is scrolled.
     WrappedText(WrappedText),
-    /// It drew itself.
+    /// Nothing that is left to draw: the pane has drawn itself.
     Drawn,
 }
 
-/// A pane to be drawn into: its inner area, and how things are set off there.
+/// The inner area of a pane, and the styles to draw with.
 #[derive(Clone, Copy)]
 struct Canvas {
     area: Rect,
     theme: Theme,
 }
 
-/// What drawing found out.
+/// The panes that were drawn, and how far each of them can be scrolled.
 #[derive(Debug)]
 pub(super) struct ScrollRange {
     shown: Vec<Pane>,
@@ -52,14 +52,14 @@ pub(super) struct ScrollRange {
 }
 
 impl ScrollRange {
-    /// Keeps it for the keys that come.
+    /// Keeps them in the state, for the keys that come.
     pub(super) fn note(self, state: &mut State) {
         state.shown = self.shown;
         state.scroll_max = self.scroll_max;
     }
 }
 
-/// Draws everything.
+/// Draws the whole screen.
 pub(super) fn draw(state: &State, theme: Theme, area: Rect, to: &mut Buffer) -> ScrollRange {
     let mut drawn = ScrollRange { shown: Vec::new(), scroll_max: [0; Pane::COUNT] };
     if area.width < WIDTH_MIN || area.height < HEIGHT_MIN {
@@ -87,7 +87,7 @@ pub(super) fn draw(state: &State, theme: Theme, area: Rect, to: &mut Buffer) -> 
     drawn
 }
 
-/// Draws a pane, and says how far it can be scrolled.
+/// Draws a pane; returns how many lines it can be scrolled.
 fn draw_pane(state: &State, theme: Theme, pane: Pane, focused: bool, place: Rect, to: &mut Buffer) -> usize {
     let kind = if focused { BorderType::Thick } else { BorderType::Plain };
     let block = Block::bordered().border_type(kind);
@@ -114,7 +114,7 @@ fn draw_pane(state: &State, theme: Theme, pane: Pane, focused: bool, place: Rect
     scroll_max
 }
 
-/// What a pane is called, what stands below it, and what is in it.
+/// The title of a pane, the text in its lower border, and its inside.
 fn contents(state: &State, pane: Pane, canvas: Canvas, to: &mut Buffer) -> (String, String, PaneContent) {
     let titled =
         |title: &str, text: WrappedText| (title.to_owned(), String::new(), PaneContent::WrappedText(text));
@@ -138,7 +138,7 @@ fn contents(state: &State, pane: Pane, canvas: Canvas, to: &mut Buffer) -> (Stri
     }
 }
 
-/// The line at the top: who, what it is doing, and how much it knows.
+/// The line at the top: the name of the learner, its stage, and how many schemas it has.
 fn title(state: &State, theme: Theme, place: Rect, to: &mut Buffer) {
     to.set_style(place, theme.reversed());
     let Some(status) = state.live.as_ref().map(|live| &live.status) else {
@@ -150,7 +150,7 @@ fn title(state: &State, theme: Theme, place: Rect, to: &mut Buffer) {
     let width = usize::from(place.width);
     let step = format!("step {}  {} schemas", status.step, status.schemas_total);
     let more = format!("{step}, {} general", status.schemas_generalised);
-    // What it is doing comes first; how much else is said depends on the room that is left.
+    // The stage comes first; the rest is told as far as there is room.
     let longest = [format!("{more}  {:.1}/s ", status.steps_per_s), format!("{more} ")];
     let fits = |known: &String| text::width(&doing) + 1 + text::width(known) <= width;
     let known = longest.into_iter().find(fits).unwrap_or_else(|| format!("{step} "));
@@ -160,7 +160,7 @@ fn title(state: &State, theme: Theme, place: Rect, to: &mut Buffer) {
     to.set_stringn(place.x, place.y, line, width, theme.reversed());
 }
 
-/// The pages, the one that is shown in brackets.
+/// The names of the pages; the page that is shown stands in brackets.
 fn pages(state: &State, theme: Theme, place: Rect, to: &mut Buffer) {
     let mut spans = Vec::new();
     for (at, page) in WatchPage::ALL.iter().enumerate() {
@@ -175,7 +175,7 @@ fn pages(state: &State, theme: Theme, place: Rect, to: &mut Buffer) {
     to.set_line(place.x, place.y, &Line::from(spans), place.width);
 }
 
-/// The lines at the bottom: what is written or told, else which keys there are.
+/// The lines at the bottom: the line that is being typed, or a message; else the keys.
 fn footer(state: &State, theme: Theme, width: usize) -> WrappedText {
     let mut text = WrappedText::new(width);
     if let Some(why) = &state.lost {
@@ -189,7 +189,7 @@ fn footer(state: &State, theme: Theme, width: usize) -> WrappedText {
             Prompt::Say => "say (Enter says it, Esc does not): ",
             Prompt::Follow => "follow schema number (none: follow none): ",
         };
-        // The end of the line is where it is written.
+        // Letters are added at the end of the line, so its end is shown.
         let room = width.saturating_sub(text::width(prompt) + 1);
         let count = input.text.chars().count();
         let shown: String = input.text.chars().skip(count.saturating_sub(room)).collect();
@@ -211,7 +211,7 @@ fn footer(state: &State, theme: Theme, width: usize) -> WrappedText {
     text
 }
 
-/// The keys, over everything.
+/// The list of keys, drawn over the panes.
 fn help(theme: Theme, body: Rect, to: &mut Buffer) {
     let mut text = WrappedText::new(usize::from(body.width.saturating_sub(4)).min(72));
     for (keys, does) in HELP {

@@ -1,4 +1,4 @@
-//! Schemas: the newest, and the most used.
+//! Lists of schemas: the newest, and the most used.
 
 use pschema_inspect::{SchemaKind, SchemaSummary};
 use ratatui::style::Style;
@@ -9,7 +9,7 @@ use super::Canvas;
 use super::text::WrappedText;
 use crate::render::words::summary_notation;
 
-/// Steps for which what was made is told to be new.
+/// A schema is marked as new for this many steps after it was made.
 const NEW_FOR: usize = 1;
 
 pub(super) fn newest(state: &State, canvas: Canvas) -> WrappedText {
@@ -18,7 +18,7 @@ pub(super) fn newest(state: &State, canvas: Canvas) -> WrappedText {
     list(newest, canvas, |schema| before.is_some_and(|before| schema.id >= before))
 }
 
-/// How many schemas there were before the last step, as the trace says.
+/// The number of schemas before the last step, from the trace.
 fn schemas_before(state: &State) -> Option<u32> {
     state.steps.iter().rev().nth(NEW_FOR).map(|step| step.schemas_total)
 }
@@ -48,7 +48,7 @@ fn list(schemas: &[SchemaSummary], canvas: Canvas, is_new: impl Fn(&SchemaSummar
     text
 }
 
-/// `14/15`: the intervals are for those who look at one schema.
+/// Successes and executions, `14/15`. The interval of the probability is shown where one schema is followed.
 fn succeeded(s: &SchemaSummary) -> String {
     format!("{}/{}", s.successes, s.executions)
 }

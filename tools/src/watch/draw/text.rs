@@ -1,16 +1,16 @@
-//! Lines that fit: broken at spaces, and never cut where it matters.
+//! Text broken into lines that fit the width of a pane.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-/// Columns that a text takes.
+/// The number of columns that a text takes.
 pub(super) fn width(text: &str) -> usize {
     Span::raw(text).width()
 }
 
-/// A text of at most `max` columns; what is cut off is marked.
+/// The text, cut to at most `max` columns; an ellipsis marks the cut.
 pub(super) fn clipped(text: &str, max: usize) -> String {
     if width(text) <= max {
         return text.to_owned();
@@ -30,7 +30,7 @@ pub(super) fn clipped(text: &str, max: usize) -> String {
     kept
 }
 
-/// Lines of at most so many columns.
+/// Lines of text, none wider than a given number of columns.
 #[derive(Debug)]
 pub(super) struct WrappedText {
     width: usize,
@@ -56,14 +56,15 @@ impl WrappedText {
         self.lines.push(line);
     }
 
-    /// Keeps the first lines.
+    /// Keeps the first `max` lines.
     pub(super) fn cut(&mut self, max: usize) {
         self.lines.truncate(max);
     }
 
-    /// Adds a text over as many lines as it takes; `first` stands before it, and as many spaces before the lines after.
+    /// Adds a text, over as many lines as it takes. `first` stands before its first line, and as many spaces before the
+    /// others.
     pub(super) fn wrapped(&mut self, first: &str, text: &str, style: Style) {
-        // A label that leaves no room for the text is followed by it instead.
+        // Where the label leaves no room beside it, the text begins on the next line.
         let indent = if width(first) * 2 > self.width { 2 } else { width(first) };
         let room = self.width.saturating_sub(indent).max(1);
         let mut before = first.to_owned();
@@ -99,7 +100,7 @@ impl WrappedText {
     }
 }
 
-/// A word in pieces that fit; nearly always one.
+/// A word cut into pieces that fit; nearly always one piece.
 fn pieces(word: &str, room: usize) -> Vec<String> {
     if width(word) <= room {
         return vec![word.to_owned()];

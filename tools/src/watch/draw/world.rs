@@ -1,4 +1,4 @@
-//! The world state: what is perceived.
+//! The world state: the observations of the last frame.
 
 use ratatui::style::Style;
 
@@ -7,7 +7,7 @@ use super::Canvas;
 use super::text::{WrappedText, clipped};
 use crate::render::words::{count, plain};
 
-/// Steps for which a word that was heard is told of.
+/// A word that was heard is shown for this many steps.
 const HEARD_FOR_STEPS: u64 = 200;
 
 pub(super) fn title(state: &State) -> String {
@@ -15,7 +15,7 @@ pub(super) fn title(state: &State) -> String {
     format!("perceived: {count}, * new")
 }
 
-/// What was done about it.
+/// The action that followed.
 pub(super) fn then(state: &State, canvas: Canvas) -> String {
     let explanation = state.live.as_ref().and_then(|live| live.explanation.as_ref());
     let then =
@@ -42,7 +42,7 @@ pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
     text
 }
 
-/// The words heard last, and in which step.
+/// The words heard last, with the step in which they were heard.
 fn heard(state: &State) -> Option<(u64, &[String])> {
     let last = state.steps.iter().rev().find(|step| !step.heard.is_empty())?;
     let now = state.live.as_ref()?.status.step;
