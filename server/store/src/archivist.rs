@@ -1,5 +1,5 @@
-//! The thread that takes its time: digests of memory, and snapshots. It works on a copy that shares memory's chunks, so
-//! that neither the daemon nor what is written to the journal waits for it.
+//! The thread that makes digests of memory and snapshots, which take time. It works on a copy that shares memory's chunks, so
+//! that neither the daemon nor the journal waits for it.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -17,39 +17,39 @@ use crate::shared::{Shared, Wake};
 use crate::snapshot;
 use crate::storage::Storage;
 
-/// Memory as it was at a mark that is durable.
+/// Memory as it was at a mark that is durable: a digest of it is to be made.
 #[derive(Debug)]
-pub(crate) struct Task {
+pub(crate) struct ArchiveTask {
     pub(crate) content: Box<Content>,
     pub(crate) mark: Place,
-    /// Whether a snapshot is to be made, too.
+    /// Whether a snapshot is to be made as well.
     pub(crate) snapshot: bool,
 }
 
-/// A digest that is known.
+/// The digest of memory at a mark.
 #[derive(Debug)]
-pub(crate) struct Digested {
+pub(crate) struct MarkDigest {
     pub(crate) mark: u64,
     pub(crate) step: u64,
     pub(crate) digest: String,
 }
 
-/// The thread, from the writer's side.
+/// The archivist's thread from the writer's side.
 #[derive(Debug)]
 pub(crate) struct Archivist {
-    tasks: Option<SyncSender<Task>>,
-    digested: Receiver<Digested>,
+    tasks: Option<SyncSender<ArchiveTask>>,
+    digested: Receiver<MarkDigest>,
     thread: Option<JoinHandle<()>>,
     shared: Arc<Shared>,
 }
 
-/// What the thread works with.
+/// Where snapshots go, and what is kept.
 #[derive(Debug)]
 pub(crate) struct Archive {
     pub(crate) storage: Arc<dyn Storage>,
     pub(crate) setting: Setting,
     pub(crate) history_bytes: Option<u64>,
-    /// Snapshots that were found damaged at the start.
+    /// The numbers of snapshots that were found damaged at the start.
     pub(crate) damaged: Vec<u64>,
 }
 
@@ -64,22 +64,22 @@ impl Archivist {
         Ok(Self { tasks: Some(tasks), digested, thread: Some(thread), shared })
     }
 
-    /// Hands a task over; waits if there is one already that has not been begun.
-    pub(crate) fn hand(&self, task: Task) {
+    /// Hands a task over. Waits while there is another task that has not been begun.
+    pub(crate) fn hand(&self, task: ArchiveTask) {
         if let Some(tasks) = &self.tasks
             && tasks.send(task).is_err()
         {
-            // Only after a failure, of which it has told.
+            // It ends only after a failure, which it has reported.
             tracing::debug!("the archivist has ended");
         }
     }
 
-    /// A digest that is known and was not taken yet.
-    pub(crate) fn digested(&self) -> Option<Digested> {
+    /// The next digest that was made; none if none is waiting.
+    pub(crate) fn digested(&self) -> Option<MarkDigest> {
         self.digested.try_recv().ok()
     }
 
-    /// Waits for what was handed over; what is known of it is still to be taken.
+    /// Waits until all tasks are done. Their digests are then still to be asked for.
     pub(crate) fn end(&mut self) {
         drop(self.tasks.take());
         if self.thread.take().is_some_and(|thread| thread.join().is_err()) {
@@ -96,19 +96,19 @@ impl Drop for Archivist {
 
 fn serve(
     archive: &Archive,
-    tasks: &Receiver<Task>,
-    digested: &Sender<Digested>,
+    tasks: &Receiver<ArchiveTask>,
+    digested: &Sender<MarkDigest>,
     shared: &Shared,
     wake: &Wake,
 ) {
     let _alive = Alive(shared, wake);
-    while let Ok(Task { content, mark, snapshot }) = tasks.recv() {
+    while let Ok(ArchiveTask { content, mark, snapshot }) = tasks.recv() {
         if shared.has_failed() {
             return;
         }
         let (step, digest) = (content.step, digest(&content));
-        // Nobody takes it any more only when the writer has failed.
-        drop(digested.send(Digested { mark: mark.number, step, digest: digest.clone() }));
+        // Nobody receives it only when the writer has failed.
+        drop(digested.send(MarkDigest { mark: mark.number, step, digest: digest.clone() }));
         if snapshot && let Err(error) = archive.snapshot(&content, mark, &digest, shared) {
             tracing::error!(%error, "a snapshot could not be made");
             shared.fail(&error.to_string());
@@ -119,7 +119,7 @@ fn serve(
     }
 }
 
-/// Says so when the thread ends in a panic: a journal that is never tidied would fill the disk.
+/// Reports a failure when the thread ends in a panic: a journal that is never tidied would fill the disk.
 struct Alive<'a>(&'a Shared, &'a Wake);
 
 impl Drop for Alive<'_> {

@@ -1,6 +1,9 @@
-//! Values of the disk format to bytes and back. The only file that names bincode.
+//! Values of the format to bytes and back. The only file that names bincode.
 
-/// The longest value: what a forged length can make the reader allocate.
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// The longest value, in bytes: what a forged length can have the reader allocate.
 pub(crate) const VALUE_BYTES_MAX: usize = 64 * 1024 * 1024;
 
 /// Why bytes could not be made or read.
@@ -23,22 +26,35 @@ fn config() -> impl bincode::config::Config {
     bincode::config::standard().with_limit::<VALUE_BYTES_MAX>()
 }
 
-pub(crate) fn encode<T: serde::Serialize>(value: &T) -> Result<Vec<u8>, CodecError> {
-    let bytes = bincode::serde::encode_to_vec(value, config());
-    let bytes = bytes.map_err(|error| CodecError::Encode(error.to_string()))?;
-    if bytes.len() > VALUE_BYTES_MAX {
-        return Err(CodecError::Encode(format!("it has {} bytes", bytes.len())));
-    }
+/// The bytes of `value`.
+pub(crate) fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, CodecError> {
+    let mut bytes = Vec::new();
+    encode_onto(value, &mut bytes)?;
     Ok(bytes)
 }
 
-/// The value that `bytes` are, all of them.
-pub(crate) fn decode<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
-    let problem = |problem: String| CodecError::Decode { length: bytes.len(), problem };
-    let (value, used) =
-        bincode::serde::decode_from_slice(bytes, config()).map_err(|error| problem(error.to_string()))?;
-    if used != bytes.len() {
-        return Err(problem(format!("{} bytes are left over", bytes.len() - used)));
+/// Appends the bytes of `value`.
+pub(crate) fn encode_onto<T: Serialize>(value: &T, bytes: &mut Vec<u8>) -> Result<(), CodecError> {
+    let written = bincode::serde::encode_into_std_write(value, bytes, config());
+    match written.map_err(|error| CodecError::Encode(error.to_string()))? {
+        length if length > VALUE_BYTES_MAX => Err(CodecError::Encode(format!("it has {length} bytes"))),
+        _ => Ok(()),
     }
-    Ok(value)
+}
+
+/// The value that `bytes` are, all of them.
+pub(crate) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
+    let (value, rest) = decode_first(bytes)?;
+    if rest.is_empty() {
+        return Ok(value);
+    }
+    Err(CodecError::Decode { length: bytes.len(), problem: format!("{} bytes are left over", rest.len()) })
+}
+
+/// The value at the beginning of `bytes`, and the bytes after it.
+pub(crate) fn decode_first<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, &[u8]), CodecError> {
+    let wrong = |problem: String| CodecError::Decode { length: bytes.len(), problem };
+    let decoded = bincode::serde::decode_from_slice(bytes, config());
+    let (value, used) = decoded.map_err(|error| wrong(error.to_string()))?;
+    Ok((value, bytes.get(used..).unwrap_or_default()))
 }

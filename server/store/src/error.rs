@@ -1,11 +1,11 @@
-//! Why memory can't be kept or found again.
+//! Errors of keeping memory and of finding it again.
 
 use std::io;
 
 use pschema_learner::LearnerError;
 
 use crate::codec::CodecError;
-use crate::format::v1::Impossible;
+use crate::content_error::ContentError;
 use crate::journal::JournalError;
 
 /// Why memory can't be kept or found again.
@@ -17,22 +17,19 @@ pub enum StoreError {
     /// A value can't be written or read.
     #[error(transparent)]
     Codec(#[from] CodecError),
-    /// What was read can't be what a learner knows.
+    /// What was read can't be the content of a memory.
     #[error(transparent)]
-    Impossible(#[from] Impossible),
-    /// What was read can't be taken into memory.
-    #[error("{0}")]
-    Content(String),
+    Content(#[from] ContentError),
     /// A sound frame can't be replayed.
     #[error("{file}, byte {offset}: frame {frame} can't be replayed: {problem}")]
     Replay {
         /// Which file.
         file: String,
-        /// Where in it.
+        /// The place in the file, in bytes.
         offset: usize,
         /// Which frame.
         frame: u64,
-        /// Why.
+        /// Why it can't be replayed.
         problem: String,
     },
     /// The disk failed.
@@ -40,7 +37,7 @@ pub enum StoreError {
     Disk {
         /// What was tried.
         what: &'static str,
-        /// On what.
+        /// The file or directory.
         path: String,
         /// Why it failed.
         #[source]
@@ -51,7 +48,7 @@ pub enum StoreError {
     Locked {
         /// Which directory.
         path: String,
-        /// Who has it, as it said itself.
+        /// The daemon that has it, as it said itself.
         holder: String,
     },
     /// The directory belongs to a memory that was begun with another seed.
@@ -62,9 +59,9 @@ pub enum StoreError {
     OtherSeed {
         /// Which directory.
         path: String,
-        /// What it was begun with.
+        /// The seed that it was begun with.
         kept: u64,
-        /// What was given now.
+        /// The seed that was given now.
         given: u64,
     },
     /// The memory lives under other parameters or another curriculum.
@@ -72,7 +69,7 @@ pub enum StoreError {
     OtherSetting {
         /// Which directory.
         path: String,
-        /// What differs: its name, as it is, and as it was given.
+        /// Each setting that differs: its name, its value there, and the value that was given.
         differences: Vec<(String, String, String)>,
     },
     /// A learner can't go on from what was read.
@@ -91,12 +88,12 @@ pub enum StoreError {
     Failed(String),
 }
 
-/// Differences shown.
+/// So many differences are shown.
 const DIFFERENCES_MAX: usize = 20;
-/// Longest value shown.
+/// The longest value that is shown whole, in characters.
 const VALUE_CHARS_MAX: usize = 60;
 
-/// What differs, and what can be done about it.
+/// The differences, and what can be done about them.
 fn listed(differences: &[(String, String, String)]) -> String {
     let short = |text: &str| match text.char_indices().nth(VALUE_CHARS_MAX) {
         Some((at, _)) => format!("{}…", text.get(..at).unwrap_or_default()),
@@ -120,6 +117,13 @@ fn listed(differences: &[(String, String, String)]) -> String {
 }
 
 impl StoreError {
+    /// Whether the journal is damaged, or can't be replayed: what is before the damage can still be read.
+    pub(crate) fn is_damage(&self) -> bool {
+        let journal =
+            matches!(self, Self::Journal(JournalError::Damaged { .. } | JournalError::Missing { .. }));
+        journal || matches!(self, Self::Replay { .. })
+    }
+
     pub(crate) fn disk(what: &'static str, path: String) -> impl FnOnce(io::Error) -> Self {
         move |error| Self::Disk { what, path, error }
     }

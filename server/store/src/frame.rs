@@ -1,23 +1,23 @@
-//! Frames: what journal and snapshots are made of. 32 bytes of head, then the payload.
+//! Frames, of which journal and snapshots consist: a head of 32 bytes, then the payload.
 //!
 //! ```text
 //! magic u32 | length u32 | number u64 | durable u64 | previous crc u32 | crc u32 | payload
 //! ```
-//! Little endian. The crc is over all that comes before it and the payload.
+//! Numbers are little endian. The crc is that of the head before it and of the payload.
 
 use crate::codec::VALUE_BYTES_MAX;
 
-/// Bytes of a head.
+/// The length of a head in bytes.
 pub(crate) const HEAD_LEN: usize = 32;
-/// `PSjf`: what begins a frame of the journal.
+/// `PSjf`: the magic number of a frame of the journal.
 pub(crate) const JOURNAL: u32 = u32::from_le_bytes(*b"PSjf");
-/// `PSsb`: what begins a block of a snapshot.
+/// `PSsb`: the magic number of a block of a snapshot.
 pub(crate) const SNAPSHOT: u32 = u32::from_le_bytes(*b"PSsb");
 
-/// What a head says.
+/// The head of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Head {
-    /// The frame's number: from 1, without a gap.
+    /// The number of the frame: from 1, without a gap.
     pub(crate) number: u64,
     /// The last frame known to be durable when this one was written.
     pub(crate) durable: u64,
@@ -25,11 +25,11 @@ pub(crate) struct Head {
     pub(crate) previous: u32,
 }
 
-/// A frame as bytes, with its crc.
+/// The bytes of a frame, and its crc.
 pub(crate) fn written(magic: u32, head: Head, payload: &[u8]) -> (Vec<u8>, u32) {
     let mut bytes = Vec::with_capacity(HEAD_LEN + payload.len());
     bytes.extend_from_slice(&magic.to_le_bytes());
-    // Payloads are made by the codec, which keeps to a limit far below.
+    // Payloads come from the codec, whose limit is far below.
     bytes.extend_from_slice(&u32::try_from(payload.len()).unwrap_or(u32::MAX).to_le_bytes());
     bytes.extend_from_slice(&head.number.to_le_bytes());
     bytes.extend_from_slice(&head.durable.to_le_bytes());
@@ -47,16 +47,16 @@ fn crc(head: &[u8], payload: &[u8]) -> u32 {
     hasher.finalize()
 }
 
-/// A frame that was found sound.
+/// A frame whose crc is right.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Found<'a> {
+pub(crate) struct SoundFrame<'a> {
     pub(crate) head: Head,
     pub(crate) crc: u32,
     pub(crate) payload: &'a [u8],
 }
 
-impl Found<'_> {
-    /// Bytes it takes.
+impl SoundFrame<'_> {
+    /// The length of the frame in bytes, with its head.
     pub(crate) fn len(&self) -> usize {
         HEAD_LEN + self.payload.len()
     }
@@ -72,7 +72,7 @@ pub(crate) fn length(bytes: &[u8]) -> Option<usize> {
 }
 
 /// The frame at the beginning of `bytes`; none unless it is whole and sound.
-pub(crate) fn read(magic: u32, bytes: &[u8]) -> Option<Found<'_>> {
+pub(crate) fn read(magic: u32, bytes: &[u8]) -> Option<SoundFrame<'_>> {
     if u32::from_le_bytes(number(bytes, 0)?) != magic {
         return None;
     }
@@ -90,11 +90,11 @@ pub(crate) fn read(magic: u32, bytes: &[u8]) -> Option<Found<'_>> {
         durable: u64::from_le_bytes(number(bytes, 16)?),
         previous: u32::from_le_bytes(number(bytes, 24)?),
     };
-    Some(Found { head, crc: found, payload })
+    Some(SoundFrame { head, crc: found, payload })
 }
 
 /// Every sound frame anywhere in `bytes`, wherever it begins, with its place.
-pub(crate) fn scan(magic: u32, bytes: &[u8]) -> impl Iterator<Item = (usize, Found<'_>)> {
+pub(crate) fn scan(magic: u32, bytes: &[u8]) -> impl Iterator<Item = (usize, SoundFrame<'_>)> {
     let mut at = 0;
     let magic_bytes = magic.to_le_bytes();
     std::iter::from_fn(move || {

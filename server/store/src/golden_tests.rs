@@ -21,6 +21,7 @@ use pschema_learner::progress::StageCommand;
 use pschema_learner::vocabulary::BodyId;
 
 use crate::error::StoreError;
+use crate::format::mirror::list;
 use crate::format::v1::{self, Record, Setting};
 use crate::journal::{self, Journal, Place, Sizes, segment_name, segments};
 use crate::manifest::{self, Manifest};
@@ -165,7 +166,7 @@ fn write(directory: &Path) {
     let effects = life.learner.change(parameters.clone(), curriculum()).unwrap();
     let setting = Box::new(Setting::new(&parameters, &curriculum()));
     let step = life.learner.memory().content().step;
-    let effects = effects.iter().map(v1::Effect::from).collect();
+    let effects = list(&effects);
     let cause = v1::Cause::Changed(setting);
     life.put(&Record::Batch { step, at_unix_ms: 1_400_000_000_000, cause, effects });
     life.steps(580);

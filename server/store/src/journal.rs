@@ -1,29 +1,29 @@
-//! The journal: what changed memory, in order, in segments named by their first frame.
+//! The journal: the changes of memory in order, in segments that are named by their first frame.
 //!
-//! Frames are numbered from 1 without a gap, and each carries the crc of the one before: a journal is a chain. Each also
-//! says which frame was known to be durable when it was written, so that what was torn while it was being written can
-//! be told from what was damaged after it was acknowledged.
+//! Frames are numbered from 1 without a gap, and each has the crc of the frame before: a journal is a chain. Each frame also
+//! says which frame was known to be durable when it was written. So a frame that was torn while it was being written can be told
+//! from one that was damaged after it was acknowledged.
 
 use std::io;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use crate::format::VERSION;
-use crate::frame::{self, Found, Head, JOURNAL};
-use crate::storage::{Storage, Writing};
+use crate::frame::{self, Head, JOURNAL, SoundFrame};
+use crate::storage::{OpenFile, Storage};
 
-/// Where segments are.
+/// The directory of the segments.
 pub(crate) const DIRECTORY: &str = "journal";
 const SUFFIX: &str = ".journal";
-/// `PSjs`: what begins a segment.
+/// `PSjs`: the magic number of the frame that begins a segment.
 pub(crate) const SEGMENT: u32 = u32::from_le_bytes(*b"PSjs");
 
-/// How long segments get.
+/// How long segments get, in bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sizes {
-    /// A segment that is as long as this is followed by another.
+    /// Another segment is begun before one would get longer than this.
     pub(crate) segment_max: u64,
-    /// Zeros written ahead at a time, so that a frame seldom makes its file longer.
+    /// So many zeros are written ahead at a time, so that a frame seldom makes its file longer.
     pub(crate) ahead: u64,
 }
 
@@ -43,12 +43,12 @@ fn segment_first(name: &str) -> Option<u64> {
     digits.parse().ok()
 }
 
-/// The first frames of the segments there are, in order.
+/// The numbers of the first frames of all segments, in order.
 pub(crate) fn segments(storage: &dyn Storage) -> io::Result<Vec<u64>> {
     Ok(storage.list(DIRECTORY)?.iter().filter_map(|name| segment_first(name)).collect())
 }
 
-/// A place in the chain: everything up to frame `number`, whose crc is `crc`.
+/// A place in the chain: after frame `number`, whose crc is `crc`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Place {
     pub(crate) number: u64,
@@ -58,7 +58,7 @@ pub(crate) struct Place {
 #[derive(Debug)]
 struct Segment {
     name: String,
-    file: Box<dyn Writing>,
+    file: Box<dyn OpenFile>,
     end: u64,
     zeroed: u64,
 }
@@ -71,40 +71,40 @@ pub(crate) struct Journal {
     last: Place,
     durable: u64,
     segment: Option<Segment>,
-    /// Bytes appended since it was opened.
+    /// Bytes that were appended since the journal was opened.
     written: u64,
 }
 
 impl Journal {
-    /// Goes on after `last`, all of which is durable, in a segment of its own that is made with the first frame.
+    /// Goes on after `last`, which is durable, in a segment of its own. The segment is made with its first frame.
     pub(crate) fn after(storage: Arc<dyn Storage>, last: Place, sizes: Sizes) -> Self {
         Self { storage, sizes, last, durable: last.number, segment: None, written: 0 }
     }
 
-    /// The last frame appended.
+    /// The place after the last frame that was appended.
     pub(crate) fn last(&self) -> Place {
         self.last
     }
 
-    /// How it is called in messages.
+    /// How the journal is called in messages.
     pub(crate) fn path(&self) -> String {
         self.storage.path(DIRECTORY)
     }
 
-    /// Bytes appended since it was opened.
+    /// Bytes that were appended since the journal was opened.
     pub(crate) fn written(&self) -> u64 {
         self.written
     }
 
-    /// Appends a frame; it is durable after [`Journal::sync`].
-    /// `step` is how many steps had been taken before what it says.
+    /// Appends a frame, which is durable after [`Journal::sync`]. `step` is how many steps had been taken before the change that
+    /// the frame records.
     pub(crate) fn append(&mut self, payload: &[u8], step: u64) -> io::Result<Place> {
         let head = Head { number: self.last.number + 1, durable: self.durable, previous: self.last.crc };
         let (bytes, crc) = frame::written(JOURNAL, head, payload);
         let length = bytes.len() as u64;
         let full = self.segment.as_ref().is_none_or(|segment| segment.end + length > self.sizes.segment_max);
         if full {
-            // A segment says of all before it that it is durable.
+            // A segment says that everything before it is durable.
             self.sync()?;
             self.begin_segment(step)?;
         }
@@ -122,7 +122,7 @@ impl Journal {
         Ok(self.last)
     }
 
-    /// Makes durable what was appended. After an error nothing more may be appended.
+    /// Makes all appended frames durable. After an error nothing more may be appended.
     pub(crate) fn sync(&mut self) -> io::Result<()> {
         if let Some(segment) = &mut self.segment
             && self.durable < self.last.number
@@ -133,7 +133,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Cuts off what was zeroed ahead, for nothing is appended any more.
+    /// Cuts off the zeros that were written ahead, for nothing is appended any more.
     pub(crate) fn end(&mut self) -> io::Result<()> {
         self.sync()?;
         self.end_segment()
@@ -165,7 +165,7 @@ impl Journal {
 /// Why a journal can't be read.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
-    /// What was acknowledged is damaged.
+    /// A frame that was acknowledged is damaged.
     #[error(
         "{file} is damaged at byte {offset}: frame {lost} and perhaps more after it can't be read, though frames up to \
          {claimed} were on disk and acted on. Nothing was changed. Put this data directory back from a copy; or `pschema repair \
@@ -190,18 +190,18 @@ pub enum JournalError {
         directory: String,
         /// The first frame there is; 0: there is none.
         found: u64,
-        /// The first that is needed.
+        /// The first frame that is needed.
         wanted: u64,
     },
-    /// A segment of another version.
+    /// A segment has a version that this release does not know.
     #[error("{file} has format {found}, and this release reads formats 1 to {VERSION}: use a newer release")]
     Version {
         /// Which file.
         file: String,
-        /// What it says.
+        /// The version that the segment has.
         found: u32,
     },
-    /// The disk failed.
+    /// The disk can't be read.
     #[error("cannot read {file}: {error}")]
     Read {
         /// Which file.
@@ -217,27 +217,27 @@ pub enum JournalError {
 pub(crate) struct End {
     /// The last sound frame.
     pub(crate) last: Place,
-    /// What follows it on disk and was never acknowledged: the file, and where it begins in it.
+    /// Where bytes follow that were never acknowledged: the file, and the place in it.
     pub(crate) torn: Option<(String, usize)>,
-    /// The segments read.
+    /// The first frames of the segments that were read.
     pub(crate) segments: Vec<u64>,
-    /// Bytes of sound frames read.
+    /// The length of the sound frames that were read, in bytes.
     pub(crate) bytes: u64,
-    /// Where the last of them ends in the last segment.
+    /// Where the last sound frame ends in the last segment.
     pub(crate) sound: u64,
 }
 
-/// A frame as it is shown to a reader.
+/// A sound frame of the journal, and where it stands.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shown<'a> {
+pub(crate) struct JournalFrame<'a> {
     pub(crate) place: Place,
     pub(crate) payload: &'a [u8],
     pub(crate) segment: u64,
     pub(crate) offset: usize,
 }
 
-/// What a segment and a snapshot begin with, after the frame's head: the version, and the steps taken before what it
-/// holds (or, of a snapshot, before it was made).
+/// The length of the payload with which a segment and a snapshot begin, in bytes: the version, and how many steps had been
+/// taken before the frames of the segment, or when the snapshot was made.
 pub(crate) const FILE_HEAD_LEN: usize = 12;
 
 pub(crate) fn file_head(step: u64) -> [u8; FILE_HEAD_LEN] {
@@ -248,7 +248,7 @@ pub(crate) fn file_head(step: u64) -> [u8; FILE_HEAD_LEN] {
     head
 }
 
-/// The version and the step; no step unless the version is ours.
+/// The version and the step; no step if this release does not know the version.
 pub(crate) fn read_file_head(payload: &[u8]) -> Option<(u32, Option<u64>)> {
     let (version, rest) = payload.split_first_chunk()?;
     let version = u32::from_le_bytes(*version);
@@ -258,13 +258,13 @@ pub(crate) fn read_file_head(payload: &[u8]) -> Option<(u32, Option<u64>)> {
     Some((version, Some(u64::from_le_bytes(rest.try_into().ok()?))))
 }
 
-/// Reads the frames after `from` in order, showing each to `visit` until it has seen enough. Changes nothing.
+/// Reads the frames after `from` in order, and hands each to `visit`, until `visit` has seen enough. Changes nothing.
 ///
-/// Beside a daemon that writes, it gives what was there when each segment was read.
+/// Beside a daemon that writes, each segment is read as it was at that moment.
 pub(crate) fn read<E: From<JournalError>>(
     storage: &dyn Storage,
     from: Place,
-    mut visit: impl FnMut(Shown<'_>) -> Result<ControlFlow<()>, E>,
+    mut visit: impl FnMut(JournalFrame<'_>) -> Result<ControlFlow<()>, E>,
 ) -> Result<End, E> {
     let failed = |name: &str| {
         let file = storage.path(name);
@@ -278,7 +278,7 @@ pub(crate) fn read<E: From<JournalError>>(
         None if firsts.is_empty() && from.number == 0 => 0,
         None => {
             let (directory, found) = (storage.path(DIRECTORY), firsts.first().copied().unwrap_or(0));
-            // A first segment that was being made when power failed has no sound head, and nothing was acknowledged.
+            // A first segment that was being made when power failed has no sound head, and nothing in it was acknowledged.
             return Err(JournalError::Missing { directory, found, wanted }.into());
         }
     };
@@ -295,7 +295,7 @@ pub(crate) fn read<E: From<JournalError>>(
         {
             return Err(JournalError::Version { file: storage.path(&name), found: version }.into());
         }
-        // A segment made after a torn tail was cut takes its place: what is torn there is of no account.
+        // A segment that was made after a torn end takes the place of that end, which then does not count.
         let goes_on = head.is_some_and(|(head, _)| {
             (end.segments.is_empty() && first <= end.last.number)
                 || (first == end.last.number + 1 && head.previous == end.last.crc)
@@ -307,7 +307,7 @@ pub(crate) fn read<E: From<JournalError>>(
             let (mut at, mut enough) = chain(&bytes, at, first, &mut end, &mut visit)?;
             claim = claimed(bytes.get(at..).unwrap_or_default());
             while !enough && claim.is_some_and(|claim| claim > end.last.number) {
-                // A daemon that writes while it is read shows what was not there yet before what is: look again.
+                // Beside a daemon that writes, later bytes may be read before earlier ones are there: look again.
                 let again = storage.read(&name).map_err(failed(&name))?;
                 if again == bytes {
                     break;
@@ -327,8 +327,8 @@ pub(crate) fn read<E: From<JournalError>>(
             stopped = stopped.or(Some((first, 0)));
             claim = claim.max(claimed(&bytes));
             if head.is_none() {
-                // A head is durable before the first frame is written: one that is unsound before a sound frame was
-                // damaged later.
+                // A head is durable before the first frame is written. So an unsound head before a sound frame was damaged
+                // later.
                 let frames = frame::scan(JOURNAL, &bytes).map(|(_, found)| found.head.number);
                 claim = claim.max(frames.max());
             }
@@ -350,15 +350,16 @@ fn segment_head(bytes: &[u8], first: u64) -> Option<(Head, u32)> {
     Some((found.head, read_file_head(found.payload)?.0))
 }
 
-/// Where in a segment the chain goes on after `end`: right after its head, or, in the first segment that is read, after
-/// the frame that a snapshot was made at. What was before that is in the snapshot, sound here or not.
+/// Where in a segment the chain goes on after `end`: right after the segment's head, or, in the first segment that is read,
+/// after the frame that a snapshot was made at. Earlier frames are in the snapshot, whether they are sound here or not.
 fn start(bytes: &[u8], head: Head, end: &End, from: Place) -> usize {
     let after_head = frame::HEAD_LEN + FILE_HEAD_LEN;
     if !end.segments.is_empty() || head.number == from.number + 1 {
         return after_head;
     }
-    let follows = |found: &Found<'_>| found.head.number == from.number + 1 && found.head.previous == from.crc;
-    let is_it = |found: &Found<'_>| found.head.number == from.number && found.crc == from.crc;
+    let follows =
+        |found: &SoundFrame<'_>| found.head.number == from.number + 1 && found.head.previous == from.crc;
+    let is_it = |found: &SoundFrame<'_>| found.head.number == from.number && found.crc == from.crc;
     for (at, found) in frame::scan(JOURNAL, bytes) {
         if follows(&found) {
             return at;
@@ -370,20 +371,20 @@ fn start(bytes: &[u8], head: Head, end: &End, from: Place) -> usize {
     after_head
 }
 
-/// Follows the chain from `at`; returns where it ends, and whether `visit` had seen enough.
+/// Follows the chain from `at`. Returns where it ends, and whether `visit` had seen enough.
 fn chain<E>(
     bytes: &[u8],
     mut at: usize,
     segment: u64,
     end: &mut End,
-    visit: &mut impl FnMut(Shown<'_>) -> Result<ControlFlow<()>, E>,
+    visit: &mut impl FnMut(JournalFrame<'_>) -> Result<ControlFlow<()>, E>,
 ) -> Result<(usize, bool), E> {
     while let Some(found) = bytes.get(at..).and_then(|rest| frame::read(JOURNAL, rest)) {
         if found.head.number != end.last.number + 1 || found.head.previous != end.last.crc {
             break;
         }
         let place = Place { number: found.head.number, crc: found.crc };
-        if visit(Shown { place, payload: found.payload, segment, offset: at })?.is_break() {
+        if visit(JournalFrame { place, payload: found.payload, segment, offset: at })?.is_break() {
             return Ok((at, true));
         }
         end.last = place;
@@ -393,7 +394,7 @@ fn chain<E>(
     Ok((at, false))
 }
 
-/// The last frame that anything sound in `bytes` says was durable.
+/// The last frame of which a sound frame in `bytes` says that it was durable.
 fn claimed(bytes: &[u8]) -> Option<u64> {
     let frames = frame::scan(JOURNAL, bytes).map(|(_, found)| found.head.durable);
     let heads = frame::scan(SEGMENT, bytes).map(|(_, found)| found.head.durable);

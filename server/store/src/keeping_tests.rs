@@ -13,6 +13,7 @@ use pschema_learner::random::Random;
 use pschema_learner::vocabulary::BodyId;
 
 use crate::error::StoreError;
+use crate::format::mirror::Mirror;
 use crate::format::v1::{self, Record};
 use crate::journal::{self, Place, segments};
 use crate::store::open_in;
@@ -169,7 +170,7 @@ fn replay_equals_live() {
         let record = codec::decode(shown.payload)?;
         digests += u32::from(matches!(record, Record::Digest { .. }));
         let Record::Batch { step, cause, effects, .. } = record else { return Ok(ControlFlow::Continue(())) };
-        let journalled: Vec<Effect> = effects.into_iter().map(|one| Effect::try_from(one).unwrap()).collect();
+        let journalled: Vec<Effect> = effects.live();
         match cause {
             v1::Cause::Step(input) => {
                 let mut again = Vec::new();
@@ -177,11 +178,11 @@ fn replay_equals_live() {
                     let Effect::SymbolsMet(symbols) = effect else { break };
                     symbols.iter().for_each(|symbol| again.extend(learner.symbol(symbol).1));
                 }
-                again.extend(learner.step(&input.into()).effects);
+                again.extend(learner.step(&input.live()).effects);
                 assert_eq!(again, journalled, "step {step}");
             }
             v1::Cause::Changed(setting) => {
-                let (parameters, curriculum) = setting.live()?;
+                let (parameters, curriculum) = setting.checked()?;
                 assert_eq!(learner.change(parameters, curriculum).unwrap(), journalled);
             }
             v1::Cause::Declared(_) | v1::Cause::Order(_) => {

@@ -1,13 +1,62 @@
-//! The learner's memory on disk: a journal of what changed it, and snapshots of it. `docs/FORMAT.md` has the bytes.
+//! The memory of a learner on disk: a journal of the effects that changed it, and snapshots of it. `docs/FORMAT.md` describes
+//! the bytes.
 //!
-//! [`open`] finds a memory again, or begins one, and returns it with the [`Writer`] that keeps it from then on. What is
-//! damaged is reported and never dropped in silence.
+//! [`open`] finds a memory again, or begins one, and returns the learner with the [`Store`] that keeps its memory from then on.
+//! Damage is reported, and nothing is dropped in silence. The module [`past`] looks back without a daemon.
+//!
+//! ```
+//! use pschema_learner::curriculum::{Afterwards, Curriculum, Lift, Stage};
+//! use pschema_learner::parameters::Parameters;
+//! use pschema_learner::vocabulary::Declaration;
+//! use pschema_store::{Cause, Change, Options, open};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let directory = tempfile::tempdir()?;
+//! # let directory = directory.path().join("memory");
+//! # let stage = Stage {
+//! #     name: "free".to_owned(),
+//! #     lift: Lift::All,
+//! #     learning: true,
+//! #     trials: 0,
+//! #     arrange: Vec::new(),
+//! #     until: None,
+//! #     until_absent: None,
+//! #     trial_actions_max: 0,
+//! #     saturation: None,
+//! #     habituation: None,
+//! #     say: Vec::new(),
+//! # };
+//! # let (name, pools, stages) = ("free".to_owned(), Vec::new(), vec![stage]);
+//! # let curriculum = Curriculum { name, pools, stages, afterwards: Afterwards::Continue };
+//! let parameters = Parameters::default();
+//! let options = Options::new("arm", 7, &parameters, &curriculum);
+//! // The closure is called whenever more is durable; a daemon wakes its loop with it.
+//! let opened = open(&directory, options, || ())?;
+//! let (mut learner, mut store) = (opened.learner, opened.store);
+//!
+//! let (_, effects) = learner.declare(Declaration { body: "arm".to_owned(), ..Declaration::default() })?;
+//! let change = Change { cause: Cause::Declared("arm"), at_unix_ms: 0, effects: &effects };
+//! let batch = store.append(&change, learner.memory().content())?;
+//! // No reply leaves before `store.is_durable(batch)`.
+//! # assert!(batch > 0);
+//! store.finish(learner.memory())?;
+//!
+//! let again = open(&directory, options, || ())?;
+//! assert_eq!(again.learner.memory().content().vocabulary.bodies().len(), 1);
+//! # Ok(())
+//! # }
+//! ```
 #![forbid(unsafe_code)]
+#![deny(missing_docs)]
 
 mod archivist;
 mod change;
 mod codec;
+mod content_error;
 mod error;
+mod extent;
+#[cfg(test)]
+mod forged_tests;
 mod format;
 mod frame;
 #[cfg(test)]
@@ -35,9 +84,9 @@ mod writer;
 
 pub use change::{Cause, Change, Durability};
 pub use codec::CodecError;
+pub use content_error::ContentError;
 pub use error::StoreError;
-pub use format::v1::Impossible;
 pub use journal::JournalError;
 pub use options::{Options, Retention};
-pub use recovery::Recovered;
+pub use recovery::RecoveryReport;
 pub use store::{Opened, Store, open};

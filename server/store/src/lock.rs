@@ -1,4 +1,4 @@
-//! One daemon to a data directory.
+//! The lock of a data directory: one daemon has it at a time.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::error::StoreError;
 
-/// The directory's lock. The kernel lets it go with the process, however that ends.
+/// The lock of a directory. The kernel lets it go when the process ends, however it ends.
 #[derive(Debug)]
 pub(crate) struct Lock {
     _file: File,
@@ -23,7 +23,7 @@ pub(crate) fn take(directory: &Path, name: &str) -> Result<Lock, StoreError> {
         Ok(()) => (),
         Err(TryLockError::WouldBlock) => {
             let mut holder = String::new();
-            // Who it is helps; that it is there is enough.
+            // The holder's name helps; without it the refusal is as good.
             let read = Read::by_ref(&mut file).take(256).read_to_string(&mut holder);
             let known = read.is_ok_and(|length| length > 0);
             let holder = if known { holder.trim().to_owned() } else { "another process".to_owned() };

@@ -1,4 +1,5 @@
-//! What a memory was begun with, whole: with journal and snapshots it is all that is needed to find the memory again.
+//! The manifest: everything that a memory was begun with. Manifest, journal and snapshots are all that is needed to find the
+//! memory again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
@@ -19,31 +20,31 @@ const HEADER: &str = "# What this memory was begun with. Written once and never 
 /// What a memory was begun with.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Manifest {
-    /// The learner's name, to tell people: a directory may be copied, and served under another.
+    /// The learner's name. It is for people: a directory may be copied, and served under another name.
     pub(crate) learner: String,
-    /// Where its randomness began.
+    /// The seed, from which all its random numbers follow.
     pub(crate) seed: u64,
-    /// What it lived under at first.
+    /// The setting that it lived under at first.
     pub(crate) setting: Setting,
 }
 
-/// As it stands in the file.
+/// The manifest as it stands in the file.
 #[derive(Serialize, Deserialize)]
-struct Written {
+struct ManifestFile {
     /// The version of the format.
     format: u32,
     /// The blake3 digest of seed, parameters and curriculum as the journal would have them.
     identity: String,
     learner: String,
-    /// As text: TOML's numbers end at half of what a seed can be.
+    /// As text: the numbers of TOML end at half of the largest seed.
     seed: String,
     parameters: Parameters,
     curriculum: Curriculum,
 }
 
-/// What every version has.
+/// The part of a manifest that every version has.
 #[derive(Deserialize)]
-struct Versioned {
+struct FormatVersion {
     format: u32,
 }
 
@@ -56,21 +57,21 @@ impl Manifest {
     fn text(&self, path: &str) -> Result<String, StoreError> {
         let Self { learner, seed, setting: Setting { parameters, curriculum } } = self.clone();
         let (format, identity, seed) = (VERSION, self.identity()?, seed.to_string());
-        let text = toml::to_string(&Written { format, identity, learner, seed, parameters, curriculum });
+        let text = toml::to_string(&ManifestFile { format, identity, learner, seed, parameters, curriculum });
         let text = text.map_err(|error| wrong(path, error.to_string()))?;
         Ok(format!("{HEADER}{text}"))
     }
 
     fn parse(text: &str, path: &str) -> Result<Self, StoreError> {
         let wrong = |problem: String| wrong(path, problem);
-        let Versioned { format } = toml::from_str(text).map_err(|error| wrong(error.to_string()))?;
+        let FormatVersion { format } = toml::from_str(text).map_err(|error| wrong(error.to_string()))?;
         if format != VERSION {
             return Err(wrong(format!(
                 "it has format {format}, and this release reads formats 1 to {VERSION}"
             )));
         }
-        let written: Written = toml::from_str(text).map_err(|error| wrong(error.to_string()))?;
-        let Written { identity, learner, seed, parameters, curriculum, .. } = written;
+        let written: ManifestFile = toml::from_str(text).map_err(|error| wrong(error.to_string()))?;
+        let ManifestFile { identity, learner, seed, parameters, curriculum, .. } = written;
         let seed = seed.parse().map_err(|_| wrong(format!("{seed:?} is no seed")))?;
         let found = Self { learner, seed, setting: Setting { parameters, curriculum } };
         if found.identity()? != identity {
@@ -78,7 +79,7 @@ impl Manifest {
                            copy; to go on under other settings, give them with --change";
             return Err(wrong(problem.to_owned()));
         }
-        found.setting.clone().live()?;
+        found.setting.checked()?;
         Ok(found)
     }
 }
@@ -87,7 +88,7 @@ fn wrong(path: &str, problem: String) -> StoreError {
     StoreError::Manifest { path: path.to_owned(), problem }
 }
 
-/// The manifest, if there is a memory. Changes nothing.
+/// The manifest; none if there is no memory. Changes nothing.
 pub(crate) fn read(storage: &dyn Storage) -> Result<Option<Manifest>, StoreError> {
     let path = storage.path(FILE);
     let bytes = match storage.read(FILE) {
@@ -106,7 +107,7 @@ pub(crate) fn read(storage: &dyn Storage) -> Result<Option<Manifest>, StoreError
     Manifest::parse(&text, &path).map(Some)
 }
 
-/// Writes it, durably.
+/// Writes the manifest, and makes it durable.
 pub(crate) fn write(storage: &dyn Storage, manifest: &Manifest) -> Result<(), StoreError> {
     let temporary = "manifest.tmp";
     let disk = |what| StoreError::disk(what, storage.path(temporary));
@@ -118,7 +119,7 @@ pub(crate) fn write(storage: &dyn Storage, manifest: &Manifest) -> Result<(), St
     storage.sync_directory("").map_err(disk("make durable"))
 }
 
-/// Everything in which `given` differs from `kept`: what, as it is kept, and as it was given. Parameters come first.
+/// Everything in which `given` differs from `kept`: the name, the kept value and the given value. Parameters come first.
 pub(crate) fn differences(kept: &Setting, given: &Setting) -> Vec<(String, String, String)> {
     let (kept, given) = (toml::Value::try_from(kept).ok(), toml::Value::try_from(given).ok());
     let mut found = Vec::new();
@@ -150,7 +151,7 @@ fn compare(
     }
 }
 
-/// What a table or a list of tables consists of. What has a name is called by it, and the rest by its place from 1.
+/// The entries of a table or of a list of tables. An entry that has a name is called by it, others by their place from 1.
 fn parts(value: &toml::Value) -> Option<BTreeMap<String, &toml::Value>> {
     match value {
         toml::Value::Table(table) => Some(table.iter().map(|(key, value)| (key.clone(), value)).collect()),
@@ -173,7 +174,7 @@ fn shown(value: Option<&toml::Value>) -> String {
     }
 }
 
-/// Whether they are the same, by the bytes that would be kept.
+/// Whether two settings are the same, by the bytes that would be kept.
 pub(crate) fn same(one: &Setting, other: &Setting) -> Result<bool, StoreError> {
     Ok(codec::encode(one)? == codec::encode(other)?)
 }

@@ -1,4 +1,4 @@
-//! What a memory is begun with, and how it is kept.
+//! What a memory is begun with or found again with, and how it is kept.
 
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::parameters::Parameters;
@@ -11,29 +11,30 @@ use crate::journal::Sizes;
 pub struct Options<'a> {
     /// The learner's name.
     pub learner: &'a str,
-    /// Where its randomness begins.
+    /// The seed, from which all its random numbers follow.
     pub seed: u64,
-    /// Its numbers and switches.
+    /// The learner's numbers and switches.
     pub parameters: &'a Parameters,
-    /// What it is led through.
+    /// The curriculum that it is led through.
     pub curriculum: &'a Curriculum,
-    /// Whether somebody asked for this seed: a memory that was begun with another is refused then.
+    /// Whether somebody asked for this seed: a memory that was begun with another seed is then refused.
     pub seed_given: bool,
-    /// Whether somebody asked for these parameters and this curriculum: a memory that lives under others is refused
-    /// then, unless `change` is set.
+    /// Whether somebody asked for these parameters and this curriculum: a memory that lives under others is then refused,
+    /// unless `change` is set.
     pub setting_given: bool,
     /// Whether a memory that lives under other parameters or another curriculum goes on under these.
     pub change: bool,
-    /// The time now, in milliseconds since 1970: for people, who may look when a memory was changed.
+    /// The time now, in milliseconds since 1970. It is for people who want to know when a memory was changed.
     pub at_unix_ms: u64,
     /// When a reply may leave.
     pub durability: Durability,
-    /// How much is kept.
+    /// How much of the past is kept.
     pub retention: Retention,
 }
 
 impl<'a> Options<'a> {
-    /// A memory of this learner, begun with this and nothing else; durable at every step.
+    /// A memory of this learner that is begun with this seed and this setting, or found again with the same, and is durable at
+    /// every step.
     #[must_use]
     pub fn new(learner: &'a str, seed: u64, parameters: &'a Parameters, curriculum: &'a Curriculum) -> Self {
         Self {
@@ -51,14 +52,14 @@ impl<'a> Options<'a> {
     }
 }
 
-/// How much is kept on disk.
+/// How much of a memory's past is kept on disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Retention {
-    /// A snapshot is made whenever the journal has grown by so many bytes, or by the size of the last snapshot when
-    /// that is more.
+    /// A snapshot is made whenever the journal has grown by so many bytes, or by the size of the last snapshot if that is
+    /// more.
     pub snapshot_bytes: u64,
-    /// Bytes of journal that are kept to return to earlier steps; none: all of it. What the two newest snapshots need
-    /// is always kept.
+    /// So many bytes of journal are kept to return to earlier steps; without a number, all of the journal is kept. The journal
+    /// that the two newest snapshots need is always kept.
     pub history_bytes: Option<u64>,
 }
 
@@ -69,7 +70,7 @@ impl Default for Retention {
 }
 
 impl Retention {
-    /// Segments short enough that history can be dropped in small parts.
+    /// Sizes of segments that are so short that history can be dropped in small parts.
     pub(crate) fn sizes(self) -> Sizes {
         let default = Sizes::default();
         let history = self.history_bytes.unwrap_or(u64::MAX);

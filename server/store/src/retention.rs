@@ -1,8 +1,8 @@
-//! How far back a memory can be returned to: which snapshots and which of the journal are kept.
+//! How far back a memory can be returned to: which snapshots and which segments of the journal are kept.
 //!
-//! The two newest snapshots and the journal from the older of them on are always kept. Of what is older, as much journal
-//! as asked for, in whole segments, and some snapshots, well spaced, to return to quickly: the oldest of them is what the
-//! journal that is left goes on from.
+//! The two newest snapshots and the journal from the older of them on are always kept. Of older journal, as much is kept as
+//! was asked for, in whole segments. Of older snapshots, some are kept, well spaced, to return to quickly; the oldest of them
+//! is the one that the kept journal goes on from.
 
 use crate::error::StoreError;
 use crate::journal::{self, segment_name};
@@ -11,28 +11,28 @@ use crate::storage::Storage;
 
 /// Snapshots that are always kept.
 const NEWEST: usize = 2;
-/// Older snapshots are at least this part of the journal apart.
+/// Older snapshots are at least this part of the kept journal apart.
 const SPACED: u64 = 8;
-/// Segments kept at most, however short: a daemon that is killed again and again makes one each time.
+/// Segments kept at most, however short they are: a daemon that is killed again and again makes one each time.
 const SEGMENTS_MAX: usize = 4_096;
 
-/// What is to be removed.
+/// The snapshots and segments that are to be removed.
 #[derive(Debug, Default, PartialEq, Eq)]
-struct Plan {
+struct Removal {
     snapshots: Vec<u64>,
     segments: Vec<u64>,
 }
 
-/// Says what of `segments` (first frame and bytes) and `snapshots` (frames) is to go, so that at most `history` bytes of
-/// journal are kept where possible; without it, all.
-fn plan(segments: &[(u64, u64)], snapshots: &[u64], history: Option<u64>) -> Plan {
+/// Which of `segments` (first frame and bytes) and `snapshots` (frames) are to go, so that at most `history` bytes of
+/// journal are kept where that is possible; without `history`, all of the journal is kept.
+fn plan(segments: &[(u64, u64)], snapshots: &[u64], history: Option<u64>) -> Removal {
     let Some(older) = snapshots.len().checked_sub(NEWEST).and_then(|at| snapshots.get(at)) else {
-        return Plan::default();
+        return Removal::default();
     };
-    // The segment that a snapshot goes on in; none when the journal does not reach back to it.
+    // The segment in which the journal goes on after a snapshot; none when the journal does not reach back so far.
     let goes_on =
         |snapshot: u64| segments.iter().rposition(|(first, _)| *first <= snapshot.saturating_add(1));
-    let Some(needed) = goes_on(*older) else { return Plan::default() };
+    let Some(needed) = goes_on(*older) else { return Removal::default() };
     let bytes = |from: usize| segments.iter().skip(from).map(|(_, bytes)| bytes).sum::<u64>();
     let fits = |from: &usize| {
         history.is_none_or(|history| bytes(*from) <= history && segments.len() - from <= SEGMENTS_MAX)
@@ -45,9 +45,9 @@ fn plan(segments: &[(u64, u64)], snapshots: &[u64], history: Option<u64>) -> Pla
         snapshots.iter().filter_map(|at| goes_on(*at)).find(|at| *at >= wanted).unwrap_or(needed)
     };
     let spacing = (bytes(base) / SPACED).max(1);
-    // Birth is a place to return to as well.
+    // The beginning of the memory is a place to return to as well.
     let mut last = from_birth.then(|| bytes(0));
-    let mut plan = Plan::default();
+    let mut plan = Removal::default();
     for snapshot in snapshots {
         let left = goes_on(*snapshot).filter(|at| *at >= base).map(bytes);
         let spaced = left.is_some_and(|left| last.is_none_or(|last| last.saturating_sub(left) >= spacing));
@@ -61,21 +61,21 @@ fn plan(segments: &[(u64, u64)], snapshots: &[u64], history: Option<u64>) -> Pla
     plan
 }
 
-/// What is kept.
+/// How much of a memory's past is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Kept {
-    /// Bytes of journal.
+pub(crate) struct History {
+    /// The length of the journal.
     pub(crate) bytes: u64,
     /// The first step that can be returned to.
     pub(crate) oldest_step: u64,
 }
 
-/// Removes what is to be kept no longer. Returns how much journal that was. Snapshots that are known to be `damaged` count
-/// for nothing, and go when they are older than what is always kept.
+/// Removes the snapshots and segments that are to be kept no longer. Returns how many bytes of journal were removed. Snapshots
+/// that are known to be `damaged` do not count, and go when they are older than those that are always kept.
 pub(crate) fn tidy(storage: &dyn Storage, history: Option<u64>, damaged: &[u64]) -> Result<u64, StoreError> {
     let disk = |name: &str| StoreError::disk("remove", storage.path(name));
     let segments = segments(storage)?;
-    let snapshots = snapshot::numbers(storage).map_err(disk(snapshot::DIRECTORY))?;
+    let snapshots = snapshot::numbers(storage)?;
     let (sound, unsound): (Vec<u64>, Vec<u64>) =
         snapshots.into_iter().partition(|number| !damaged.contains(number));
     let mut plan = plan(&segments, &sound, history);
@@ -95,14 +95,14 @@ pub(crate) fn tidy(storage: &dyn Storage, history: Option<u64>, damaged: &[u64])
     Ok(removed)
 }
 
-/// What is kept now.
-pub(crate) fn kept(storage: &dyn Storage) -> Result<Kept, StoreError> {
+/// How much is kept now.
+pub(crate) fn kept(storage: &dyn Storage) -> Result<History, StoreError> {
     let disk = |name: &str| StoreError::disk("read", storage.path(name));
     let segments = segments(storage)?;
     let bytes = segments.iter().map(|(_, bytes)| bytes).sum();
     let mut oldest_step = 0;
     if let Some((first, _)) = segments.first().filter(|(first, _)| *first > 1) {
-        let snapshots = snapshot::numbers(storage).map_err(disk(snapshot::DIRECTORY))?;
+        let snapshots = snapshot::numbers(storage)?;
         for number in snapshots.iter().filter(|number| **number + 1 >= *first) {
             if let Some(step) = snapshot::step(storage, *number).map_err(disk(&snapshot::name(*number)))? {
                 oldest_step = step;
@@ -110,7 +110,7 @@ pub(crate) fn kept(storage: &dyn Storage) -> Result<Kept, StoreError> {
             }
         }
     }
-    Ok(Kept { bytes, oldest_step })
+    Ok(History { bytes, oldest_step })
 }
 
 fn segments(storage: &dyn Storage) -> Result<Vec<(u64, u64)>, StoreError> {

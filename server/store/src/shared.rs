@@ -3,33 +3,33 @@
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::retention::Kept;
+use crate::retention::History;
 
-/// What the threads tell each other and the daemon.
+/// Figures and flags that one thread sets and the others read.
 #[derive(Debug, Default)]
 pub(crate) struct Shared {
     pub(crate) durable: AtomicU64,
     pub(crate) durable_step: AtomicU64,
-    /// Bytes that were in the journal at the start, and that were written since.
+    /// The length of the journal in bytes: what was there at the start, and what was written since.
     pub(crate) journal_bytes: AtomicU64,
-    /// Of these, removed since.
+    /// How many of these bytes were removed since.
     pub(crate) removed_bytes: AtomicU64,
     pub(crate) oldest_step: AtomicU64,
-    /// The step of the last snapshot, plus one; 0 for none.
+    /// The step of the newest snapshot, plus one; 0 before the first snapshot.
     pub(crate) snapshot: AtomicU64,
-    /// How long it is.
+    /// The length of that snapshot in bytes.
     pub(crate) snapshot_bytes: AtomicU64,
-    /// Whether the archivist is at work.
+    /// Whether the archivist is at work on a digest or a snapshot.
     pub(crate) busy: AtomicBool,
     failure: Mutex<Option<String>>,
 }
 
-/// Tells the daemon that there is something to see.
+/// Wakes the daemon: more is durable, or nothing more can be written.
 pub(crate) type Wake = Arc<dyn Fn() + Send + Sync>;
 
 impl Shared {
     /// After a start at `step`, with the step of the newest snapshot and what is kept of the journal.
-    pub(crate) fn new(step: u64, snapshot_step: Option<u64>, kept: Kept) -> Self {
+    pub(crate) fn new(step: u64, snapshot_step: Option<u64>, kept: History) -> Self {
         Self {
             durable_step: step.into(),
             journal_bytes: kept.bytes.into(),

@@ -1,4 +1,4 @@
-//! What the store asks of a file system, so that tests can put one in its place that loses power.
+//! The seam to the file system: all that the store asks of it, so that tests can put one in its place that loses power.
 
 use std::fmt::Debug;
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
@@ -6,7 +6,7 @@ use std::io::{self, Read};
 use std::os::unix::fs::{DirBuilderExt, FileExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
-/// The longest file that is read as a whole: twice what a segment of the journal can be.
+/// The longest file that is read as a whole, in bytes: twice as long as a segment of the journal can get.
 pub(crate) const READ_BYTES_MAX: u64 = 256 * 1024 * 1024;
 
 /// A directory of files. Names are relative, with `/` between directory and file.
@@ -37,7 +37,7 @@ pub(crate) trait Storage: Send + Sync + Debug {
         Ok(bytes)
     }
 
-    /// Bytes in a file.
+    /// The length of a file in bytes.
     ///
     /// # Errors
     /// When it isn't there.
@@ -53,17 +53,17 @@ pub(crate) trait Storage: Send + Sync + Debug {
     ///
     /// # Errors
     /// When it can't be made.
-    fn create(&self, name: &str) -> io::Result<Box<dyn Writing>>;
+    fn create(&self, name: &str) -> io::Result<Box<dyn OpenFile>>;
 
-    /// Makes what a file holds durable, whoever wrote it.
+    /// Makes the content of a file durable, whoever wrote it.
     ///
     /// # Errors
     /// When the disk does not confirm it.
     fn sync(&self, name: &str) -> io::Result<()>;
 
-    /// Makes durable the first `to` bytes of a file, which a daemon wrote that perhaps was told that they are not: writes
-    /// the same once more and syncs that. After a failed sync the system may hold for clean what the disk does not have,
-    /// and a sync alone would confirm it.
+    /// Makes the first `to` bytes of a file durable, of which an earlier daemon may have been told that they are not: writes
+    /// the same bytes once more and syncs the file. After a failed sync the system may take pages for clean that the disk does
+    /// not have, and a sync alone would confirm them.
     ///
     /// # Errors
     /// When the disk does not confirm it.
@@ -97,22 +97,22 @@ pub(crate) trait Storage: Send + Sync + Debug {
     fn path(&self, name: &str) -> String;
 }
 
-/// A file that is written.
-pub(crate) trait Writing: Send + Debug {
+/// A file that is open for writing.
+pub(crate) trait OpenFile: Send + Debug {
     /// Writes all of `bytes` at `offset`.
     ///
     /// # Errors
     /// When not all of it could be written.
     fn write_at(&mut self, bytes: &[u8], offset: u64) -> io::Result<()>;
 
-    /// Makes what was written durable.
+    /// Makes the bytes that were written durable.
     ///
     /// # Errors
-    /// When the disk does not confirm it. It is not known then what is on disk, and must not be tried again.
+    /// When the disk does not confirm it. Nobody knows then what is on disk, so it must not be tried again.
     fn sync(&mut self) -> io::Result<()>;
 }
 
-/// Bytes that are written once more at a time.
+/// So many bytes are written once more at a time.
 const CONFIRMED_AT_ONCE: usize = 1024 * 1024;
 
 /// Makes a directory that nobody else can look into, whatever the umask is at that moment.
@@ -147,7 +147,7 @@ impl Storage for Directory {
             Err(error) => return Err(error),
         };
         for entry in entries {
-            // Names that are no text are none of ours.
+            // A name that is not text is not the name of one of our files.
             names.extend(entry?.file_name().into_string());
         }
         names.sort_unstable();
@@ -166,7 +166,7 @@ impl Storage for Directory {
         OpenOptions::new().write(true).open(self.at(name))?.set_len(to)
     }
 
-    fn create(&self, name: &str) -> io::Result<Box<dyn Writing>> {
+    fn create(&self, name: &str) -> io::Result<Box<dyn OpenFile>> {
         let mut options = OpenOptions::new();
         let file = options.write(true).create(true).truncate(true).mode(0o600).open(self.at(name))?;
         Ok(Box::new(RealFile(file)))
@@ -217,14 +217,14 @@ impl Storage for Directory {
 #[derive(Debug)]
 struct RealFile(File);
 
-impl Writing for RealFile {
+impl OpenFile for RealFile {
     fn write_at(&mut self, bytes: &[u8], offset: u64) -> io::Result<()> {
         self.0.write_all_at(bytes, offset)
     }
 
     fn sync(&mut self) -> io::Result<()> {
         self.0.sync_data()?;
-        // What has no name any more is gone with the process.
+        // A file without a name is gone with the process.
         if self.0.metadata()?.nlink() == 0 {
             return Err(io::Error::other("the file was removed while it was being written"));
         }

@@ -11,12 +11,13 @@ use crate::archivist::Archive;
 use crate::change::{Change, Durability};
 use crate::codec;
 use crate::error::StoreError;
+use crate::format::mirror::list;
 use crate::format::v1::{self, Setting};
 use crate::journal::{self, Journal, Sizes};
 use crate::lock::{self, Lock};
 use crate::manifest::{self, Manifest};
 use crate::options::Options;
-use crate::recovery::{self, Recovered};
+use crate::recovery::{self, RecoveryReport};
 use crate::retention;
 use crate::shared::Wake;
 use crate::snapshot;
@@ -31,7 +32,7 @@ const SEGMENTS_READ_MAX: usize = 32;
 #[derive(Debug)]
 pub struct Store {
     pub(crate) writer: Writer,
-    recovered: Recovered,
+    recovered: RecoveryReport,
     durability: Durability,
     directory: PathBuf,
     /// None in tests, whose storage is not a directory of the file system.
@@ -51,12 +52,12 @@ pub struct Opened {
     pub store: Store,
 }
 
-/// Finds the memory in `directory` again, or begins one there. `wake` is called, from another thread, whenever more of
-/// it is durable, or no more can be.
+/// Finds the memory in `directory` again, or begins a memory there. `wake` is called, from another thread, whenever more changes
+/// are durable, and when no more can be written.
 ///
 /// # Errors
-/// When another daemon has the directory, the memory was begun with something else, it is damaged, or the disk can't be
-/// read or written. What is on disk is then as it was.
+/// When another daemon has the directory, the memory was begun with another seed or lives under other settings, it is damaged,
+/// or the disk can't be read or written. The directory is then as it was.
 pub fn open(
     directory: &Path,
     options: Options<'_>,
@@ -72,23 +73,24 @@ pub fn open(
     Ok(opened)
 }
 
-/// Makes the directory and those above it that aren't there, so that they are there after a loss of power too.
+/// Makes the directory and the missing ones above it, so that they are there after a loss of power too.
 fn create(directory: &Path) -> io::Result<()> {
     let above = directory.parent().filter(|above| !above.as_os_str().is_empty());
     if directory.is_dir() {
-        // Whoever made it may have been killed before its name was durable. What can't be opened is not ours to confirm.
+        // The process that made it may have been killed before its name was durable. A directory above it that can't be
+        // opened belongs to others, who confirm it.
         return std::fs::File::open(above.unwrap_or(Path::new("."))).map_or(Ok(()), |above| above.sync_all());
     }
     above.map_or(Ok(()), create)?;
     match storage::own_directory(directory) {
-        // Another daemon came first; the lock says which of them may have it.
+        // Another daemon made it first; the lock decides which of them has it.
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists && directory.is_dir() => (),
         made => made?,
     }
     std::fs::File::open(above.unwrap_or(Path::new(".")))?.sync_all()
 }
 
-/// As [`open`], on any storage, which nobody else uses.
+/// Opens the memory in any storage that nobody else uses.
 pub(crate) fn open_in(
     storage: Arc<dyn Storage>,
     options: Options<'_>,
@@ -128,7 +130,7 @@ pub(crate) fn open_in(
             differences: manifest::differences(&setting, &given),
         });
     }
-    // A first start may have been killed before it made these durable.
+    // The first start may have been killed before the manifest and the directory were durable.
     storage.sync(manifest::FILE).map_err(disk("make durable", manifest::FILE))?;
     storage.sync_directory("").map_err(disk("make durable", ""))?;
     recovery::settle(&*storage, &end).map_err(disk("make durable", journal::DIRECTORY))?;
@@ -139,7 +141,7 @@ pub(crate) fn open_in(
             "left out what was being written when the last daemon ended; nothing acted on it"
         );
     }
-    let (_, curriculum) = setting.clone().live()?;
+    let (_, curriculum) = setting.checked()?;
     let mut learner = Learner::resume(replay.memory, curriculum)?;
     let mut journal = Journal::after(storage.clone(), end.last, sizes);
     if changed {
@@ -156,7 +158,8 @@ pub(crate) fn open_in(
         since_snapshot: found.journal_bytes,
         snapshot_bytes: options.retention.snapshot_bytes,
         overdue: end.segments.len() > SEGMENTS_READ_MAX,
-        // After a clean end the digest is all that follows; an order may have come with no step.
+        // After a clean end only the digest follows the snapshot. The step alone does not tell: an order may have come without
+        // a step.
         at_snapshot: found.snapshot_step == Some(found.step)
             && batches == 0
             && !changed
@@ -168,7 +171,7 @@ pub(crate) fn open_in(
     Ok(Opened { learner, seed: manifest.seed, changed, store })
 }
 
-/// Has memory go on under `setting`, durably.
+/// Makes memory go on under `setting`, and makes that durable.
 fn change(
     learner: &mut Learner,
     journal: &mut Journal,
@@ -181,7 +184,7 @@ fn change(
         step,
         at_unix_ms: options.at_unix_ms,
         cause: v1::Cause::Changed(Box::new(setting.clone())),
-        effects: effects.iter().map(v1::Effect::from).collect(),
+        effects: list(&effects),
     };
     let written = journal.append(&codec::encode(&record)?, step).and_then(|_| journal.sync());
     written.map_err(StoreError::disk("write", journal.path()))
@@ -216,7 +219,7 @@ impl Store {
 
     /// What was found in the directory when it was opened.
     #[must_use]
-    pub fn recovered(&self) -> &Recovered {
+    pub fn recovered(&self) -> &RecoveryReport {
         &self.recovered
     }
 

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pschema_learner::random::Random;
 
-use crate::storage::{Storage, Writing};
+use crate::storage::{OpenFile, Storage};
 
 const SECTOR: usize = 512;
 
@@ -214,7 +214,7 @@ impl Storage for Twin {
         Ok(())
     }
 
-    fn create(&self, name: &str) -> io::Result<Box<dyn Writing>> {
+    fn create(&self, name: &str) -> io::Result<Box<dyn OpenFile>> {
         let mut state = self.state();
         let id = state.next;
         state.next += 1;
@@ -270,7 +270,7 @@ struct Open {
     id: u64,
 }
 
-impl Writing for Open {
+impl OpenFile for Open {
     fn write_at(&mut self, bytes: &[u8], offset: u64) -> io::Result<()> {
         let mut state = self.twin.state();
         let from = usize::try_from(offset).unwrap();

@@ -1,5 +1,5 @@
-//! The thread that writes. The daemon hands it what changed and goes on; a reply leaves when the thread says that what
-//! led to it is durable. What comes in while the disk is at work is written together.
+//! The thread that writes the journal. The daemon hands each change to it and goes on; a reply leaves when the thread says
+//! that the change that led to the reply is durable. Changes that come while the disk is at work are written together.
 
 use std::fmt;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use pschema_learner::memory::Content;
 
-use crate::archivist::{Archive, Archivist, Digested, Task};
+use crate::archivist::{Archive, ArchiveTask, Archivist, MarkDigest};
 use crate::change::{Change, Durability};
 use crate::codec;
 use crate::error::StoreError;
@@ -18,30 +18,30 @@ use crate::format::v1;
 use crate::journal::Journal;
 use crate::shared::{Shared, Wake};
 
-/// Batches that may wait for the disk; beyond it the daemon waits with them.
+/// Batches that may wait for the disk. When there are so many, the daemon waits as well.
 const WAITING_MAX: usize = 1_024;
-/// A digest of memory is written after every so many steps, or after as many as there are schemas divided by
-/// 16 when that is more: it takes time.
+/// A digest of memory is written after so many steps, or after a sixteenth as many as there are schemas if that is more: a
+/// digest of many schemas takes time.
 pub(crate) const DIGEST_STEPS: u64 = 1_024;
 const DIGEST_SCHEMAS: u64 = 16;
-/// How old what is not yet durable may get under [`Durability::Relaxed`].
+/// How long a change may wait under [`Durability::Relaxed`] until it is made durable.
 const RELAXED_MAX: Duration = Duration::from_secs(1);
 
 struct Job {
     payload: Vec<u8>,
-    /// Steps taken before and after it.
+    /// Steps taken before this job and after it.
     before: u64,
     step: u64,
     checkpoint: Option<Checkpoint>,
 }
 
-/// Memory after a job, for a digest.
+/// Memory as it is after a job, of which a digest is to be made.
 struct Checkpoint {
     content: Box<Content>,
     snapshot: bool,
 }
 
-/// The thread, from the daemon's side. Dropping it writes what was handed over and ends the thread.
+/// The writing thread from the daemon's side. When it is dropped, it writes all that was handed over and ends the thread.
 pub(crate) struct Writer {
     jobs: Option<SyncSender<Job>>,
     thread: Option<JoinHandle<()>>,
@@ -51,9 +51,9 @@ pub(crate) struct Writer {
     digested_step: u64,
     bytes_at_snapshot: u64,
     snapshot_bytes: u64,
-    /// Whether a snapshot is due however little was written.
+    /// Whether a snapshot is due, however little the journal has grown.
     overdue: bool,
-    /// Whether what is on disk is a snapshot and nothing else.
+    /// Whether the newest snapshot is all of the memory, so that the end needs no other.
     at_snapshot: bool,
 }
 
@@ -63,22 +63,22 @@ impl fmt::Debug for Writer {
     }
 }
 
-/// What the threads start from.
+/// What the threads begin with.
 pub(crate) struct Start {
     pub(crate) archive: Archive,
     pub(crate) journal: Journal,
     pub(crate) durability: Durability,
     pub(crate) step: u64,
     pub(crate) snapshot_step: Option<u64>,
-    /// Bytes in the journal, and the oldest step in it.
-    pub(crate) kept: crate::retention::Kept,
-    /// Bytes of the journal since the last snapshot.
+    /// The length of the journal, and the oldest step that can be returned to.
+    pub(crate) kept: crate::retention::History,
+    /// The length of the journal after the newest snapshot, in bytes.
     pub(crate) since_snapshot: u64,
-    /// A snapshot is made whenever the journal has grown by so much, and at least by the last snapshot.
+    /// A snapshot is made whenever the journal has grown by so many bytes, and at least by the size of the last snapshot.
     pub(crate) snapshot_bytes: u64,
-    /// Whether a snapshot is due however little was written: the start had many files to read.
+    /// Whether a snapshot is due, however little the journal has grown: the start had many files to read.
     pub(crate) overdue: bool,
-    /// Whether the journal has nothing that matters beyond the last snapshot.
+    /// Whether the newest snapshot is all of the memory.
     pub(crate) at_snapshot: bool,
 }
 
@@ -89,7 +89,7 @@ impl Writer {
         let shared = Arc::new(Shared::new(step, snapshot_step, kept));
         let path = archive.storage.path(crate::journal::DIRECTORY);
         let archivist = Archivist::start(archive, shared.clone(), wake.clone())?;
-        let mut thread = Thread {
+        let mut thread = WriterThread {
             path,
             journal,
             durability,
@@ -112,7 +112,7 @@ impl Writer {
             handed: 0,
             step,
             digested_step: step,
-            // What was replayed counts, so that a daemon that is often restarted makes snapshots too.
+            // Journal that was replayed counts, so that a daemon that is often restarted makes snapshots too.
             bytes_at_snapshot: kept.bytes.saturating_sub(since_snapshot),
             snapshot_bytes: start.snapshot_bytes,
             overdue: start.overdue,
@@ -120,11 +120,11 @@ impl Writer {
         })
     }
 
-    /// Hands over what one step, order or attachment changed; `content` is memory after it. Returns the number to wait
-    /// for with [`Writer::is_durable`].
+    /// Hands over what one step, one order or one attachment changed; `content` is memory after the change. Returns the number
+    /// of the batch, which [`Writer::is_durable`] takes.
     ///
     /// # Errors
-    /// When it can't be written, or the thread has failed.
+    /// When the change can't be encoded, or the thread has failed.
     pub(crate) fn append(&mut self, change: &Change<'_>, content: &Content) -> Result<u64, StoreError> {
         if change.effects.is_empty() {
             return Ok(self.handed);
@@ -134,7 +134,7 @@ impl Writer {
         self.hand(payload, content.step, checkpoint)
     }
 
-    /// Memory for a digest, and perhaps a snapshot, if one is due and the last is done.
+    /// Memory for a digest and perhaps a snapshot, if one is due and the archivist is free.
     fn checkpoint(&mut self, content: &Content) -> Option<Checkpoint> {
         let bytes = self.written_bytes();
         let enough = self.snapshot_bytes.max(self.shared.snapshot_bytes.load(Ordering::Acquire));
@@ -173,7 +173,7 @@ impl Writer {
     /// Writes a snapshot and a digest of memory, unless they are there, and ends the threads.
     ///
     /// # Errors
-    /// When it can't be written.
+    /// When the snapshot or the digest can't be written.
     pub(crate) fn finish(mut self, content: &Content) -> Result<(), StoreError> {
         if self.handed > 0 || !self.at_snapshot {
             let step = content.step;
@@ -204,7 +204,7 @@ impl Writer {
         self.shared.durable_step.load(Ordering::Acquire)
     }
 
-    /// Bytes of journal there are.
+    /// The length of the journal that is kept, in bytes.
     #[must_use]
     pub(crate) fn journal_bytes(&self) -> u64 {
         self.written_bytes().saturating_sub(self.shared.removed_bytes.load(Ordering::Acquire))
@@ -220,13 +220,13 @@ impl Writer {
         self.shared.oldest_step.load(Ordering::Acquire)
     }
 
-    /// The step of the last snapshot.
+    /// The step of the newest snapshot.
     #[must_use]
     pub(crate) fn snapshot_step(&self) -> Option<u64> {
         self.shared.snapshot.load(Ordering::Acquire).checked_sub(1)
     }
 
-    /// How long the last snapshot of this run is; 0 before the first.
+    /// The length of the last snapshot that these threads made, in bytes; 0 before the first.
     #[must_use]
     pub(crate) fn snapshot_bytes(&self) -> u64 {
         self.shared.snapshot_bytes.load(Ordering::Acquire)
@@ -260,7 +260,7 @@ impl Drop for Writer {
     }
 }
 
-struct Thread {
+struct WriterThread {
     /// How the journal is called in messages.
     path: String,
     journal: Journal,
@@ -268,19 +268,19 @@ struct Thread {
     shared: Arc<Shared>,
     wake: Wake,
     synced: Instant,
-    /// Steps and batches written.
+    /// Steps and batches that were written.
     step: u64,
     taken: u64,
     unsynced: bool,
-    /// For the archivist, as soon as the mark is durable.
-    task: Option<Task>,
+    /// A task for the archivist, which gets it as soon as the mark is durable.
+    task: Option<ArchiveTask>,
     archivist: Archivist,
 }
 
-impl Thread {
+impl WriterThread {
     fn run(&mut self, waiting: &Receiver<Job>) {
         if let Err(error) = self.serve(waiting).and_then(|()| self.end()) {
-            // Never tried again: what the disk has is not known any more.
+            // Never tried again: after a failure nobody knows what the disk has.
             tracing::error!(%error, "memory could not be written");
             self.shared.fail(&error.to_string());
             (self.wake)();
@@ -289,14 +289,14 @@ impl Thread {
 
     fn serve(&mut self, waiting: &Receiver<Job>) -> Result<(), StoreError> {
         loop {
-            // What waits for its second has waited since the last sync at most.
+            // A change that waits for its second has waited since the last sync at most.
             let waited = if self.unsynced { self.synced.elapsed() } else { Duration::ZERO };
             let first = match waiting.recv_timeout(RELAXED_MAX.saturating_sub(waited)) {
                 Ok(job) => Some(job),
                 Err(RecvTimeoutError::Timeout) => None,
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             };
-            // One group: what has come in by now.
+            // One group: all jobs that have come by now.
             for job in first.into_iter().chain(waiting.try_iter()) {
                 self.take(job)?;
             }
@@ -314,14 +314,14 @@ impl Thread {
         self.taken += 1;
         let Some(Checkpoint { content, snapshot }) = job.checkpoint else { return Ok(()) };
         self.append(&codec::encode(&v1::Record::Mark { step: job.step })?, job.step)?;
-        self.task = Some(Task { content, mark: self.journal.last(), snapshot });
-        // One at a time, so the archivist takes it up at once, or, at the end, as soon as it can.
+        self.task = Some(ArchiveTask { content, mark: self.journal.last(), snapshot });
+        // There is one task at a time, so the archivist begins it at once, or, at the end, as soon as it can.
         self.sync()
     }
 
-    /// Writes down the digests that are known by now.
+    /// Writes the digests that the archivist has made by now.
     fn digests(&mut self) -> Result<(), StoreError> {
-        while let Some(Digested { mark, step, digest }) = self.archivist.digested() {
+        while let Some(MarkDigest { mark, step, digest }) = self.archivist.digested() {
             self.append(&codec::encode(&v1::Record::Digest { mark, step, digest })?, self.step)?;
         }
         Ok(())
@@ -348,7 +348,7 @@ impl Thread {
         Ok(())
     }
 
-    /// Writes the last of it.
+    /// Writes everything that is left.
     fn end(&mut self) -> Result<(), StoreError> {
         self.sync()?;
         self.archivist.end();

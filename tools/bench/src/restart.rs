@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use pschema_learner::digest::digest;
 use pschema_process::say;
-use pschema_store::{Opened, Options, StoreError};
+use pschema_store::{Opened, Options};
 use pschema_tools::kit::{Columns, Failure, bytes, duration, show};
 use serde::Serialize;
 
@@ -75,14 +75,14 @@ pub(crate) fn run(args: &RestartArgs, quiet: bool) -> Result<(), Failure> {
             say(&format!("a memory of {schemas} schemas is made, kept, and found again"));
         }
         let directory = directory_on_disk(args.data.as_deref())?;
-        rows.push(measured(&directory.path().join("memory"), *schemas).map_err(Failure::of)?);
+        rows.push(measured(&directory.path().join("memory"), *schemas)?);
     }
     show(args.json, &RestartMeasurement { rows }, text)
 }
 
 /// Makes a memory of `schemas` schemas in the empty directory `directory`, has a snapshot made while steps are taken, ends
 /// without saying so, and starts again.
-fn measured(directory: &Path, schemas: u32) -> Result<StoreTimes, StoreError> {
+fn measured(directory: &Path, schemas: u32) -> Result<StoreTimes, Failure> {
     let (parameters, curriculum) = growing::setting();
     let mut options = Options::new("bench", 1, &parameters, &curriculum);
     // No snapshot but the one that is asked for.
@@ -102,7 +102,7 @@ fn measured(directory: &Path, schemas: u32) -> Result<StoreTimes, StoreError> {
     let beside = memory.steps(STEPS_MAX, |store| store.snapshot_step() == last)?;
     while memory.store().snapshot_step() == last {
         if let Some(failure) = memory.store().failure() {
-            return Err(failure);
+            return Err(Failure::of(failure));
         }
         std::thread::sleep(Duration::from_millis(1));
     }
@@ -111,10 +111,11 @@ fn measured(directory: &Path, schemas: u32) -> Result<StoreTimes, StoreError> {
     let snapshot_bytes = memory.store().snapshot_bytes();
     drop(memory);
     let started = Instant::now();
-    let Opened { learner, store, .. } = pschema_store::open(directory, options, || ())?;
+    let Opened { learner, store, .. } =
+        pschema_store::open(directory, options, || ()).map_err(Failure::of)?;
     let start_s = started.elapsed().as_secs_f64();
     if digest(learner.memory().content()) != last_digest {
-        return Err(StoreError::Content("the memory that was found again is another one".to_owned()));
+        return Err(Failure::Failed("the memory that was found again is another one".to_owned()));
     }
     Ok(StoreTimes {
         schemas: schemas_made as u64,

@@ -1,4 +1,4 @@
-//! `pschema export`: a memory as JSON Lines.
+//! `pschema export`: a memory as JSON ExportSummary.
 
 use std::fs::Permissions;
 use std::io::{self, BufWriter, Write};
@@ -10,7 +10,7 @@ use pschema_inspect::StatusQuery;
 use pschema_process::{Stop, say};
 use pschema_protocol::domain::LearnerName;
 use pschema_store::past::Past;
-use pschema_store::past::export::{ExportError, Lines};
+use pschema_store::past::export::{ExportError, ExportSummary};
 
 use crate::args::{DataArgs, General, MemoryArgs};
 use crate::bar::Bar;
@@ -65,7 +65,7 @@ pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
         Some(file) => to_file(file, &mut write),
     };
     stop.check()?;
-    let Lines { lines, memory_digest } = written?;
+    let ExportSummary { lines, memory_digest } = written?;
     drop(bar);
     if let Some(file) = args.output.as_ref().filter(|_| !general.quiet()) {
         say(&format!("{}: {lines} lines, memory of step {step}, digest {memory_digest}", file.display()));
@@ -86,8 +86,8 @@ fn served(name: &LearnerName) -> Result<PathBuf, Failure> {
 /// Writes a file that is there whole or not at all.
 fn to_file(
     file: &Path,
-    write: &mut dyn FnMut(&mut dyn Write) -> Result<Lines, ExportError>,
-) -> Result<Lines, Failure> {
+    write: &mut dyn FnMut(&mut dyn Write) -> Result<ExportSummary, ExportError>,
+) -> Result<ExportSummary, Failure> {
     let failed =
         |error: &dyn std::fmt::Display| Failure::Failed(format!("cannot write {}: {error}", file.display()));
     if file.exists() {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use pschema_store::past::export;
-use pschema_store::past::{self, Made};
+use pschema_store::past::{self, DataDirectory};
 use serde::Serialize;
 
 use crate::args::General;
@@ -40,7 +40,7 @@ struct ImportReport {
     seed: u64,
     schemas_total: u64,
     #[serde(flatten)]
-    made: Made,
+    made: DataDirectory,
 }
 
 pub(crate) fn run(args: ImportArgs, general: &General) -> Result<(), Failure> {
@@ -65,7 +65,7 @@ pub(crate) fn run(args: ImportArgs, general: &General) -> Result<(), Failure> {
     if args.json {
         return output::print_json(&figures);
     }
-    let Made { directory, step, memory_digest } = &figures.made;
+    let DataDirectory { directory, step, memory_digest } = &figures.made;
     output::print(&format!(
         "Memory of {} at step {step}, {} schemas, digest {memory_digest}.\n\
          Go on from there with: pschema server --data {directory}\n",

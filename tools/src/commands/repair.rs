@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use pschema_store::past::{Past, Repair, Repaired};
+use pschema_store::past::{Past, RepairOutcome, RepairPlan};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -34,9 +34,9 @@ pub(crate) struct RepairArgs {
 #[derive(Serialize)]
 struct RepairReport<'a> {
     #[serde(flatten)]
-    plan: &'a Repair,
+    plan: &'a RepairPlan,
     /// What was done; `null` when nothing was to be done or only asked for.
-    done: Option<&'a Repaired>,
+    done: Option<&'a RepairOutcome>,
 }
 
 pub(crate) fn run(args: RepairArgs) -> Result<(), Failure> {
@@ -63,7 +63,7 @@ pub(crate) fn run(args: RepairArgs) -> Result<(), Failure> {
     }
 }
 
-fn said(done: &Repaired) -> String {
+fn said(done: &RepairOutcome) -> String {
     let directory = &done.directory;
     let aside = match &done.aside {
         Some(aside) => format!("\nEverything as it was is in {aside}.\n"),

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 use pschema_inspect::{StageState, StatusQuery};
-use pschema_store::past::Made;
+use pschema_store::past::DataDirectory;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -52,7 +52,7 @@ struct ReplayReport {
     frames_replayed: u64,
     replay_s: f64,
     /// The data directory that was made; `null` when none was asked for.
-    made: Option<Made>,
+    made: Option<DataDirectory>,
 }
 
 pub(crate) fn run(args: ReplayArgs) -> Result<(), Failure> {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use pschema_store::past::{Past, Progress};
+use pschema_store::past::{Past, VerificationProgress};
 
 use crate::args::General;
 use crate::bar::Bar;
@@ -31,7 +31,7 @@ pub(crate) struct VerifyArgs {
 pub(crate) fn run(args: VerifyArgs, general: &General) -> Result<(), Failure> {
     let past = Past::open(&args.data)?;
     let bar = Bar::bytes(general.quiet());
-    let mut told = |Progress { bytes, of, step }| bar.show(bytes, of, format!("step {step}"));
+    let mut told = |VerificationProgress { bytes, of, step }| bar.show(bytes, of, format!("step {step}"));
     let checked = past.verify(args.relearn, &mut told)?;
     drop(bar);
     output::show(args.json, &checked, |checked| journal::checked(checked, args.relearn))?;

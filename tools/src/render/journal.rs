@@ -1,6 +1,6 @@
 //! `journal`, `verify`, `repair` and `replay` for people.
 
-use pschema_store::past::{Batch, Caused, Checked, Counted, Files, Finding, Repair, Tail};
+use pschema_store::past::{Batch, BatchCause, EffectCount, Files, Finding, RepairPlan, Tail, Verification};
 use serde::Serialize;
 
 use super::schema::wrapped;
@@ -64,21 +64,21 @@ fn table(batches: &[Batch]) -> String {
 }
 
 /// `sim: done`, `order: stage next`.
-fn cause(cause: &Caused) -> String {
+fn cause(cause: &BatchCause) -> String {
     match cause {
-        Caused::Attached { body } => format!("{} attaches", plain(body)),
-        Caused::Order { order } => format!("order: {}", plain(order)),
-        Caused::Frame { body, outcome: Some(outcome), .. } => {
+        BatchCause::Attached { body } => format!("{} attaches", plain(body)),
+        BatchCause::Order { order } => format!("order: {}", plain(order)),
+        BatchCause::Frame { body, outcome: Some(outcome), .. } => {
             format!("{}: {}", plain(body), outcome.replace('_', " "))
         }
-        Caused::Frame { body, outcome: None, .. } => format!("{}: nothing was asked", plain(body)),
-        Caused::Changed { curriculum } => format!("settings: {}", plain(curriculum)),
+        BatchCause::Frame { body, outcome: None, .. } => format!("{}: nothing was asked", plain(body)),
+        BatchCause::Changed { curriculum } => format!("settings: {}", plain(curriculum)),
     }
 }
 
 /// `attempted, 2 executed, created`.
-fn changed(effects: &[Counted]) -> String {
-    let one = |counted: &Counted| {
+fn changed(effects: &[EffectCount]) -> String {
+    let one = |counted: &EffectCount| {
         let kind = counted.kind.replace('_', " ");
         if counted.count == 1 { kind } else { format!("{} {kind}", counted.count) }
     };
@@ -89,7 +89,7 @@ fn changed(effects: &[Counted]) -> String {
 fn told(batch: &Batch) -> String {
     let (step, frame, when) = (batch.step, batch.frame, moment(batch.at_unix_ms));
     let mut text = format!("step {step}, frame {frame}, {when} UTC: {}\n", cause(&batch.cause));
-    if let Caused::Frame { perceived, .. } = &batch.cause {
+    if let BatchCause::Frame { perceived, .. } = &batch.cause {
         let perceived: Vec<_> = perceived.iter().map(|one| plain(one)).collect();
         let perceived = if perceived.is_empty() { "nothing".to_owned() } else { perceived.join(" ") };
         text.push_str(&wrapped(&format!("perceived {perceived}"), "  "));
@@ -140,7 +140,7 @@ fn tail(tail: &Tail) -> String {
 }
 
 /// The result of a check.
-pub(crate) fn checked(c: &Checked, relearn: bool) -> String {
+pub(crate) fn checked(c: &Verification, relearn: bool) -> String {
     let mut facts = Columns::new(&[]);
     let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
     let segments = count(c.segments, "file");
@@ -201,7 +201,7 @@ fn batches(n: u64) -> String {
 }
 
 /// The plan of a repair.
-pub(crate) fn repair(r: &Repair) -> String {
+pub(crate) fn repair(r: &RepairPlan) -> String {
     if r.damage.is_empty() {
         return format!("Nothing is damaged: memory is whole up to step {}.\n", r.saved_step);
     }

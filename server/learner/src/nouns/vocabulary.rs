@@ -71,6 +71,20 @@ pub enum ValueKind {
     },
 }
 
+impl ValueKind {
+    /// Whether a parameter of this kind can have this value.
+    #[must_use]
+    pub fn takes(&self, value: &Parameter) -> bool {
+        match (self, value) {
+            (Self::Integer, Parameter::Integer(_))
+            | (Self::Symbol, Parameter::Symbol(_))
+            | (Self::Boolean, Parameter::Boolean(_)) => true,
+            (Self::Real { .. }, Parameter::Real(value)) => value.is_finite(),
+            _ => false,
+        }
+    }
+}
+
 /// An action as declared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeclaredAction {
@@ -318,8 +332,7 @@ impl Vocabulary {
             if action.parameters.len() != parameters.len() {
                 return wrong("another number of parameters");
             }
-            if !action.parameters.iter().zip(parameters).all(|(declared, given)| fits(&declared.kind, given))
-            {
+            if !action.parameters.iter().zip(parameters).all(|(declared, given)| declared.kind.takes(given)) {
                 return wrong("a value of another kind");
             }
         }
@@ -580,18 +593,21 @@ impl Vocabulary {
     }
 
     /// Whether `value`, if it is a symbol, was ever met.
-    pub(crate) fn knows_value(&self, value: Value) -> bool {
+    #[must_use]
+    pub fn knows_value(&self, value: Value) -> bool {
         !matches!(value, Value::Symbol(symbol) if symbol.0 as usize >= self.symbols.len())
     }
 
     /// Whether the type of `observation`, its properties and its symbols are all known.
-    pub(crate) fn knows(&self, observation: &Observation) -> bool {
+    #[must_use]
+    pub fn knows(&self, observation: &Observation) -> bool {
         let pairs = observation.properties().iter();
         self.knows_type(observation.kind(), pairs.map(|(property, value)| (*property, Some(*value))))
     }
 
     /// The same of a pattern, whose variables stand for any value.
-    pub(crate) fn knows_pattern(&self, pattern: &Pattern) -> bool {
+    #[must_use]
+    pub fn knows_pattern(&self, pattern: &Pattern) -> bool {
         let value = |term: &Term| match term {
             Term::Constant(value) => Some(*value),
             Term::Variable(_) => None,
@@ -650,16 +666,6 @@ pub fn value_of(parameter: &Parameter, kind: &ValueKind, vocabulary: &Vocabulary
         }
         (Parameter::Symbol(symbol), ValueKind::Symbol) => vocabulary.symbol_named(symbol).map(Value::Symbol),
         _ => None,
-    }
-}
-
-fn fits(kind: &ValueKind, parameter: &Parameter) -> bool {
-    match (kind, parameter) {
-        (ValueKind::Integer, Parameter::Integer(_))
-        | (ValueKind::Symbol, Parameter::Symbol(_))
-        | (ValueKind::Boolean, Parameter::Boolean(_)) => true,
-        (ValueKind::Real { .. }, Parameter::Real(value)) => value.is_finite(),
-        _ => false,
     }
 }
 

@@ -1,16 +1,16 @@
-//! Part of a data directory as a data directory of its own, and the cut that mends one. Files are copied and cut; what is
-//! in them stays as it is.
+//! Cutting a data directory, and copying a part of it into a directory of its own. Files are copied and cut; the frames in
+//! them stay as they are.
 
 use std::io::{self, Read};
 
-use super::PastError;
+use super::error::PastError;
 use crate::error::StoreError;
 use crate::journal::{self, segment_name};
 use crate::manifest::{self, Manifest};
 use crate::snapshot;
 use crate::storage::Storage;
 
-/// Bytes copied at a time.
+/// So many bytes are copied at a time.
 const PIECE_BYTES: usize = 1024 * 1024;
 
 /// Where a journal is to end.
@@ -18,9 +18,9 @@ const PIECE_BYTES: usize = 1024 * 1024;
 pub(super) struct Cut {
     /// The last frame that stays.
     pub(super) frame: u64,
-    /// The segment that it is in; none when no segment stays.
+    /// The segment that this frame is in; none when no segment stays.
     pub(super) segment: Option<u64>,
-    /// Bytes of that segment that stay.
+    /// So many bytes of that segment stay.
     pub(super) bytes: u64,
 }
 
@@ -29,14 +29,14 @@ impl Cut {
         self.segment.is_some_and(|last| segment <= last)
     }
 
-    /// Bytes of a segment that stay; none: all of it.
+    /// How many bytes of a segment stay; none when all of it stays.
     fn length(&self, segment: u64) -> Option<u64> {
         (self.segment == Some(segment)).then_some(self.bytes)
     }
 }
 
-/// Puts the part of `from` that ends with `cut` into `to`, where nothing is. `usable` says which snapshots go with it. The
-/// manifest comes last: what has no manifest is no memory, so a copy that was not finished is none.
+/// Copies the part of `from` that ends with `cut` into `to`, which is empty. `usable` says which snapshots go with it. The
+/// manifest is written last: a directory without a manifest is no memory, so neither is a copy that was not finished.
 pub(super) fn copy(
     from: &dyn Storage,
     to: &dyn Storage,
@@ -50,7 +50,9 @@ pub(super) fn copy(
     for first in segments(from)?.into_iter().filter(|first| cut.keeps(*first)) {
         copy_file(from, to, &segment_name(first), &segment_name(first), cut.length(first))?;
     }
-    for number in snapshots(from)?.into_iter().filter(|number| *number <= cut.frame && usable(*number)) {
+    for number in
+        snapshot::numbers(from)?.into_iter().filter(|number| *number <= cut.frame && usable(*number))
+    {
         copy_file(from, to, &snapshot::name(number), &snapshot::name(number), None)?;
     }
     for name in [journal::DIRECTORY, snapshot::DIRECTORY, ""] {
@@ -59,11 +61,11 @@ pub(super) fn copy(
     Ok(manifest::write(to, manifest)?)
 }
 
-/// Cuts `storage` so that it ends with `cut`. Done again after it was interrupted, it does the rest: the order is such
-/// that the directory never says more than it did, and nothing that stays is ever missing.
+/// Cuts `storage` so that it ends with `cut`. Done again after an interruption, it does the rest. At no moment does the
+/// directory say more than before, and no file that stays is ever missing.
 pub(super) fn cut(storage: &dyn Storage, cut: Cut, usable: impl Fn(u64) -> bool) -> Result<(), PastError> {
     let failed = |what, name: &str| StoreError::disk(what, storage.path(name));
-    // From the end back, so that what is left is always a journal that ends early.
+    // From the end back, so that the segments that are left are always a journal that ends early.
     for first in segments(storage)?.into_iter().rev().filter(|first| !cut.keeps(*first)) {
         let name = segment_name(first);
         storage.remove(&name).map_err(failed("remove", &name))?;
@@ -76,14 +78,16 @@ pub(super) fn cut(storage: &dyn Storage, cut: Cut, usable: impl Fn(u64) -> bool)
             storage.sync(&name).map_err(failed("make durable", &name))?;
         }
     }
-    for number in snapshots(storage)?.into_iter().filter(|number| *number > cut.frame || !usable(*number)) {
+    for number in
+        snapshot::numbers(storage)?.into_iter().filter(|number| *number > cut.frame || !usable(*number))
+    {
         let name = snapshot::name(number);
         storage.remove(&name).map_err(failed("remove", &name))?;
     }
     Ok(storage.sync_directory(snapshot::DIRECTORY).map_err(failed("make durable", snapshot::DIRECTORY))?)
 }
 
-/// Copies every file of the directory, durably.
+/// Copies every file of the directory, and makes the copies durable.
 pub(super) fn copy_all(from: &dyn Storage, to: &dyn Storage, files: &[String]) -> Result<(), PastError> {
     for name in [journal::DIRECTORY, snapshot::DIRECTORY] {
         to.directory(name).map_err(StoreError::disk("create", to.path(name)))?;
@@ -97,7 +101,7 @@ pub(super) fn copy_all(from: &dyn Storage, to: &dyn Storage, files: &[String]) -
     Ok(())
 }
 
-/// Every file that a data directory is made of, but for the lock and what was being written.
+/// The names of all files of a data directory, but for the lock and temporary files.
 pub(super) fn files(storage: &dyn Storage) -> Result<Vec<String>, PastError> {
     let mut files = Vec::new();
     if storage.size(manifest::FILE).is_ok() {
@@ -135,10 +139,7 @@ fn copy_file(
     target.sync().map_err(|error| StoreError::disk("make durable", to.path(under))(error))
 }
 
-fn segments(storage: &dyn Storage) -> Result<Vec<u64>, StoreError> {
+/// The first frames of all segments, in order.
+pub(super) fn segments(storage: &dyn Storage) -> Result<Vec<u64>, StoreError> {
     journal::segments(storage).map_err(StoreError::disk("read", storage.path(journal::DIRECTORY)))
-}
-
-fn snapshots(storage: &dyn Storage) -> Result<Vec<u64>, StoreError> {
-    snapshot::numbers(storage).map_err(StoreError::disk("read", storage.path(snapshot::DIRECTORY)))
 }

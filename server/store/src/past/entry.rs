@@ -10,39 +10,40 @@ use pschema_learner::pursuit::{Ending, PlanCause, PursuitEffect};
 use pschema_learner::vocabulary::{BodyId, Vocabulary};
 use pschema_learner::{ActionOutcome, Frame};
 
+use crate::format::mirror::Mirror;
 use crate::format::v1::{Cause, Record};
 use crate::frame::HEAD_LEN;
-use crate::journal::{Shown, segment_name};
+use crate::journal::{JournalFrame, segment_name};
 use crate::storage::Storage;
 
 /// What one step, one order or one attachment changed.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Batch {
-    /// Its frame in the journal.
+    /// The number of its frame in the journal.
     pub frame: u64,
     /// Steps taken, this one included.
     pub step: u64,
-    /// When, by the machine's clock, in milliseconds since 1970.
+    /// The time of the change by the machine's clock, in milliseconds since 1970.
     pub at_unix_ms: u64,
-    /// What led to it.
-    pub cause: Caused,
-    /// What changed, counted by kind, in the order in which the kinds came.
-    pub effects: Vec<Counted>,
-    /// What changed, in words, if it was asked for.
+    /// What led to the change.
+    pub cause: BatchCause,
+    /// How many effects of each kind there are, in the order in which the kinds came.
+    pub effects: Vec<EffectCount>,
+    /// The effects in words, if they were asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub told: Vec<Told>,
-    /// The file it is in.
+    pub told: Vec<EffectText>,
+    /// The file that it is in.
     pub file: String,
-    /// Where in it.
+    /// Where it begins in the file, in bytes.
     pub offset: u64,
-    /// How long it is, with its head.
+    /// The length of its frame in bytes, with the head.
     pub bytes: u64,
 }
 
 /// What led to a batch.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Caused {
+pub enum BatchCause {
     /// A body attached.
     Attached {
         /// Its name.
@@ -50,16 +51,16 @@ pub enum Caused {
     },
     /// An operator's order.
     Order {
-        /// As it was given.
+        /// The order as it was given.
         order: String,
     },
     /// A body's frame.
     Frame {
         /// The body.
         body: String,
-        /// How the action went that it was sent; none when it was sent none.
+        /// How the last action went; none when the body was sent to do nothing.
         outcome: Option<&'static str>,
-        /// What it perceived, as it prints.
+        /// The observations that it perceived, as they print.
         perceived: Vec<String>,
     },
     /// Memory goes on under other parameters or another curriculum.
@@ -71,34 +72,34 @@ pub enum Caused {
 
 /// Effects of one kind.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Counted {
-    /// Which kind.
+pub struct EffectCount {
+    /// The name of the kind.
     pub kind: &'static str,
-    /// How many.
+    /// How many there are.
     pub count: u32,
 }
 
 /// One effect in words.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Told {
-    /// Which kind.
+pub struct EffectText {
+    /// The name of the kind.
     pub kind: &'static str,
-    /// What it says.
+    /// The effect in words.
     pub text: String,
 }
 
-/// What numbers are called.
+/// A vocabulary, to put effects into words.
 #[derive(Clone, Debug)]
-pub(super) struct Words(pub(super) Arc<Vocabulary>);
+pub(super) struct Wording(pub(super) Arc<Vocabulary>);
 
 impl Batch {
-    /// The batch that a record is, if it is one.
+    /// The batch that a record holds; none if it holds none.
     pub(super) fn of(
         storage: &dyn Storage,
-        shown: &Shown<'_>,
+        shown: &JournalFrame<'_>,
         record: Record,
-        words: &Words,
-        told: bool,
+        words: &Wording,
+        in_words: bool,
     ) -> Option<Self> {
         let Record::Batch { step, at_unix_ms, cause, effects } = record else { return None };
         let mut batch = Self {
@@ -113,22 +114,21 @@ impl Batch {
             bytes: (HEAD_LEN + shown.payload.len()) as u64,
         };
         for effect in effects {
-            let live = Effect::try_from(effect);
-            let kind = live.as_ref().map_or("impossible", kind);
+            let effect: Effect = effect.live();
+            let kind = kind(&effect);
             match batch.effects.iter_mut().find(|counted| counted.kind == kind) {
                 Some(counted) => counted.count = counted.count.saturating_add(1),
-                None => batch.effects.push(Counted { kind, count: 1 }),
+                None => batch.effects.push(EffectCount { kind, count: 1 }),
             }
-            if told {
-                let text = live.map_or_else(|error| error.to_string(), |live| words.effect(&live));
-                batch.told.push(Told { kind, text });
+            if in_words {
+                batch.told.push(EffectText { kind, text: words.effect(&effect) });
             }
         }
         Some(batch)
     }
 }
 
-/// The kind of an effect, as it is counted.
+/// The name of the kind of an effect.
 pub(super) fn kind(effect: &Effect) -> &'static str {
     match effect {
         Effect::Declared(_) => "declared",
@@ -149,13 +149,13 @@ pub(super) fn kind(effect: &Effect) -> &'static str {
     }
 }
 
-impl Words {
-    fn cause(&self, cause: Cause) -> Caused {
+impl Wording {
+    fn cause(&self, cause: Cause) -> BatchCause {
         match cause {
-            Cause::Declared(body) => Caused::Attached { body },
-            Cause::Order(order) => Caused::Order { order },
+            Cause::Declared(body) => BatchCause::Attached { body },
+            Cause::Order(order) => BatchCause::Order { order },
             Cause::Step(input) => {
-                let Frame { body, outcome, observations } = Frame::from(input);
+                let Frame { body, outcome, observations } = input.live();
                 let outcome = outcome.map(|outcome| match outcome {
                     ActionOutcome::Done => "done",
                     ActionOutcome::Refused => "refused",
@@ -163,9 +163,9 @@ impl Words {
                     ActionOutcome::TimedOut => "timed_out",
                 });
                 let perceived = observations.iter().map(|one| self.observation(one)).collect();
-                Caused::Frame { body: self.body(body), outcome, perceived }
+                BatchCause::Frame { body: self.body(body), outcome, perceived }
             }
-            Cause::Changed(setting) => Caused::Changed { curriculum: setting.curriculum.name.clone() },
+            Cause::Changed(setting) => BatchCause::Changed { curriculum: setting.curriculum.name.clone() },
         }
     }
 
@@ -331,7 +331,7 @@ fn outcome(text: String, absent: bool) -> String {
     if absent { format!("no longer {text}") } else { text }
 }
 
-/// Things side by side; `∅` for none.
+/// Conditions side by side; `∅` if there are none.
 fn listed(things: impl Iterator<Item = String>) -> String {
     let things: Vec<_> = things.collect();
     if things.is_empty() { "∅".to_owned() } else { things.join(" & ") }

@@ -1,12 +1,13 @@
-//! Data directories that are made of something else: of an export, or of what a memory was at an earlier step.
+//! Making data directories: of an export, or of a memory as it was at an earlier step.
 
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
 use super::cut::{self, Cut};
-use super::export::Imported;
-use super::{Past, PastError};
+use super::error::PastError;
+use super::export::Import;
+use super::moment::Past;
 use crate::error::StoreError;
 use crate::format::v1::{Record, Setting};
 use crate::frame::HEAD_LEN;
@@ -17,20 +18,20 @@ use crate::storage::{Directory, Storage};
 
 /// A data directory that was made.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Made {
+pub struct DataDirectory {
     /// Where it is.
     pub directory: String,
     /// The step that a daemon goes on from.
     pub step: u64,
-    /// The digest of memory there.
+    /// The digest of memory at that step.
     pub memory_digest: String,
 }
 
-/// Makes a data directory of what was exported. A daemon goes on from it; it has no past of its own.
+/// Makes a data directory of an export. A daemon can go on from it; it has no past of its own.
 ///
 /// # Errors
-/// When there is something in `to`, or the disk fails.
-pub fn import(imported: &Imported, to: &Path) -> Result<Made, PastError> {
+/// When `to` is not empty, or the disk fails.
+pub fn import(imported: &Import, to: &Path) -> Result<DataDirectory, PastError> {
     let target = new_directory(to)?;
     let setting = Setting::new(&imported.parameters, &imported.curriculum);
     let manifest =
@@ -38,7 +39,7 @@ pub fn import(imported: &Imported, to: &Path) -> Result<Made, PastError> {
     for name in [journal::DIRECTORY, snapshot::DIRECTORY] {
         target.directory(name).map_err(StoreError::disk("create", target.path(name)))?;
     }
-    // Frame 1 is never written, so that nobody takes this for a journal that begins with the memory.
+    // Frame 1 is never written, so that nobody takes this for the journal of a memory from its beginning.
     let base = Place { number: 1, crc: 0 };
     let digest = &imported.lines.memory_digest;
     let step = imported.content.step;
@@ -52,15 +53,16 @@ pub fn import(imported: &Imported, to: &Path) -> Result<Made, PastError> {
     }
     manifest::write(&target, &manifest)?;
     sync_parent(to)?;
-    Ok(Made { directory: to.display().to_string(), step, memory_digest: digest.clone() })
+    Ok(DataDirectory { directory: to.display().to_string(), step, memory_digest: digest.clone() })
 }
 
 impl Past {
-    /// Makes a data directory of the memory as it was after step `until`, with its past: a life that branches off there.
+    /// Makes a data directory of the memory as it was after step `until`, with its past: the life of another learner can branch
+    /// off there.
     ///
     /// # Errors
-    /// When there is something in `to`, the step can't be returned to, or the disk fails.
-    pub fn branch(&self, until: Option<u64>, to: &Path) -> Result<Made, PastError> {
+    /// When `to` is not empty, the step can't be returned to, or the disk fails.
+    pub fn branch(&self, until: Option<u64>, to: &Path) -> Result<DataDirectory, PastError> {
         let moment = self.moment(until)?;
         let target = new_directory(to)?;
         let after = self.begins()?.first().map_or(Place::default(), |head| head.after);
@@ -80,11 +82,11 @@ impl Past {
         cut::copy(&*self.storage, &target, &self.manifest, cut, |_| true)?;
         sync_parent(to)?;
         let (step, memory_digest) = (moment.step(), moment.memory_digest());
-        Ok(Made { directory: to.display().to_string(), step, memory_digest })
+        Ok(DataDirectory { directory: to.display().to_string(), step, memory_digest })
     }
 }
 
-/// A directory with nothing in it, made when it isn't there.
+/// An empty directory, which is made if it isn't there.
 pub(super) fn new_directory(path: &Path) -> Result<Directory, PastError> {
     let shown = path.display().to_string();
     std::fs::create_dir_all(path).map_err(StoreError::disk("create", shown.clone()))?;
@@ -95,7 +97,7 @@ pub(super) fn new_directory(path: &Path) -> Result<Directory, PastError> {
     Ok(Directory::new(path))
 }
 
-/// Makes durable that a directory is there.
+/// Makes the name of a directory durable.
 pub(super) fn sync_parent(path: &Path) -> Result<(), PastError> {
     let path = path.canonicalize().map_err(StoreError::disk("find", path.display().to_string()))?;
     let Some(parent) = path.parent() else { return Ok(()) };

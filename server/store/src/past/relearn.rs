@@ -1,4 +1,4 @@
-//! Learning once more from what bodies sent: it must change memory as the journal says it did.
+//! Learning again from the frames of the journal: it must change memory as the journal says it did.
 
 use pschema_learner::decision::Decision;
 use pschema_learner::effect::Effect;
@@ -8,40 +8,39 @@ use pschema_learner::progress::{StageCommand, StageEffect};
 use pschema_learner::{Frame, Learner};
 
 use super::entry;
-use super::guarded;
+use crate::extent::Extent;
+use crate::format::mirror::{Mirror, list};
 use crate::format::v1::{self, Input};
 use crate::recovery::Replay;
 
-/// What came of it.
-pub(super) struct Again {
-    /// Memory after it.
+/// A step that was learnt again.
+pub(super) struct Relearning {
+    /// Memory after the step.
     pub(super) replay: Replay,
-    /// What was decided.
+    /// The decision of the step.
     pub(super) decision: Option<Decision>,
 }
 
-/// Puts one frame through a learner that has the memory of `replay`, words that the journal says were met with it first.
-/// The error says in what it differs from `journalled`, or what can't be done.
-pub(super) fn again(replay: Replay, input: Input, journalled: &[v1::Effect]) -> Result<Again, String> {
-    let (_, curriculum) = replay.setting.clone().live().map_err(|error| error.to_string())?;
+/// Has a learner with the memory of `replay` take one step again. The error says in what the effects differ from `journalled`,
+/// or why the step can't be taken.
+pub(super) fn again(replay: Replay, input: Input, journalled: &[v1::Effect]) -> Result<Relearning, String> {
+    let (_, curriculum) = replay.setting.checked().map_err(|error| error.to_string())?;
     let parameters = replay.memory.parameters().clone();
     replay.with_memory(parameters, |memory| {
-        guarded(|| {
-            let mut learner = Learner::resume(memory, curriculum).map_err(|error| error.to_string())?;
-            let decision = step(&mut learner, input, journalled)?;
-            Ok((learner.into_memory(), decision))
-        })
+        let mut learner = Learner::resume(memory, curriculum).map_err(|error| error.to_string())?;
+        let decision = step(&mut learner, input, journalled)?;
+        Ok((learner.into_memory(), decision))
     })
 }
 
-/// One frame through `learner`.
+/// Has `learner` take one step again, as [`again`] does.
 pub(super) fn step(
     learner: &mut Learner,
     input: Input,
     journalled: &[v1::Effect],
 ) -> Result<Option<Decision>, String> {
     let mut effects = Vec::new();
-    // One step that an operator asked for while the learner was held: it went on for this frame alone.
+    // An operator may ask for one step while the learner is held: then the learner goes on for this frame alone.
     let single = is_held(journalled.first(), false) && is_held(journalled.last(), true);
     if single {
         effects.extend(learner.stage(&StageCommand::Resume).map_err(|error| error.to_string())?);
@@ -53,13 +52,14 @@ pub(super) fn step(
             effects.extend(learner.symbol(symbol).1);
         }
     }
-    let step = learner.step(&Frame::from(input));
+    let frame: Frame = input.live();
+    Extent::of(learner.memory().content()).frame(&frame).map_err(|error| error.to_string())?;
+    let step = learner.step(&frame);
     effects.extend(step.effects);
     if single {
         effects.extend(learner.stage(&StageCommand::Hold).map_err(|error| error.to_string())?);
     }
-    let written: Vec<_> = effects.iter().map(v1::Effect::from).collect();
-    match difference(&written, journalled) {
+    match difference(&list(&effects), journalled) {
         None => Ok(step.decision),
         Some(difference) => {
             Err(format!("learning it again does not give what was learnt then: {difference}"))
@@ -68,32 +68,29 @@ pub(super) fn step(
 }
 
 fn is_held(effect: Option<&v1::Effect>, held: bool) -> bool {
-    let live = effect.cloned().and_then(|effect| Effect::try_from(effect).ok());
-    live == Some(Effect::Stage(StageEffect::Held(held)))
+    effect.cloned().map(Mirror::live) == Some(Effect::Stage(StageEffect::Held(held)))
 }
 
-/// The first thing in which two lists of effects differ.
+/// The first difference between two lists of effects; none when they are equal.
 fn difference(now: &[v1::Effect], then: &[v1::Effect]) -> Option<String> {
     let at = now.iter().zip(then).position(|(now, then)| now != then);
     let at = at.or((now.len() != then.len()).then_some(now.len().min(then.len())))?;
-    let kind = |effects: &[v1::Effect]| match effects.get(at).cloned().map(Effect::try_from) {
-        Some(Ok(effect)) => entry::kind(&effect),
-        Some(Err(_)) => "impossible",
-        None => "nothing",
+    let kind = |effects: &[v1::Effect]| {
+        effects.get(at).map_or("nothing", |effect| entry::kind(&effect.clone().live()))
     };
     Some(format!("effect {} is {} now and was {} then", at + 1, kind(now), kind(then)))
 }
 
 impl Replay {
-    /// Has `work` change the memory.
+    /// The replay after `work` has changed its memory.
     fn with_memory(
         mut self,
         parameters: Parameters,
         work: impl FnOnce(Memory) -> Result<(Memory, Option<Decision>), String>,
-    ) -> Result<Again, String> {
+    ) -> Result<Relearning, String> {
         let memory = std::mem::replace(&mut self.memory, Memory::new(0, parameters));
         let (memory, decision) = work(memory)?;
         self.memory = memory;
-        Ok(Again { replay: self, decision })
+        Ok(Relearning { replay: self, decision })
     }
 }

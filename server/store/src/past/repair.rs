@@ -1,55 +1,57 @@
-//! Mending a damaged data directory: the longest part of it that is sound and hangs together, and the cut that leaves
-//! only that. Nothing is cut before all of it has been copied aside.
+//! Mending a damaged data directory: finding the longest sound part of it, and cutting away the rest. Nothing is cut before
+//! the whole directory has been copied aside.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use super::cut::{self, Cut};
-use super::{Past, PastError};
+use super::error::{PastError, READ_AGAIN_MAX, beside, damage_text};
+use super::making::{new_directory, sync_parent};
+use super::moment::Past;
 use crate::error::StoreError;
 use crate::frame::{self, HEAD_LEN, Head};
-use crate::journal::{self, FILE_HEAD_LEN, JournalError, Place, SEGMENT, file_head, segment_name};
+use crate::journal::{self, FILE_HEAD_LEN, Place, SEGMENT, file_head, segment_name};
 use crate::lock;
 use crate::recovery::{Replay, unplayable};
 use crate::snapshot;
 use crate::storage::{Directory, Storage};
 
-/// What can be done about a directory.
+/// What is damaged in a directory, and what can be saved of it.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Repair {
+pub struct RepairPlan {
     /// The directory.
     pub directory: String,
-    /// What is damaged; nothing is to be done when this is empty.
+    /// Each damage; nothing is to be done when there is none.
     pub damage: Vec<String>,
     /// The last step that can be saved.
     pub saved_step: u64,
-    /// The digest of memory there.
+    /// The digest of memory after that step.
     pub memory_digest: String,
     /// The last step that is known to have been taken; above `saved_step` when steps are lost.
     pub last_step: u64,
-    /// The first step that could be returned to, as far as files go.
+    /// The first step that could be returned to if nothing were damaged.
     pub first_step: u64,
-    /// The first step that can be returned to afterwards.
+    /// The first step that can be returned to after the repair.
     pub saved_first_step: u64,
     #[serde(skip)]
-    plan: Plan,
+    plan: Remainder,
 }
 
-/// What was done.
+/// What a repair has done.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Repaired {
-    /// The directory that holds what was saved.
+pub struct RepairOutcome {
+    /// The directory that holds the saved part.
     pub directory: String,
-    /// Where everything was copied before; none when the directory was left as it is.
+    /// The copy of the directory as it was before; none when the directory itself was left as it was.
     pub aside: Option<String>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Plan {
+struct Remainder {
     cut: Cut,
-    /// Snapshots that are sound.
+    /// The numbers of the sound snapshots.
     sound: Vec<u64>,
-    /// Where what is kept begins, when what is before it does not hang together with it.
+    /// Where the saved part begins, when the journal before it does not lead to it.
     base: Option<Base>,
 }
 
@@ -58,18 +60,18 @@ struct Plan {
 struct Base {
     place: Place,
     step: u64,
-    /// The segment that goes on after it, and where in it; none when nothing does.
+    /// The segment in which the journal goes on after it, and the place there; none when it does not go on.
     rest: Option<(u64, u64)>,
 }
 
-impl Plan {
+impl Remainder {
     fn usable(&self, snapshot: u64) -> bool {
         self.sound.contains(&snapshot) && self.base.is_none_or(|base| snapshot >= base.place.number)
     }
 }
 
 /// How far a journal can be followed.
-struct Reached {
+struct Trail {
     last: Place,
     /// The segment of the last frame, and where it ends there.
     end: Option<(u64, u64)>,
@@ -81,11 +83,11 @@ impl Past {
     ///
     /// # Errors
     /// When the directory can't be read, or nothing in it can be saved.
-    pub fn plan_repair(&self) -> Result<Repair, PastError> {
-        for _ in 0..super::READ_AGAIN_MAX {
+    pub fn plan_repair(&self) -> Result<RepairPlan, PastError> {
+        for _ in 0..READ_AGAIN_MAX {
             let before = self.names()?;
-            let repair = super::beside(|| self.plan_repair_once())?;
-            // What a daemon removes meanwhile looks damaged.
+            let repair = beside(|| self.plan_repair_once())?;
+            // Files that a daemon removes meanwhile look damaged.
             if repair.damage.is_empty() || self.names()? == before {
                 return Ok(repair);
             }
@@ -93,13 +95,12 @@ impl Past {
         self.plan_repair_once()
     }
 
-    /// The numbers of the segments and snapshots there are.
+    /// The numbers of all segments and of all snapshots.
     pub(super) fn names(&self) -> Result<(Vec<u64>, Vec<u64>), PastError> {
-        let failed = StoreError::disk("read", self.storage.path(snapshot::DIRECTORY));
-        Ok((self.segments()?, snapshot::numbers(&*self.storage).map_err(failed)?))
+        Ok((self.segments()?, snapshot::numbers(&*self.storage)?))
     }
 
-    fn plan_repair_once(&self) -> Result<Repair, PastError> {
+    fn plan_repair_once(&self) -> Result<RepairPlan, PastError> {
         let storage = &*self.storage;
         let mut damage = Vec::new();
         let sound = self.sound_snapshots(&mut damage)?;
@@ -114,7 +115,7 @@ impl Past {
         let base = base.map(|(place, step)| self.goes_on(place, step)).transpose()?;
         let saved_first_step = base.map_or(first_step, |base| base.step);
         let last_step = if damage.is_empty() { saved_step } else { self.last_known_step()?.max(saved_step) };
-        Ok(Repair {
+        Ok(RepairPlan {
             directory: self.path(),
             damage,
             saved_step,
@@ -122,40 +123,39 @@ impl Past {
             last_step,
             first_step,
             saved_first_step,
-            plan: Plan { cut, sound: sound.iter().map(|(place, _)| place.number).collect(), base },
+            plan: Remainder { cut, sound: sound.iter().map(|(place, _)| place.number).collect(), base },
         })
     }
 
     /// Copies everything into a directory beside it, and then cuts what can't be saved.
     ///
     /// # Errors
-    /// When a daemon has the directory, or the disk fails. What was there is then still there, or beside it.
-    pub fn repair(&self, repair: &Repair) -> Result<Repaired, PastError> {
+    /// When a daemon has the directory, or the disk fails. Every file is then still there, or in the copy beside it.
+    pub fn repair(&self, repair: &RepairPlan) -> Result<RepairOutcome, PastError> {
         let _lock = lock::take(&self.directory, "repair")?;
         let aside = copy_aside(&*self.storage, &self.directory)?;
         apply(&*self.storage, &repair.plan)?;
         let directory = self.path();
-        Ok(Repaired { directory, aside: Some(aside.display().to_string()) })
+        Ok(RepairOutcome { directory, aside: Some(aside.display().to_string()) })
     }
 
-    /// Leaves the directory as it is, and makes `to` of what can be saved.
+    /// Leaves the directory as it is, and copies what can be saved to `to`.
     ///
     /// # Errors
-    /// When `to` is there already, or the disk fails.
-    pub fn repair_to(&self, repair: &Repair, to: &Path) -> Result<Repaired, PastError> {
-        let target = super::making::new_directory(to)?;
+    /// When `to` is not empty, or the disk fails.
+    pub fn repair_to(&self, repair: &RepairPlan, to: &Path) -> Result<RepairOutcome, PastError> {
+        let target = new_directory(to)?;
         let plan = &repair.plan;
         cut::copy(&*self.storage, &target, &self.manifest, plan.cut, |number| plan.usable(number))?;
         apply(&target, plan)?;
-        Ok(Repaired { directory: to.display().to_string(), aside: None })
+        Ok(RepairOutcome { directory: to.display().to_string(), aside: None })
     }
 
-    /// Snapshots that are sound, in order, each with its step; those that are not are damage.
+    /// The sound snapshots in order, each with its step. The others are noted as damage.
     fn sound_snapshots(&self, damage: &mut Vec<String>) -> Result<Vec<(Place, u64)>, PastError> {
         let storage = &*self.storage;
-        let failed = |name: &str| StoreError::disk("read", storage.path(name));
         let mut sound = Vec::new();
-        for number in snapshot::numbers(storage).map_err(failed(snapshot::DIRECTORY))? {
+        for number in snapshot::numbers(storage)? {
             let name = snapshot::name(number);
             match snapshot::sound(storage, number) {
                 Ok(Some((whole, place))) => sound.push((place, whole.content.step)),
@@ -168,15 +168,15 @@ impl Past {
         Ok(sound)
     }
 
-    /// Memory as far as it can be followed: from the newest snapshot from which that works, or the beginning.
-    fn farthest(&self, sound: &[(Place, u64)]) -> Result<(Replay, Place, Reached), PastError> {
-        let mut best: Option<(Replay, Place, Reached)> = None;
+    /// Memory as far as the journal can be replayed: from the newest snapshot from which it leads farthest, or the beginning.
+    fn farthest(&self, sound: &[(Place, u64)]) -> Result<(Replay, Place, Trail), PastError> {
+        let mut best: Option<(Replay, Place, Trail)> = None;
         for (place, _) in sound.iter().rev() {
             let (replay, reached) = self.follow(*place)?;
             if best.as_ref().is_none_or(|(_, _, best)| reached.last.number > best.last.number) {
                 best = Some((replay, *place, reached));
             }
-            // One that the journal goes on from leads as far as any.
+            // A snapshot that the journal goes on from leads as far as any.
             if best.as_ref().is_some_and(|(_, from, best)| best.last != *from || best.damage.is_none()) {
                 break;
             }
@@ -190,25 +190,22 @@ impl Past {
     }
 
     /// Follows the journal from a snapshot, or the beginning, as far as it is sound and can be replayed.
-    fn follow(&self, from: Place) -> Result<(Replay, Reached), PastError> {
+    fn follow(&self, from: Place) -> Result<(Replay, Trail), PastError> {
         let mut replay = self.base_at(from)?;
-        let mut reached = Reached { last: from, end: None, damage: None };
+        let mut reached = Trail { last: from, end: None, damage: None };
         let error = match self.follow_to(&mut replay, &mut reached, None) {
             Ok(()) => return Ok((replay, reached)),
-            Err(PastError::Store(
-                error @ (StoreError::Replay { .. }
-                | StoreError::Journal(JournalError::Damaged { .. } | JournalError::Missing { .. })),
-            )) => error,
+            Err(PastError::Store(error)) if error.is_damage() => error,
             Err(error) => return Err(error),
         };
         if matches!(error, StoreError::Replay { .. }) {
-            // Some of what its frame says is in memory already.
+            // Some effects of that frame are in memory already.
             let last = reached.last.number;
             replay = self.base_at(from)?;
-            reached = Reached { last: from, end: None, damage: None };
+            reached = Trail { last: from, end: None, damage: None };
             self.follow_to(&mut replay, &mut reached, Some(last))?;
         }
-        reached.damage = Some(super::damage(&error));
+        reached.damage = Some(damage_text(&error));
         Ok((replay, reached))
     }
 
@@ -225,7 +222,7 @@ impl Past {
     fn follow_to(
         &self,
         replay: &mut Replay,
-        reached: &mut Reached,
+        reached: &mut Trail,
         last: Option<u64>,
     ) -> Result<(), PastError> {
         journal::read::<PastError>(&*self.storage, reached.last, |shown| {
@@ -242,7 +239,7 @@ impl Past {
         Ok(())
     }
 
-    /// The snapshot from which on what is kept hangs together, when it does not from the first segment on.
+    /// The snapshot with which the saved part begins, when the journal does not lead from its first segment to the end.
     fn oldest_base(
         &self,
         sound: &[(Place, u64)],
@@ -272,7 +269,7 @@ impl Past {
         Ok((from.number > 0).then_some((from, step)))
     }
 
-    /// What keeps the journal from leading from one place to another; none when it does.
+    /// Why the journal does not lead from one place to another; none when it does.
     fn chain(&self, from: Place, to: Place) -> Result<Option<String>, PastError> {
         if from.number >= to.number {
             return Ok((from != to).then(|| "a snapshot is of another journal".to_owned()));
@@ -285,21 +282,19 @@ impl Past {
         match read {
             _ if last == to => Ok(None),
             Ok(_) => Ok(Some(format!("the journal ends after frame {}", last.number))),
-            Err(PastError::Store(
-                error @ StoreError::Journal(JournalError::Damaged { .. } | JournalError::Missing { .. }),
-            )) => Ok(Some(super::damage(&error))),
+            Err(PastError::Store(error)) if error.is_damage() => Ok(Some(damage_text(&error))),
             Err(error) => Err(error),
         }
     }
 
     /// Where the journal is to end.
-    fn cut_at(&self, reached: &Reached, from: Place) -> Result<Cut, PastError> {
+    fn cut_at(&self, reached: &Trail, from: Place) -> Result<Cut, PastError> {
         let frame = reached.last.number;
         if let Some((segment, bytes)) = reached.end {
             return Ok(Cut { frame, segment: Some(segment), bytes });
         }
-        // Nothing follows the snapshot: the journal ends where it was made, if that is still there, or with the head of
-        // the segment that comes next.
+        // Nothing follows the snapshot. The journal ends where the snapshot was made, if that frame is still there, or with
+        // the head of the next segment.
         let there = match self.head_after(from)? {
             Some(head) => Some(head),
             None => self.frame_end(from)?,
@@ -315,7 +310,7 @@ impl Past {
         Ok(next.map(|head| (head.first, (HEAD_LEN + FILE_HEAD_LEN) as u64)))
     }
 
-    /// The segment that a frame is in, and where it ends in it; of a frame that ends a segment, that segment.
+    /// The segment that a frame is in, and where the frame ends in it.
     fn frame_end(&self, place: Place) -> Result<Option<(u64, u64)>, PastError> {
         let firsts = self.segments()?;
         let Some(segment) = firsts.iter().rfind(|first| **first <= place.number).copied() else {
@@ -349,14 +344,14 @@ fn note(damage: &mut Vec<String>, problem: String) {
     }
 }
 
-/// Leaves in `storage` only what the plan keeps. Done again after an interruption, it does the rest.
-fn apply(storage: &dyn Storage, plan: &Plan) -> Result<(), PastError> {
+/// Leaves in `storage` only the part that is to remain. Done again after an interruption, it does the rest.
+fn apply(storage: &dyn Storage, plan: &Remainder) -> Result<(), PastError> {
     if let Some(base) = plan.base {
         begin_at(storage, &base, plan.cut)?;
     }
     let mut end = plan.cut;
     if let Some(base) = plan.base {
-        // The segment in which it went on is now one that begins there.
+        // The segment in which the journal goes on is now one that begins there.
         let moved = base.rest.filter(|(segment, _)| plan.cut.segment == Some(*segment));
         let fresh = base.place.number + 1;
         match moved {
@@ -376,10 +371,8 @@ fn apply(storage: &dyn Storage, plan: &Plan) -> Result<(), PastError> {
     }
     cut::cut(storage, end, |number| plan.usable(number))?;
     let Some(base) = plan.base else { return Ok(()) };
-    // What is before the base goes last: until then it is what was there, damaged as it was.
-    for first in
-        journal::segments(storage).map_err(StoreError::disk("read", storage.path(journal::DIRECTORY)))?
-    {
+    // The segments before the base go last: until then they are as they were, damaged or not.
+    for first in cut::segments(storage)? {
         if first <= base.place.number {
             let name = segment_name(first);
             storage.remove(&name).map_err(StoreError::disk("remove", storage.path(&name)))?;
@@ -389,8 +382,8 @@ fn apply(storage: &dyn Storage, plan: &Plan) -> Result<(), PastError> {
     Ok(synced.map_err(StoreError::disk("make durable", storage.path(journal::DIRECTORY)))?)
 }
 
-/// Makes a segment that begins right after the base, of what follows it in the segment that it stands in. The frames stay
-/// byte for byte what they are.
+/// Makes a segment that begins right after the base, of the frames that follow the base in their old segment. The frames stay
+/// as they are, byte for byte.
 fn begin_at(storage: &dyn Storage, base: &Base, cut: Cut) -> Result<(), PastError> {
     let first = base.place.number + 1;
     let name = segment_name(first);
@@ -404,7 +397,7 @@ fn begin_at(storage: &dyn Storage, base: &Base, cut: Cut) -> Result<(), PastErro
     if let Some(source) = source {
         let from = segment_name(source);
         let read = match storage.read(&from) {
-            // It was made before an interruption, and what it was made of is gone.
+            // It was made before an interruption, and the old segment is gone.
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
             read => read.map_err(StoreError::disk("read", storage.path(&from)))?,
         };
@@ -422,7 +415,7 @@ fn begin_at(storage: &dyn Storage, base: &Base, cut: Cut) -> Result<(), PastErro
     Ok(storage.sync_directory(journal::DIRECTORY).map_err(disk("make durable"))?)
 }
 
-/// Copies everything in `directory` beside it; the copy has its name only when it is whole and durable.
+/// Copies everything in `directory` to a directory beside it. The copy gets its name when it is whole and durable.
 fn copy_aside(storage: &dyn Storage, directory: &Path) -> Result<PathBuf, PastError> {
     let numbered = |number: u32, suffix: &str| {
         let mut name = directory.as_os_str().to_owned();
@@ -436,14 +429,14 @@ fn copy_aside(storage: &dyn Storage, directory: &Path) -> Result<PathBuf, PastEr
         .ok_or_else(|| PastError::Lost { path: directory.display().to_string() })?;
     let shown = temporary.display().to_string();
     if temporary.exists() {
-        // A copy that was interrupted, of what is all still there.
+        // A copy that was interrupted; everything in it is still in the directory.
         std::fs::remove_dir_all(&temporary).map_err(StoreError::disk("remove", shown.clone()))?;
     }
     std::fs::create_dir(&temporary).map_err(StoreError::disk("create", shown.clone()))?;
     let target = Directory::new(&temporary);
     cut::copy_all(storage, &target, &cut::files(storage)?)?;
     std::fs::rename(&temporary, &aside).map_err(StoreError::disk("rename", shown))?;
-    super::making::sync_parent(&aside)?;
+    sync_parent(&aside)?;
     Ok(aside)
 }
 

@@ -1,4 +1,4 @@
-//! What files a memory is in, and looking back through the journal without rebuilding memory.
+//! The files of a data directory, and looking back through its journal without rebuilding memory.
 
 use std::collections::VecDeque;
 use std::io;
@@ -7,50 +7,53 @@ use std::ops::ControlFlow;
 use pschema_learner::memory::Memory;
 use pschema_learner::parameters::Parameters;
 
-use super::entry::{Batch, Words};
-use super::{Past, PastError, Seen};
+use super::cut;
+use super::entry::{Batch, Wording};
+use super::error::{PastError, beside, damage_text};
+use super::moment::{LastFrame, Past};
 use crate::error::StoreError;
+use crate::format::mirror::Mirror;
 use crate::format::v1::{Cause, Effect, Record};
 use crate::frame::{self, HEAD_LEN};
-use crate::journal::{self, FILE_HEAD_LEN, JournalError, Place, SEGMENT, read_file_head, segment_name};
+use crate::journal::{self, FILE_HEAD_LEN, Place, SEGMENT, read_file_head, segment_name};
 use crate::retention;
 use crate::snapshot;
 use crate::storage::Storage;
 
-/// What a memory is kept in.
+/// The files that a memory is kept in.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Files {
-    /// Segments of the journal, in order.
-    pub segments: Vec<Segment>,
-    /// Snapshots, in order.
-    pub snapshots: Vec<Snapshot>,
+    /// The segments of the journal, in order.
+    pub segments: Vec<SegmentFile>,
+    /// The snapshots, in order.
+    pub snapshots: Vec<SnapshotFile>,
     /// The first step that can be returned to.
     pub oldest_step: u64,
 }
 
-/// A file of the journal.
+/// A segment of the journal.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Segment {
+pub struct SegmentFile {
     /// Its path.
     pub file: String,
-    /// The first frame in it.
+    /// The number of the first frame in it.
     pub first_frame: u64,
-    /// Steps taken before it; none when its head is damaged.
+    /// How many steps had been taken before it; none when its head is damaged.
     pub step: Option<u64>,
-    /// How long it is, with what is zeroed ahead.
+    /// The length of the file in bytes, with the zeros that were written ahead.
     pub bytes: u64,
 }
 
 /// A snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Snapshot {
+pub struct SnapshotFile {
     /// Its path.
     pub file: String,
     /// The frame that it was made after.
     pub frame: u64,
     /// The step that it was made at; none when its head is damaged.
     pub step: Option<u64>,
-    /// How long it is.
+    /// The length of the file in bytes.
     pub bytes: u64,
 }
 
@@ -60,34 +63,33 @@ pub struct Snapshot {
 pub enum Tail {
     /// With its last frame.
     Whole,
-    /// With something that was being written when the daemon ended, or is being written now; nobody acted on it.
+    /// With bytes that were being written when the daemon ended, or are being written now; nobody acted on them.
     Torn {
         /// Which file.
         file: String,
-        /// Where it begins.
+        /// Where these bytes begin.
         offset: u64,
     },
-    /// With damage to something that was acknowledged, or that cannot be read.
+    /// With damage to a frame that was acknowledged, or with a frame that can't be read.
     Damaged {
-        /// What is wrong, and where.
+        /// What is damaged, and where.
         problem: String,
     },
 }
 
 /// The head of a segment.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Begins {
+pub(super) struct SegmentHead {
     pub(super) first: u64,
-    /// The frame before.
+    /// The place after the frame before the segment.
     pub(super) after: Place,
-    /// Steps taken before.
+    /// How many steps had been taken before the segment.
     pub(super) step: u64,
 }
 
 impl Past {
     pub(super) fn segments(&self) -> Result<Vec<u64>, StoreError> {
-        let path = self.storage.path(journal::DIRECTORY);
-        journal::segments(&*self.storage).map_err(StoreError::disk("read", path))
+        cut::segments(&*self.storage)
     }
 
     /// The first step that can be returned to; none when there is no journal at all.
@@ -99,13 +101,13 @@ impl Past {
     }
 
     /// The heads of the segments that are sound.
-    pub(super) fn begins(&self) -> Result<Vec<Begins>, StoreError> {
+    pub(super) fn begins(&self) -> Result<Vec<SegmentHead>, StoreError> {
         let mut begins = Vec::new();
         for first in self.segments()? {
             let name = segment_name(first);
             match beginning(&*self.storage, first) {
                 Ok(found) => begins.extend(found),
-                // A daemon drops what is no longer to be kept.
+                // A daemon removes segments that are no longer to be kept.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => (),
                 Err(error) => return Err(StoreError::disk("read", self.storage.path(&name))(error)),
             }
@@ -113,12 +115,12 @@ impl Past {
         Ok(begins)
     }
 
-    /// What the memory is kept in.
+    /// The files that the memory is kept in.
     ///
     /// # Errors
     /// When the directory can't be read.
     pub fn files(&self) -> Result<Files, PastError> {
-        super::beside(|| self.files_once())
+        beside(|| self.files_once())
     }
 
     fn files_once(&self) -> Result<Files, PastError> {
@@ -129,21 +131,21 @@ impl Past {
             let name = segment_name(first);
             let step = begins.iter().find(|head| head.first == first).map(|head| head.step);
             let bytes = self.storage.size(&name).map_err(failed(&name))?;
-            segments.push(Segment { file: self.storage.path(&name), first_frame: first, step, bytes });
+            segments.push(SegmentFile { file: self.storage.path(&name), first_frame: first, step, bytes });
         }
         let mut snapshots = Vec::new();
-        for frame in snapshot::numbers(&*self.storage).map_err(failed(snapshot::DIRECTORY))? {
+        for frame in snapshot::numbers(&*self.storage)? {
             let name = snapshot::name(frame);
             let step = snapshot::step(&*self.storage, frame).map_err(failed(&name))?;
             let bytes = self.storage.size(&name).map_err(failed(&name))?;
-            snapshots.push(Snapshot { file: self.storage.path(&name), frame, step, bytes });
+            snapshots.push(SnapshotFile { file: self.storage.path(&name), frame, step, bytes });
         }
         let oldest_step = retention::kept(&*self.storage)?.oldest_step;
         Ok(Files { segments, snapshots, oldest_step })
     }
 
-    /// The last thing that `found` finds in the journal up to and with step `until`: the segments are looked through
-    /// from the last one back.
+    /// The last record of the journal, up to and with step `until`, for which `found` has an answer, and that answer. The segments
+    /// are looked through from the last one back.
     fn look_back<T>(
         &self,
         until: u64,
@@ -169,11 +171,11 @@ impl Past {
         Ok(None)
     }
 
-    /// What was perceived last, up to and with step `until`.
-    pub(super) fn last_input(&self, until: u64) -> Result<Seen, PastError> {
+    /// The last frame of a body, up to and with step `until`.
+    pub(super) fn last_input(&self, until: u64) -> Result<LastFrame, PastError> {
         let found = self.look_back(until, |record| match record {
             Record::Batch { at_unix_ms, cause: Cause::Step(input), .. } => {
-                Some(Seen { at_unix_ms: Some(*at_unix_ms), input: Some(input.clone()) })
+                Some(LastFrame { at_unix_ms: Some(*at_unix_ms), input: Some(input.clone()) })
             }
             _ => None,
         })?;
@@ -192,9 +194,9 @@ impl Past {
     }
 
     /// Batches of the journal in order: those of the steps `from` to `to`, at most `limit` of them; the last ones when
-    /// `from` is not given. With `told`, effects are put into words.
+    /// `from` is not given. With `in_words`, effects are put into words as well.
     ///
-    /// A damaged journal is read as far as it goes, which the tail then says.
+    /// A damaged journal is read up to the damage, which the tail then names.
     ///
     /// # Errors
     /// When the directory can't be read.
@@ -203,9 +205,9 @@ impl Past {
         from: Option<u64>,
         to: Option<u64>,
         limit: usize,
-        told: bool,
+        in_words: bool,
     ) -> Result<(Vec<Batch>, Tail), PastError> {
-        super::beside(|| self.batches_once(from, to, limit, told))
+        beside(|| self.batches_once(from, to, limit, in_words))
     }
 
     fn batches_once(
@@ -213,14 +215,14 @@ impl Past {
         from: Option<u64>,
         to: Option<u64>,
         limit: usize,
-        told: bool,
+        in_words: bool,
     ) -> Result<(Vec<Batch>, Tail), PastError> {
         let words = self.words()?;
         let to = to.unwrap_or(u64::MAX);
         let mut begins = self.begins()?;
         let mut tail = Tail::Whole;
         let mut batches = VecDeque::new();
-        // From where it is wanted on; or from the last segment back, until there are enough.
+        // From the segment with the first batch on; or from the last segment back, until there are enough batches.
         begins.retain(|head| head.step <= to);
         let wanted = from.map(|from| begins.iter().rposition(|head| head.step < from.max(1)).unwrap_or(0));
         let mut at = wanted.unwrap_or(begins.len().saturating_sub(1));
@@ -242,7 +244,7 @@ impl Past {
                     ControlFlow::Continue(())
                 },
                 &words,
-                told,
+                in_words,
             )?;
             if from.is_some() || batches.len() >= limit || at == 0 {
                 break;
@@ -256,12 +258,12 @@ impl Past {
         &self,
         after: Place,
         mut take: impl FnMut(Batch) -> ControlFlow<()>,
-        words: &Words,
-        told: bool,
+        words: &Wording,
+        in_words: bool,
     ) -> Result<Tail, PastError> {
         let end = journal::read::<PastError>(&*self.storage, after, |shown| {
             let record = self.record(&shown)?;
-            Ok(match Batch::of(&*self.storage, &shown, record, words, told) {
+            Ok(match Batch::of(&*self.storage, &shown, record, words, in_words) {
                 Some(batch) => take(batch),
                 None => ControlFlow::Continue(()),
             })
@@ -271,17 +273,16 @@ impl Past {
                 None => Tail::Whole,
                 Some((file, offset)) => Tail::Torn { file, offset: offset as u64 },
             }),
-            Err(PastError::Store(
-                error @ (StoreError::Replay { .. }
-                | StoreError::Journal(JournalError::Damaged { .. } | JournalError::Missing { .. })),
-            )) => Ok(Tail::Damaged { problem: super::damage(&error) }),
+            Err(PastError::Store(error)) if error.is_damage() => {
+                Ok(Tail::Damaged { problem: damage_text(&error) })
+            }
             Err(error) => Err(error),
         }
     }
 
-    /// What numbers are called, as far as that can be found out: names never change, so the newest are right for all of
+    /// The newest vocabulary that can be found. The name of a number never changes, so the newest vocabulary is right for all of
     /// the past.
-    fn words(&self) -> Result<Words, PastError> {
+    fn words(&self) -> Result<Wording, PastError> {
         let newest = snapshot::newest(&*self.storage, None)?;
         let (content, from) = newest.map(|(whole, place)| (whole.content, place)).unzip();
         let mut memory = Memory::new(0, Parameters::default());
@@ -299,9 +300,8 @@ impl Past {
             if let Record::Batch { effects, .. } = self.record(&shown)? {
                 let naming = |effect: &Effect| matches!(effect, Effect::Declared(_) | Effect::SymbolsMet(_));
                 for effect in effects.into_iter().filter(naming) {
-                    let live = pschema_learner::effect::Effect::try_from(effect).map_err(StoreError::from)?;
-                    // One that contradicts what is known is not in memory either.
-                    drop(super::guarded(|| memory.apply(&live).map_err(|error| error.to_string())));
+                    // An effect that is refused is not in the memory either.
+                    drop(memory.apply(&effect.live()));
                 }
             }
             Ok(ControlFlow::Continue(()))
@@ -309,12 +309,12 @@ impl Past {
         if let Err(error) = read {
             tracing::debug!(%error, "names are known only up to the damage");
         }
-        Ok(Words(memory.content().vocabulary.clone()))
+        Ok(Wording(memory.content().vocabulary.clone()))
     }
 }
 
 /// The head of the segment that begins with frame `first`, if it is sound.
-fn beginning(storage: &dyn Storage, first: u64) -> io::Result<Option<Begins>> {
+fn beginning(storage: &dyn Storage, first: u64) -> io::Result<Option<SegmentHead>> {
     let mut bytes = Vec::new();
     let length = (HEAD_LEN + FILE_HEAD_LEN) as u64;
     io::Read::read_to_end(&mut io::Read::take(storage.open(&segment_name(first))?, length), &mut bytes)?;
@@ -323,5 +323,5 @@ fn beginning(storage: &dyn Storage, first: u64) -> io::Result<Option<Begins>> {
     };
     let step = read_file_head(found.payload).and_then(|(_, step)| step);
     let after = Place { number: first.saturating_sub(1), crc: found.head.previous };
-    Ok(step.map(|step| Begins { first, after, step }))
+    Ok(step.map(|step| SegmentHead { first, after, step }))
 }

@@ -12,6 +12,7 @@ use pschema_learner::{Frame, Learner};
 
 use super::*;
 use crate::journal::{Sizes, segment_name};
+use crate::storage::{Directory, Storage};
 use crate::store_tests::{World, curriculum, declaration};
 use crate::twin::Twin;
 use crate::writer::Writer;
@@ -20,7 +21,7 @@ use crate::{Change, Durability, Options, Retention};
 pub(super) const SIZES: Sizes = Sizes { segment_max: 30_000, ahead: 3_000 };
 
 /// A life on disk, and what it was after each step, up to the next.
-pub(super) struct Lived {
+pub(super) struct Life {
     pub(super) twin: Twin,
     /// By step, from 0.
     pub(super) digests: Vec<String>,
@@ -28,7 +29,7 @@ pub(super) struct Lived {
     decisions: Vec<Option<Decision>>,
 }
 
-impl Lived {
+impl Life {
     pub(super) fn past(&self) -> Past {
         past(&self.twin)
     }
@@ -52,9 +53,9 @@ pub(super) fn opened(twin: &Twin, seed: u64, retention: Retention) -> (Learner, 
 }
 
 /// Some lives of `steps` steps each, of one memory. The last one ends as it should, or is cut off.
-pub(super) fn lived(seed: u64, lives: u32, steps: u64, retention: Retention, clean: bool) -> Lived {
+pub(super) fn lived(seed: u64, lives: u32, steps: u64, retention: Retention, clean: bool) -> Life {
     let (twin, mut world) = (Twin::new(), World::new(seed));
-    let mut lived = Lived { twin, digests: vec![String::new()], frames: vec![None], decisions: vec![None] };
+    let mut lived = Life { twin, digests: vec![String::new()], frames: vec![None], decisions: vec![None] };
     for life in 0..lives {
         let (mut learner, mut writer) = opened(&lived.twin, seed, retention);
         let (_, mut effects) = learner.declare(declaration()).unwrap();

@@ -1,4 +1,4 @@
-//! Checking all of a data directory: every byte that says something, and that what they say fits together.
+//! Checking all of a data directory: every byte that says something, and that its parts fit together.
 
 use std::ops::ControlFlow;
 
@@ -7,41 +7,44 @@ use pschema_learner::digest::digest;
 use pschema_learner::memory::Memory;
 use pschema_learner::parameters::Parameters;
 
-use super::{Past, PastError, READ_AGAIN_MAX, Tail, is_gone, relearn};
+use super::error::{PastError, READ_AGAIN_MAX, damage_text, is_gone};
+use super::moment::Past;
+use super::relearn;
+use super::scan::Tail;
 use crate::codec;
 use crate::error::StoreError;
 use crate::format::v1::{Cause, Record};
 use crate::frame::{self, JOURNAL};
-use crate::journal::{self, JournalError, Place, Shown, segment_name};
+use crate::journal::{self, JournalError, JournalFrame, Place, segment_name};
 use crate::recovery::{Replay, unplayable};
 use crate::snapshot;
 
-/// What was checked, and what was found.
+/// What was checked in a data directory, and what is wrong in it.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Checked {
+pub struct Verification {
     /// The directory.
     pub directory: String,
     /// Whether nothing is wrong.
     pub sound: bool,
-    /// Files of the journal.
+    /// How many segments the journal has.
     pub segments: u64,
-    /// Bytes of sound frames in them.
+    /// The length of the sound frames in them, in bytes.
     pub journal_bytes: u64,
-    /// Sound frames.
+    /// How many sound frames there are.
     pub frames: u64,
-    /// Those that changed memory, and were replayed.
+    /// How many of them changed memory, and were replayed.
     pub batches: u64,
-    /// Digests of memory that were written on the way, and that replaying came to as well.
+    /// How many digests in the journal are equal to those of the replayed memory.
     pub digests: u64,
-    /// Snapshots that are sound, and are what replaying came to where it passed them.
+    /// How many snapshots are sound, and equal to the replayed memory at their place.
     pub snapshots: u64,
     /// The first step that can be returned to; none when nothing could be replayed.
     pub first_step: Option<u64>,
     /// The last step that is sound; none when nothing could be replayed.
     pub last_step: Option<u64>,
-    /// The digest of memory after it.
+    /// The digest of memory after that step.
     pub memory_digest: Option<String>,
-    /// Steps that were learnt again and gave what was learnt then; none when that was not asked for.
+    /// How many steps were learnt again with the same effects as then; none when that was not asked for.
     pub relearnt: Option<u64>,
     /// How the journal ends.
     pub tail: Tail,
@@ -52,74 +55,78 @@ pub struct Checked {
 /// Something that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Finding {
-    /// The file; none when it is about the whole.
+    /// The file; none when it is about the whole directory.
     pub file: Option<String>,
-    /// Where in it, if that is known.
+    /// The place in the file, if it is known.
     pub offset: Option<u64>,
-    /// The steps from this one on that are lost by it; none when nothing is.
+    /// The first step that is lost by it; none when no step is lost.
     pub lost_from: Option<u64>,
-    /// The last of them that is known to have been taken.
+    /// The last step that is lost by it, as far as is known.
     pub lost_to: Option<u64>,
     /// What is wrong.
     pub problem: String,
 }
 
-/// How far a check is.
+/// How far a verification is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Progress {
-    /// Bytes checked.
+pub struct VerificationProgress {
+    /// How many bytes were checked.
     pub bytes: u64,
-    /// Bytes there are.
+    /// How many bytes there are.
     pub of: u64,
-    /// The step it is at.
+    /// The step that it is at.
     pub step: u64,
 }
 
 struct Check<'a> {
     past: &'a Past,
-    told: &'a mut dyn FnMut(Progress),
+    progress: &'a mut dyn FnMut(VerificationProgress),
     of: u64,
     bytes: u64,
-    checked: Checked,
-    /// Sound snapshots, and the digest of each.
+    checked: Verification,
+    /// The sound snapshots, and the digest of each.
     snapshots: Vec<(Place, String)>,
-    /// Memory, once the place is reached that it is rebuilt from.
+    /// The replayed memory, from the place on from which it can be replayed.
     replay: Option<Replay>,
-    /// Who learns it again; has the memory meanwhile.
+    /// The learner that takes the steps again; it has the memory meanwhile.
     learner: Option<Learner>,
     relearn: bool,
-    /// Whether what is missing is taken for missing.
+    /// Whether a missing file is taken for damage, and not for one that a daemon has removed meanwhile.
     last_try: bool,
 }
 
 impl Past {
-    /// Checks everything, and with `relearn` learns it again from what bodies sent. What is wrong is in the result.
+    /// Checks everything; with `relearn`, every step is learnt again from its frame as well. What is wrong is in the result.
     ///
     /// # Errors
     /// When the directory can't be read.
-    pub fn verify(&self, relearn: bool, told: &mut dyn FnMut(Progress)) -> Result<Checked, PastError> {
+    pub fn verify(
+        &self,
+        relearn: bool,
+        progress: &mut dyn FnMut(VerificationProgress),
+    ) -> Result<Verification, PastError> {
         for left in (0..READ_AGAIN_MAX).rev() {
             let before = self.names()?;
-            match self.verify_once(relearn, left == 0, told) {
-                // A daemon dropped meanwhile what it keeps no longer, and what is left looks damaged.
+            match self.verify_once(relearn, left == 0, progress) {
+                // A daemon removed files meanwhile that it keeps no longer, and the rest looks damaged.
                 Err(PastError::Store(error)) if left > 0 && is_gone(&error) => (),
                 Ok(checked) if left > 0 && !checked.sound && self.names()? != before => (),
                 done => return done,
             }
         }
-        self.verify_once(relearn, true, told)
+        self.verify_once(relearn, true, progress)
     }
 
     fn verify_once(
         &self,
         relearn: bool,
         last_try: bool,
-        told: &mut dyn FnMut(Progress),
-    ) -> Result<Checked, PastError> {
+        progress: &mut dyn FnMut(VerificationProgress),
+    ) -> Result<Verification, PastError> {
         let files = self.files()?;
         let sizes =
             files.segments.iter().map(|one| one.bytes).chain(files.snapshots.iter().map(|one| one.bytes));
-        let checked = Checked {
+        let checked = Verification {
             directory: self.path(),
             sound: true,
             segments: files.segments.len() as u64,
@@ -137,7 +144,7 @@ impl Past {
         };
         let mut check = Check {
             past: self,
-            told,
+            progress,
             of: sizes.sum(),
             bytes: 0,
             checked,
@@ -152,7 +159,7 @@ impl Past {
         Ok(check.end())
     }
 
-    /// The last step that anything sound in the journal speaks of, wherever it stands.
+    /// The last step that a sound frame of the journal speaks of, wherever the frame stands.
     pub(super) fn last_known_step(&self) -> Result<u64, PastError> {
         let mut last = self.begins()?.iter().map(|head| head.step).max().unwrap_or(0);
         for first in self.segments()?.into_iter().rev() {
@@ -182,7 +189,7 @@ impl Check<'_> {
 
     fn tell(&mut self) {
         let step = self.memory().map_or(0, |memory| memory.content().step);
-        (self.told)(Progress { bytes: self.bytes.min(self.of), of: self.of, step });
+        (self.progress)(VerificationProgress { bytes: self.bytes.min(self.of), of: self.of, step });
     }
 
     fn memory(&self) -> Option<&Memory> {
@@ -194,15 +201,15 @@ impl Check<'_> {
     fn snapshots(&mut self) -> Result<(), PastError> {
         let storage = &*self.past.storage;
         let failed = |name: &str| StoreError::disk("read", storage.path(name));
-        for number in snapshot::numbers(storage).map_err(failed(snapshot::DIRECTORY))? {
+        for number in snapshot::numbers(storage)? {
             let name = snapshot::name(number);
             match snapshot::sound(storage, number) {
-                Ok(Some((whole, place))) => self.snapshots.push((place, digest(&whole.content))),
+                Ok(Some((whole, place))) => self.snapshots.push((place, whole.memory_digest)),
                 Ok(None) => {
                     let problem = "the snapshot is damaged: a block of it is not what was written".to_owned();
                     self.found(Some(storage.path(&name)), None, problem);
                 }
-                // A daemon drops those that are no longer to be kept.
+                // A daemon removes snapshots that are no longer to be kept.
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
                 Err(error) => return Err(failed(&name)(error).into()),
             }
@@ -223,7 +230,7 @@ impl Check<'_> {
                 self.found(Some(file), Some(0), "the head of the segment is damaged".to_owned());
                 begins.first().map_or(Place::default(), |head| head.after)
             }
-            // Without any snapshot it is a memory that is only just begun; else the journal is missing.
+            // Without a snapshot the memory has only just begun; with one, the journal is missing.
             (_, None) => self.snapshots.last().map_or(Place::default(), |(place, _)| *place),
         };
         if from.number == 0 {
@@ -247,9 +254,9 @@ impl Check<'_> {
         }
     }
 
-    /// Puts down what ended the journal before its end.
+    /// Notes the damage that ended the journal.
     fn damaged(&mut self, error: StoreError) -> Result<(), PastError> {
-        let problem = super::damage(&error);
+        let problem = damage_text(&error);
         let (file, offset) = match error {
             StoreError::Journal(JournalError::Damaged { file, offset, .. })
             | StoreError::Replay { file, offset, .. } => (Some(file), Some(offset as u64)),
@@ -265,7 +272,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    fn frame(&mut self, shown: &Shown<'_>) -> Result<(), PastError> {
+    fn frame(&mut self, shown: &JournalFrame<'_>) -> Result<(), PastError> {
         let record = self.past.record(shown)?;
         let length = (frame::HEAD_LEN + shown.payload.len()) as u64;
         self.checked.frames += 1;
@@ -279,7 +286,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    fn record(&mut self, record: Record, shown: &Shown<'_>) -> Result<(), PastError> {
+    fn record(&mut self, record: Record, shown: &JournalFrame<'_>) -> Result<(), PastError> {
         let Some(replay) = &mut self.replay else { return Ok(()) };
         let storage = &*self.past.storage;
         let wrong = |problem| PastError::Store(unplayable(storage, shown, problem));
@@ -289,14 +296,14 @@ impl Check<'_> {
                 let learner = match &mut self.learner {
                     Some(learner) => learner,
                     None => {
-                        let (_, curriculum) = replay.setting.clone().live().map_err(StoreError::from)?;
+                        let (_, curriculum) = replay.setting.checked().map_err(StoreError::from)?;
                         let hollow = Memory::new(0, Parameters::default());
                         let memory = std::mem::replace(&mut replay.memory, hollow);
                         let learner = Learner::resume(memory, curriculum);
                         self.learner.insert(learner.map_err(|error| wrong(error.to_string()))?)
                     }
                 };
-                super::guarded(|| relearn::step(learner, input, &effects)).map_err(wrong)?;
+                relearn::step(learner, input, &effects).map_err(wrong)?;
                 if learner.memory().content().step != step {
                     return Err(wrong(format!(
                         "it was written after step {step}, and learning it again leads elsewhere"
@@ -317,8 +324,8 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// Where a snapshot was made, it must be what replaying comes to; the first one is what it begins with when the
-    /// journal does not reach back to its beginning.
+    /// Compares a snapshot that was made at this place with the replayed memory. When the journal does not reach back to the
+    /// beginning of the memory, replaying begins with the first snapshot.
     fn passes(&mut self, place: Place) -> Result<(), PastError> {
         let Some((there, written)) = self.snapshots.iter().find(|(there, _)| there.number == place.number)
         else {
@@ -361,7 +368,7 @@ impl Check<'_> {
         }
     }
 
-    fn end(mut self) -> Checked {
+    fn end(mut self) -> Verification {
         self.bytes = self.of;
         self.tell();
         let step = self.memory().map(|memory| memory.content().step);

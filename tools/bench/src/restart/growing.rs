@@ -5,14 +5,16 @@ use std::time::{Duration, Instant};
 
 use pschema_learner::Frame;
 use pschema_learner::curriculum::{Afterwards, Curriculum, Lift, Stage};
-use pschema_learner::effect::Effect;
+use pschema_learner::effect::{Effect, Score};
 use pschema_learner::memory::{Content, Memory};
 use pschema_learner::observation::{Observation, PropertyId, TypeId, Value};
 use pschema_learner::parameters::Parameters;
+use pschema_learner::schema::SchemaId;
 use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, PrimitiveId, ValueKind,
 };
-use pschema_store::{Cause, Change, Opened, Options, Store, StoreError};
+use pschema_store::{Cause, Change, Opened, Options, Store};
+use pschema_tools::kit::Failure;
 
 use crate::times::Times;
 
@@ -56,9 +58,10 @@ pub(super) struct GrowingMemory {
 impl GrowingMemory {
     /// The memory in a directory, which is made when it isn't there. The thread that calls this is the one that is woken
     /// when a step has become durable.
-    pub(super) fn open(directory: &Path, options: Options<'_>) -> Result<Self, StoreError> {
+    pub(super) fn open(directory: &Path, options: Options<'_>) -> Result<Self, Failure> {
         let own = std::thread::current();
-        let Opened { learner, store, .. } = pschema_store::open(directory, options, move || own.unpark())?;
+        let opened = pschema_store::open(directory, options, move || own.unpark());
+        let Opened { learner, store, .. } = opened.map_err(Failure::of)?;
         Ok(Self { memory: learner.into_memory(), store })
     }
 
@@ -70,16 +73,16 @@ impl GrowingMemory {
         &mut self.store
     }
 
-    fn take(&mut self, cause: Cause<'_>, effects: &[Effect]) -> Result<u64, StoreError> {
+    fn take(&mut self, cause: Cause<'_>, effects: &[Effect]) -> Result<u64, Failure> {
         for effect in effects {
-            self.memory.apply(effect).map_err(|error| StoreError::Content(error.to_string()))?;
+            self.memory.apply(effect).map_err(Failure::of)?;
         }
         let change = Change { cause, at_unix_ms: 0, effects };
-        self.store.append(&change, self.memory.content())
+        self.store.append(&change, self.memory.content()).map_err(Failure::of)
     }
 
     /// Has `schemas` schemas made.
-    pub(super) fn build(&mut self, schemas: usize) -> Result<(), StoreError> {
+    pub(super) fn build(&mut self, schemas: usize) -> Result<(), Failure> {
         self.take(Cause::Declared("row"), &[Effect::Declared(Box::new(declaration()))])?;
         let mut made = self.memory.content().schemas.len();
         while made < schemas {
@@ -93,7 +96,7 @@ impl GrowingMemory {
 
     /// Takes at most so many steps while `on` says so. Returns how long each took from being handed over until it was
     /// durable.
-    pub(super) fn steps(&mut self, max: usize, on: impl Fn(&Store) -> bool) -> Result<Times, StoreError> {
+    pub(super) fn steps(&mut self, max: usize, on: impl Fn(&Store) -> bool) -> Result<Times, Failure> {
         let mut times = Times::default();
         while times.len() < max && on(&self.store) {
             let step = self.memory.content().step;
@@ -103,7 +106,7 @@ impl GrowingMemory {
             let batch = self.take(Cause::Step(&frame), &effects)?;
             while !self.store.is_durable(batch) {
                 if let Some(failure) = self.store.failure() {
-                    return Err(failure);
+                    return Err(Failure::of(failure));
                 }
                 // The writer wakes it; the limit is for a writer that died.
                 std::thread::park_timeout(PATIENCE);
@@ -136,6 +139,16 @@ fn created(number: usize) -> Effect {
     }
 }
 
+/// An execution of a schema anywhere in memory, so that every chunk is copied sooner or later.
+fn scored(number: usize) -> Effect {
+    Effect::Executed {
+        schema: SchemaId(u32::try_from(number).unwrap_or(0)),
+        success: true,
+        post: vec![Score::Held; 2],
+        associations: Vec::new(),
+    }
+}
+
 /// What an ordinary step changes.
 fn stepped(frame: &Frame, memory: &Memory) -> Vec<Effect> {
     let content = memory.content();
@@ -143,8 +156,7 @@ fn stepped(frame: &Frame, memory: &Memory) -> Vec<Effect> {
     let primitive = PrimitiveId(u32::try_from(step % usize::try_from(ACTIONS).unwrap_or(1)).unwrap_or(0));
     vec![
         Effect::Attempted { primitive, carried_out: true },
-        // A schema anywhere in memory, so that every chunk is copied sooner or later.
-        created(step.wrapping_mul(7_919) % content.schemas.len().max(1)),
+        scored(step.wrapping_mul(7_919) % content.schemas.len().max(1)),
         Effect::Attended(frame.observations.clone()),
         Effect::StepEnded { body: BodyId(0), random: content.step, pending: None },
     ]

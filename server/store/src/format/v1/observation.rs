@@ -2,142 +2,97 @@
 
 use pschema_learner::observation as live;
 use pschema_learner::probability;
+use pschema_learner::world_state::WorldState;
 use serde::{Deserialize, Serialize};
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) enum Value {
-    Integer(i64),
-    Symbol(u32),
-    Boolean(bool),
-    Bin(i64),
+use crate::format::mirror::{Mirror, list, mirror};
+
+mirror! {
+    /// The value of a property.
+    #[derive(Copy)]
+    enum Value = live::Value {
+        Integer(number: i64),
+        Symbol(symbol: u32),
+        Boolean(value: bool),
+        Bin(bin: i64),
+    }
+
+    /// What stands for the value of a property in a pattern.
+    #[derive(Copy)]
+    enum Term = live::Term {
+        Constant(value: Value),
+        Variable(variable: u8),
+    }
+
+    /// How often something happened, and how often it could have.
+    #[derive(Copy)]
+    struct Count = probability::Count {
+        occurrences: u32,
+        trials: u32,
+    }
 }
 
+/// An observation: its type, and its properties in the order of their numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct Observation {
-    pub(crate) kind: u16,
-    pub(crate) properties: Vec<(u16, Value)>,
+    kind: u16,
+    properties: Vec<(u16, Value)>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) enum Term {
-    Constant(Value),
-    Variable(u8),
-}
-
+/// A pattern: as an observation, with terms for values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct Pattern {
-    pub(crate) kind: u16,
-    pub(crate) terms: Vec<(u16, Term)>,
+    kind: u16,
+    terms: Vec<(u16, Term)>,
 }
 
+/// Values for variables, in the order of the variables.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Substitution(pub(crate) Vec<(u8, Value)>);
+pub(crate) struct Substitution(Vec<(u8, Value)>);
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Count {
-    pub(crate) occurrences: u32,
-    pub(crate) trials: u32,
-}
+impl Mirror<live::Observation> for Observation {
+    fn of(live: &live::Observation) -> Self {
+        Self { kind: live.kind().0, properties: list(live.properties()) }
+    }
 
-impl From<live::Value> for Value {
-    fn from(value: live::Value) -> Self {
-        match value {
-            live::Value::Integer(value) => Self::Integer(value),
-            live::Value::Symbol(symbol) => Self::Symbol(symbol.0),
-            live::Value::Boolean(value) => Self::Boolean(value),
-            live::Value::Bin(bin) => Self::Bin(bin),
-        }
+    fn live(self) -> live::Observation {
+        live::Observation::new(live::TypeId(self.kind), self.properties.into_iter().map(Mirror::live))
     }
 }
 
-impl From<Value> for live::Value {
-    fn from(value: Value) -> Self {
-        match value {
-            Value::Integer(value) => Self::Integer(value),
-            Value::Symbol(symbol) => Self::Symbol(live::SymbolId(symbol)),
-            Value::Boolean(value) => Self::Boolean(value),
-            Value::Bin(bin) => Self::Bin(bin),
-        }
+impl Mirror<live::Pattern> for Pattern {
+    fn of(live: &live::Pattern) -> Self {
+        Self { kind: live.kind().0, terms: list(live.terms()) }
+    }
+
+    fn live(self) -> live::Pattern {
+        live::Pattern::new(live::TypeId(self.kind), self.terms.into_iter().map(Mirror::live))
     }
 }
 
-impl From<&live::Observation> for Observation {
-    fn from(observation: &live::Observation) -> Self {
-        let properties = observation.properties().iter();
-        let properties = properties.map(|(property, value)| (property.0, (*value).into())).collect();
-        Self { kind: observation.kind().0, properties }
+impl Mirror<live::Substitution> for Substitution {
+    fn of(live: &live::Substitution) -> Self {
+        Self(list(live.bindings()))
     }
-}
 
-impl From<Observation> for live::Observation {
-    fn from(observation: Observation) -> Self {
-        let properties = observation.properties.into_iter();
-        let properties = properties.map(|(property, value)| (live::PropertyId(property), value.into()));
-        Self::new(live::TypeId(observation.kind), properties)
-    }
-}
-
-impl From<&live::Pattern> for Pattern {
-    fn from(pattern: &live::Pattern) -> Self {
-        let terms = pattern.terms().iter().map(|(property, term)| {
-            let term = match term {
-                live::Term::Constant(value) => Term::Constant((*value).into()),
-                live::Term::Variable(variable) => Term::Variable(variable.0),
-            };
-            (property.0, term)
-        });
-        Self { kind: pattern.kind().0, terms: terms.collect() }
-    }
-}
-
-impl From<Pattern> for live::Pattern {
-    fn from(pattern: Pattern) -> Self {
-        let terms = pattern.terms.into_iter().map(|(property, term)| {
-            let term = match term {
-                Term::Constant(value) => live::Term::Constant(value.into()),
-                Term::Variable(variable) => live::Term::Variable(live::Variable(variable)),
-            };
-            (live::PropertyId(property), term)
-        });
-        Self::new(live::TypeId(pattern.kind), terms)
-    }
-}
-
-impl From<&live::Substitution> for Substitution {
-    fn from(substitution: &live::Substitution) -> Self {
-        Self(substitution.bindings().iter().map(|(variable, value)| (variable.0, (*value).into())).collect())
-    }
-}
-
-impl From<Substitution> for live::Substitution {
-    fn from(substitution: Substitution) -> Self {
-        let mut live = Self::new();
-        for (variable, value) in substitution.0 {
-            // Of two values for one variable the first counts; none is ever written.
-            live.bind(live::Variable(variable), value.into());
+    fn live(self) -> live::Substitution {
+        let mut live = live::Substitution::new();
+        for (variable, value) in self.0 {
+            // Of two values for one variable the first counts; two are never written.
+            live.bind(live::Variable(variable), value.live());
         }
         live
     }
 }
 
-impl From<probability::Count> for Count {
-    fn from(count: probability::Count) -> Self {
-        Self { occurrences: count.occurrences, trials: count.trials }
+impl Mirror<WorldState> for Vec<Observation> {
+    fn of(live: &WorldState) -> Self {
+        list(live.observations())
     }
-}
 
-impl From<Count> for probability::Count {
-    fn from(count: Count) -> Self {
-        Self { occurrences: count.occurrences, trials: count.trials }
+    fn live(self) -> WorldState {
+        WorldState::new(self.into_iter().map(Mirror::live))
     }
-}
-
-/// A list converted, item by item.
-pub(super) fn list<'a, A: 'a, B: From<&'a A>>(items: impl IntoIterator<Item = &'a A>) -> Vec<B> {
-    items.into_iter().map(B::from).collect()
-}
-
-/// A list converted back.
-pub(super) fn back<C: FromIterator<B>, A, B: From<A>>(items: Vec<A>) -> C {
-    items.into_iter().map(B::from).collect()
 }

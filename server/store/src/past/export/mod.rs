@@ -1,10 +1,8 @@
-//! Memory as JSON Lines: what a person or another program can read, and what a later release can always read back.
-//! `docs/EXPORT.md` has it field by field.
+//! Memory as JSON Lines: what a person or another program can read, and what a later release can always read back. The lines
+//! are the items of the memory, as a snapshot has them, in JSON. `docs/EXPORT.md` has them one by one.
 
-mod lines;
-mod reading;
-mod values;
-mod writing;
+mod line;
+mod named;
 
 use std::io::{self, BufRead, Read, Write};
 
@@ -13,30 +11,26 @@ use pschema_learner::digest::digest;
 use pschema_learner::memory::Content;
 use pschema_learner::parameters::Parameters;
 
-use crate::format::v1;
-use lines::{EndLine, FORMAT, Line};
-use reading::Reading;
+use crate::content_error::ContentError;
+use crate::format::VERSION;
+use crate::format::v1::{Assembly, End, Item, Kind, Setting, items};
+use line::{FirstLine, Header, Line};
+use named::Named;
 
-/// The longest line: what a hostile file can have held in memory beside what it says.
+/// The longest line, in bytes: what a hostile file can have held in memory beside what it says.
 pub const LINE_BYTES_MAX: u64 = 16 * 1024 * 1024;
 
-/// What a memory lives under, beside what it knows.
+/// Whose memory it is, and what it lives under.
 #[derive(Clone, Copy, Debug)]
-pub struct About<'a> {
+pub struct Identity<'a> {
     /// The learner's name.
     pub learner: &'a str,
-    /// Where its randomness began.
+    /// The seed that the memory was begun with.
     pub seed: u64,
-    /// Its numbers and switches.
+    /// The learner's numbers and switches.
     pub parameters: &'a Parameters,
-    /// What it is led through.
+    /// The curriculum that the learner is led through.
     pub curriculum: &'a Curriculum,
-}
-
-impl About<'_> {
-    fn setting(&self) -> v1::Setting {
-        v1::Setting::new(self.parameters, self.curriculum)
-    }
 }
 
 /// Why an export can't be read or written.
@@ -45,154 +39,216 @@ pub enum ExportError {
     /// A line is wrong.
     #[error("line {line}: {problem}")]
     Line {
-        /// Its number, from 1.
+        /// The number of the line, from 1.
         line: u64,
         /// What is wrong with it.
         problem: String,
     },
-    /// It can't be read to its end.
+    /// The file can't be read to its end.
     #[error("line {line} can't be read: {error}")]
     Read {
-        /// The line's number, from 1.
+        /// The number of the line, from 1.
         line: u64,
-        /// Why.
+        /// Why it can't be read.
         #[source]
         error: io::Error,
     },
-    /// It can't be written.
+    /// The file can't be written.
     #[error("it can't be written: {0}")]
     Write(#[source] io::Error),
 }
 
-/// What was written or read.
+/// The lines of an export that was written or read.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Lines {
-    /// How many lines.
+pub struct ExportSummary {
+    /// How many lines there are.
     pub lines: u64,
     /// The digest of the memory.
     pub memory_digest: String,
 }
 
-/// Writes all of a memory; `told` hears of each line that is done.
+/// Numbers of items, counted from 0 in each kind.
+#[derive(Debug)]
+struct Numbering {
+    kind: Kind,
+    next: u32,
+}
+
+impl Numbering {
+    fn new() -> Self {
+        Self { kind: Kind::Memory, next: 0 }
+    }
+
+    /// The number of the next item, if items of this kind are referred to by number.
+    fn number(&mut self, kind: Kind) -> Option<u32> {
+        if std::mem::replace(&mut self.kind, kind) != kind {
+            self.next = 0;
+        }
+        let number = self.next;
+        self.next = self.next.saturating_add(1);
+        (Kind::Property..=Kind::Schema).contains(&kind).then_some(number)
+    }
+}
+
+/// Writes all of a memory. `progress` is told after each line how many lines are written.
 ///
 /// # Errors
 /// When it can't be written.
 pub fn write(
     content: &Content,
-    about: About<'_>,
+    identity: Identity<'_>,
     to: &mut dyn Write,
-    mut told: impl FnMut(u64),
-) -> Result<Lines, ExportError> {
-    let (mut lines, mut memory_digest) = (0, String::new());
-    let mut put = |line: &Line| {
-        serde_json::to_writer(&mut *to, line).map_err(io::Error::from)?;
-        to.write_all(b"\n")
+    mut progress: impl FnMut(u64),
+) -> Result<ExportSummary, ExportError> {
+    let memory_digest = digest(content);
+    let header = Header {
+        format: VERSION,
+        learner: identity.learner.to_owned(),
+        seed: identity.seed.to_string(),
+        memory_digest: memory_digest.clone(),
     };
-    for line in writing::lines(content, &about) {
-        put(&line).map_err(ExportError::Write)?;
+    put(to, &FirstLine { pschema: header })?;
+    let (mut lines, mut numbering) = (1, Numbering::new());
+    for item in items(content, &Setting::new(identity.parameters, identity.curriculum)) {
+        let kind = item.kind();
+        let id = numbering.number(kind);
+        let named = id.and_then(|id| Named::of(content, kind, id));
+        put(to, &Line { item: &item, id, named })?;
         lines += 1;
-        if let Line::Pschema(header) = line {
-            memory_digest = header.memory_digest;
-        }
-        told(lines);
+        progress(lines);
     }
-    lines += 1;
-    let end = EndLine { lines, memory_digest: memory_digest.clone() };
-    put(&Line::End(end)).and_then(|()| to.flush()).map_err(ExportError::Write)?;
-    Ok(Lines { lines, memory_digest })
+    let end = Item::End(End { items: lines - 1, memory_digest: memory_digest.clone() });
+    put(to, &Line { item: &end, id: None, named: None })?;
+    to.flush().map_err(ExportError::Write)?;
+    Ok(ExportSummary { lines: lines + 1, memory_digest })
 }
 
-/// A memory that was read.
+fn put(to: &mut dyn Write, line: &impl serde::Serialize) -> Result<(), ExportError> {
+    let written = serde_json::to_writer(&mut *to, line).map_err(io::Error::from);
+    written.and_then(|()| to.write_all(b"\n")).map_err(ExportError::Write)
+}
+
+/// A memory that was read from an export.
 #[derive(Clone, Debug)]
-pub struct Imported {
-    /// What it knows.
+pub struct Import {
+    /// What the memory knows.
     pub content: Content,
     /// The learner's name.
     pub learner: String,
-    /// Where its randomness began.
+    /// The seed that the memory was begun with.
     pub seed: u64,
-    /// Its numbers and switches.
+    /// The learner's numbers and switches.
     pub parameters: Parameters,
-    /// What it is led through.
+    /// The curriculum that the learner is led through.
     pub curriculum: Curriculum,
     /// How many lines there were, and the digest, which is that of the memory that was written.
-    pub lines: Lines,
+    pub lines: ExportSummary,
 }
 
-/// Reads what [`write()`] wrote. All of it is checked; what it takes in memory is in proportion to what was read.
+/// Reads what [`write()`] wrote. `progress` is told after each line how many lines are read. Everything is checked; the memory
+/// that it takes is in proportion to the length of the file.
 ///
 /// # Errors
-/// The first line that is wrong, and why; or that the lines together are not the memory that was written.
-pub fn read(from: &mut dyn BufRead, mut told: impl FnMut(u64)) -> Result<Imported, ExportError> {
-    let mut reading: Option<Reading> = None;
-    let mut number = 0;
+/// The first line that is wrong, and what is wrong with it; or that the lines together are not the memory that was written.
+pub fn read(from: &mut dyn BufRead, mut progress: impl FnMut(u64)) -> Result<Import, ExportError> {
+    let mut lines = LineReader { from, number: 0 };
+    let header = lines.header()?;
+    let seed = header.seed.parse().map_err(|_| lines.wrong(format!("{:?} is no seed", header.seed)))?;
+    let (mut numbering, mut assembly) = (Numbering::new(), None);
     let end = loop {
-        number += 1;
-        let wrong = |problem| ExportError::Line { line: number, problem };
-        let Some(line) = line(from, number)? else {
-            let problem = "it ends before its `end` line: the file was cut short".to_owned();
-            return Err(wrong(problem));
-        };
-        match (line, &mut reading) {
-            (Line::End(end), Some(_)) => break end,
-            (line, None) => reading = Some(Reading::begin(line).map_err(wrong)?),
-            (line, Some(reading)) => reading.take(line).map_err(wrong)?,
+        let Line { item, id, .. } = lines.item()?;
+        if let Item::End(end) = item {
+            break end;
         }
-        told(number);
+        let kind = item.kind();
+        if let (Some(id), Some(next)) = (id, numbering.number(kind))
+            && id != next
+        {
+            let kind = kind.name();
+            return Err(lines.wrong(format!(
+                "{kind} {id} stands where {kind} {next} is next: lines are missing, or out of order"
+            )));
+        }
+        let taken = match &mut assembly {
+            None => Assembly::begin(item).map(|begun| assembly = Some(begun)),
+            Some(assembly) => assembly.take(item),
+        };
+        taken.map_err(|error| lines.wrong(error))?;
+        progress(lines.number);
     };
-    let wrong = |problem| ExportError::Line { line: number, problem };
-    if end.lines != number {
-        return Err(wrong(format!("there are {number} lines, and {} were written", end.lines)));
-    }
-    if !from.fill_buf().map_err(|error| ExportError::Read { line: number, error })?.is_empty() {
-        return Err(ExportError::Line {
-            line: number + 1,
-            problem: "something follows the `end` line".to_owned(),
-        });
-    }
-    let Some(reading) = reading else { return Err(wrong("there is nothing before the end".to_owned())) };
-    let (header, content) = reading.end().map_err(wrong)?;
-    let content = checked(&content, &header.setting).map_err(|error| wrong(error.to_string()))?;
-    let found = digest(&content);
-    if found != header.memory_digest || found != end.memory_digest {
-        return Err(wrong(format!(
-            "what it says has digest {found}, and the memory that was written had {}: a line was changed or lost",
+    let assembly = assembly.ok_or(ContentError::Missing { item: Kind::Memory.name() });
+    let whole = assembly.and_then(|assembly| assembly.end(end)).map_err(|error| lines.wrong(error))?;
+    let found = digest(&whole.content);
+    if found != header.memory_digest || found != whole.memory_digest {
+        return Err(lines.wrong(format!(
+            "what the file says has digest {found}, and the memory that was written had {}: a line was changed or lost",
             header.memory_digest
         )));
     }
-    let (parameters, curriculum) = header.setting.live().map_err(|error| wrong(error.to_string()))?;
-    let lines = Lines { lines: number, memory_digest: found };
-    let (learner, seed) = (header.learner, header.seed);
-    Ok(Imported { content, learner, seed, parameters, curriculum, lines })
+    let (parameters, curriculum) = whole.setting.checked().map_err(|error| lines.wrong(error))?;
+    lines.over()?;
+    let lines = ExportSummary { lines: lines.number, memory_digest: found };
+    Ok(Import { content: whole.content, learner: header.learner, seed, parameters, curriculum, lines })
 }
 
-/// The next line; none at the end.
-fn line(from: &mut dyn BufRead, number: u64) -> Result<Option<Line>, ExportError> {
-    let wrong = |problem| ExportError::Line { line: number, problem };
-    let mut bytes = Vec::new();
-    let read = from.take(LINE_BYTES_MAX + 1).read_until(b'\n', &mut bytes);
-    let read = read.map_err(|error| ExportError::Read { line: number, error })?;
-    if read == 0 {
-        return Ok(None);
-    }
-    if bytes.len() as u64 > LINE_BYTES_MAX {
-        return Err(wrong(format!("it is longer than {LINE_BYTES_MAX} bytes, the limit")));
-    }
-    let line = serde_json::from_slice(&bytes);
-    line.map(Some).map_err(|error| wrong(format!("it is not a line of an export: {error}")))
+/// An export, line by line.
+struct LineReader<'a> {
+    from: &'a mut dyn BufRead,
+    /// The number of the line that was read last, from 1.
+    number: u64,
 }
 
-/// The same content, after every number in it was found to refer to something that is there.
-fn checked(content: &Content, setting: &v1::Setting) -> Result<Content, v1::Impossible> {
-    let mut reading: Option<v1::Reading> = None;
-    for block in v1::blocks(content, setting) {
-        match (block, &mut reading) {
-            (v1::Block::Facts(facts), None) => reading = Some(v1::Reading::begin(*facts)),
-            (block, Some(reading)) => reading.take(block)?,
-            (_, None) => return Err(v1::Impossible("a block")),
+impl LineReader<'_> {
+    fn wrong(&self, problem: impl ToString) -> ExportError {
+        ExportError::Line { line: self.number, problem: problem.to_string() }
+    }
+
+    fn header(&mut self) -> Result<Header, ExportError> {
+        let bytes = self.bytes()?;
+        let line: FirstLine = serde_json::from_slice(&bytes).map_err(|error| {
+            self.wrong(format!(
+                "the first line must be a `pschema` line: this is no export, or not the beginning of one ({error})"
+            ))
+        })?;
+        match line.pschema {
+            header if header.format == VERSION => Ok(header),
+            Header { format, .. } => Err(self.wrong(format!(
+                "the file has format {format}, and this release reads formats 1 to {VERSION}"
+            ))),
         }
     }
-    Ok(reading.ok_or(v1::Impossible("a block"))?.end()?.content)
+
+    fn item(&mut self) -> Result<Line<Item>, ExportError> {
+        let bytes = self.bytes()?;
+        let line = serde_json::from_slice(&bytes);
+        line.map_err(|error| self.wrong(format!("it is not a line of an export: {error}")))
+    }
+
+    fn bytes(&mut self) -> Result<Vec<u8>, ExportError> {
+        self.number += 1;
+        let mut bytes = Vec::new();
+        let read = (&mut *self.from).take(LINE_BYTES_MAX + 1).read_until(b'\n', &mut bytes);
+        let read = read.map_err(|error| ExportError::Read { line: self.number, error })?;
+        if read == 0 {
+            return Err(self.wrong("the file ends before its `end` line: it was cut short"));
+        }
+        if bytes.len() as u64 > LINE_BYTES_MAX {
+            return Err(self.wrong(format!("it is longer than {LINE_BYTES_MAX} bytes, the limit")));
+        }
+        Ok(bytes)
+    }
+
+    /// Whether nothing follows.
+    fn over(&mut self) -> Result<(), ExportError> {
+        match self.from.fill_buf() {
+            Ok([]) => Ok(()),
+            Ok(_) => {
+                let problem = "something follows the `end` line".to_owned();
+                Err(ExportError::Line { line: self.number + 1, problem })
+            }
+            Err(error) => Err(ExportError::Read { line: self.number, error }),
+        }
+    }
 }
 
 #[cfg(test)]

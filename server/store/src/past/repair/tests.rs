@@ -8,8 +8,8 @@ use pschema_learner::random::Random;
 
 use super::*;
 use crate::Retention;
-use crate::past::tests::{Lived, all, lived, opened, past};
-use crate::storage::Writing;
+use crate::past::tests::{Life, all, lived, opened, past};
+use crate::storage::OpenFile;
 use crate::twin::Twin;
 
 /// A process that is killed after so many operations that change something: all of them fail from then on.
@@ -34,9 +34,9 @@ impl Mortal {
 }
 
 #[derive(Debug)]
-struct MortalFile(Box<dyn Writing>, Mortal);
+struct MortalFile(Box<dyn OpenFile>, Mortal);
 
-impl Writing for MortalFile {
+impl OpenFile for MortalFile {
     fn write_at(&mut self, bytes: &[u8], offset: u64) -> io::Result<()> {
         self.1.lives()?;
         self.0.write_at(bytes, offset)
@@ -61,7 +61,7 @@ impl Storage for Mortal {
         self.lives()?;
         self.twin.truncate(name, to)
     }
-    fn create(&self, name: &str) -> io::Result<Box<dyn Writing>> {
+    fn create(&self, name: &str) -> io::Result<Box<dyn OpenFile>> {
         self.lives()?;
         Ok(Box::new(MortalFile(self.twin.create(name)?, self.clone())))
     }
@@ -108,7 +108,7 @@ fn flip(twin: &Twin, file: &str, random: &mut Random) {
 }
 
 /// A life with some segments and snapshots, damaged in every way.
-fn cases(lived: &Lived, random: &mut Random) -> Vec<Case> {
+fn cases(lived: &Life, random: &mut Random) -> Vec<Case> {
     let files = lived.past().files().unwrap();
     let (last, snapshots) = (lived.last(), &files.snapshots);
     let newest = snapshots.last().unwrap();
@@ -133,7 +133,7 @@ fn cases(lived: &Lived, random: &mut Random) -> Vec<Case> {
 }
 
 /// Everything that a mended directory must be.
-fn assert_mended(twin: &Twin, lived: &Lived, seed: u64, repair: &Repair, what: &str) {
+fn assert_mended(twin: &Twin, lived: &Life, seed: u64, repair: &RepairPlan, what: &str) {
     let past = past(twin);
     let checked = past.verify(true, &mut |_| ()).unwrap();
     assert!(checked.sound, "{what}: {:?}", checked.findings);
@@ -221,7 +221,7 @@ fn contents(twin: &Twin) -> Vec<(String, Vec<u8>)> {
 }
 
 /// A repair as it is done: all of it aside, and only then the cut.
-fn repaired(main: &dyn Storage, aside: &dyn Storage, plan: &Plan) -> Result<(), PastError> {
+fn repaired(main: &dyn Storage, aside: &dyn Storage, plan: &Remainder) -> Result<(), PastError> {
     cut::copy_all(main, aside, &cut::files(main)?)?;
     apply(main, plan)
 }
@@ -255,7 +255,7 @@ fn killed_at_any_instant_it_loses_nothing_and_can_be_done_again() {
             let again = past(&main).plan_repair().unwrap();
             assert_eq!(again.saved_step, planned.saved_step, "{what}");
             repaired(&main, &Twin::new(), &again.plan).unwrap();
-            let expected = Repair { saved_first_step: again.saved_first_step, ..planned.clone() };
+            let expected = RepairPlan { saved_first_step: again.saved_first_step, ..planned.clone() };
             assert_mended(&main, &lived, 15, &expected, &what);
             if done.is_ok() {
                 assert!(kill > 10, "{what}: it takes some operations");

@@ -1,0 +1,148 @@
+//! What numbers may refer to. Memory refers to its parts by number, so a number that was read is looked up nowhere before
+//! it is known that something has it.
+
+use std::sync::Arc;
+
+use pschema_learner::Frame;
+use pschema_learner::execution::{ChainLink, Execution};
+use pschema_learner::memory::Content;
+use pschema_learner::observation::{Observation, Pattern, Substitution};
+use pschema_learner::probability::Count;
+use pschema_learner::progress::Progress;
+use pschema_learner::pursuit::{PLANS_KEPT_MAX, Pursuit};
+use pschema_learner::schema::{ASSOCIATIONS_MAX, Form, ObservationId, PostCondition, Schema, SchemaId};
+use pschema_learner::vocabulary::{BodyId, PrimitiveId, Vocabulary};
+
+use crate::content_error::ContentError;
+
+type Checked = Result<(), ContentError>;
+
+/// What there is in a memory, and how much of it.
+#[derive(Clone, Debug)]
+pub(crate) struct Extent {
+    pub(crate) vocabulary: Arc<Vocabulary>,
+    pub(crate) observations: usize,
+    pub(crate) schemas: usize,
+}
+
+impl Extent {
+    /// Of a memory as it is.
+    pub(crate) fn of(content: &Content) -> Self {
+        let vocabulary = content.vocabulary.clone();
+        Self { vocabulary, observations: content.observations.len(), schemas: content.schemas.len() }
+    }
+
+    /// An observation.
+    pub(crate) fn observation(&self, observation: &Observation) -> Checked {
+        declared(self.vocabulary.knows(observation))
+    }
+
+    /// A frame of a body.
+    pub(crate) fn frame(&self, frame: &Frame) -> Checked {
+        self.body(frame.body)?;
+        frame.observations.iter().try_for_each(|one| self.observation(one))
+    }
+
+    /// A schema, which may refer to later ones.
+    pub(crate) fn schema(&self, schema: &Schema) -> Checked {
+        match &schema.form {
+            Form::Concrete(form) => {
+                self.primitive(form.action)?;
+                form.pre.iter().try_for_each(|id| self.observation_id(*id))?;
+                posts(&form.post, |id| self.observation_id(*id))?;
+                form.contradicts.map_or(Ok(()), |id| self.schema_id(id))?;
+            }
+            Form::Generalised(form) => {
+                form.pre.iter().chain(&form.target).try_for_each(|pattern| self.pattern(pattern))?;
+                posts(&form.post, |pattern| self.pattern(pattern))?;
+                form.examples.iter().chain(&form.counter_examples).try_for_each(|id| self.schema_id(*id))?;
+            }
+        }
+        counted(schema.executions)?;
+        limited("associations of a schema", schema.associations.len(), ASSOCIATIONS_MAX)?;
+        schema.associations.iter().try_for_each(|one| {
+            counted(one.count)?;
+            self.observation_id(one.observation)
+        })?;
+        schema.parent.map_or(Ok(()), |id| self.schema_id(id))
+    }
+
+    /// Where a curriculum stands.
+    pub(crate) fn progress(&self, progress: &Progress) -> Checked {
+        progress.student.map_or(Ok(()), |body| self.body(body))
+    }
+
+    /// A goal and the plans for it.
+    pub(crate) fn pursuit(&self, pursuit: &Pursuit) -> Checked {
+        self.body(pursuit.body)?;
+        pursuit.goal.iter().try_for_each(|pattern| self.pattern(pattern))?;
+        limited("plans", pursuit.plans.len(), PLANS_KEPT_MAX)?;
+        pursuit.plans.iter().flat_map(|plan| &plan.chain).try_for_each(|link| self.link(link))
+    }
+
+    /// What a body was sent to do.
+    pub(crate) fn execution(&self, body: BodyId, execution: &Execution) -> Checked {
+        self.body(body)?;
+        self.primitive(execution.action)?;
+        execution.schema.iter().chain(&execution.carrier).try_for_each(|id| self.schema_id(*id))?;
+        self.binding(&execution.binding)?;
+        execution.chain.iter().try_for_each(|link| self.link(link))?;
+        execution.before.observations().iter().try_for_each(|one| self.observation(one))
+    }
+
+    fn link(&self, link: &ChainLink) -> Checked {
+        self.schema_id(link.schema)?;
+        link.carrier.map_or(Ok(()), |carrier| self.schema_id(carrier))?;
+        self.binding(&link.binding)
+    }
+
+    fn pattern(&self, pattern: &Pattern) -> Checked {
+        declared(self.vocabulary.knows_pattern(pattern))
+    }
+
+    fn binding(&self, binding: &Substitution) -> Checked {
+        declared(binding.bindings().iter().all(|(_, value)| self.vocabulary.knows_value(*value)))
+    }
+
+    fn schema_id(&self, id: SchemaId) -> Checked {
+        within("schema", id.index(), self.schemas)
+    }
+
+    fn observation_id(&self, id: ObservationId) -> Checked {
+        within("observation", id.index(), self.observations)
+    }
+
+    fn primitive(&self, id: PrimitiveId) -> Checked {
+        within("primitive", id.0 as usize, self.vocabulary.primitives().len())
+    }
+
+    fn body(&self, id: BodyId) -> Checked {
+        within("body", usize::from(id.0), self.vocabulary.bodies().len())
+    }
+}
+
+fn posts<T>(posts: &[PostCondition<T>], check: impl Fn(&T) -> Checked) -> Checked {
+    posts.iter().try_for_each(|post| {
+        counted(post.count)?;
+        check(&post.what)
+    })
+}
+
+/// Whether nothing happened more often than it was tried.
+pub(crate) fn counted(Count { occurrences, trials }: Count) -> Checked {
+    if occurrences <= trials { Ok(()) } else { Err(ContentError::Count { occurrences, trials }) }
+}
+
+fn declared(known: bool) -> Checked {
+    if known { Ok(()) } else { Err(ContentError::Undeclared) }
+}
+
+/// Whether one of `count` things has this number.
+pub(crate) fn within(what: &'static str, number: usize, count: usize) -> Checked {
+    if number < count { Ok(()) } else { Err(ContentError::Reference { what, number, count }) }
+}
+
+/// Whether so many are not too many.
+pub(crate) fn limited(what: &'static str, count: usize, limit: usize) -> Checked {
+    if count <= limit { Ok(()) } else { Err(ContentError::Limit { what, limit }) }
+}

@@ -1,0 +1,322 @@
+//! Items to memory. Each is checked as it is taken: a file must not be able to make a learner look for what is not there.
+//! The memory takes room in proportion to the items that came, whatever they say.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use pschema_learner::chunks::Chunks;
+use pschema_learner::memory::Content;
+use pschema_learner::observation::{Observation, PropertyId};
+use pschema_learner::progress::{self, REPORTS_MAX};
+use pschema_learner::random::Random;
+use pschema_learner::schema::{PreConditionInterner, SCHEMAS_MAX};
+use pschema_learner::vocabulary::{self as live, BodyId, ValueKind, Vocabulary, VocabularyLists, limits};
+
+use super::item::{End, Generator, Item, Kind, KnownObservation, Outline, Pending, Primitive, Property};
+use super::schema::Schema;
+use super::setting::Setting;
+use super::vocabulary::DeclaredType;
+use crate::content_error::ContentError;
+use crate::extent::{Extent, counted, limited, within};
+use crate::format::mirror::Mirror;
+
+/// Steps that a memory can have taken: as many as every reader of JSON can count. At 1,000 steps a second they take some
+/// 285,000 years.
+const STEPS_MAX: u64 = 1 << 53;
+/// Pools of a curriculum: far more than any has.
+const POOLS_MAX: usize = 65_536;
+
+type Taken = Result<(), ContentError>;
+
+/// A memory that is whole, with what it lives under.
+#[derive(Clone, Debug)]
+pub(crate) struct WholeMemory {
+    pub(crate) content: Content,
+    pub(crate) setting: Setting,
+    /// The digest that the end says it has.
+    pub(crate) memory_digest: String,
+}
+
+/// A memory in the making.
+#[derive(Debug)]
+pub(crate) struct Assembly {
+    setting: Setting,
+    /// How many observations and schemas are announced.
+    announced: (u64, u64),
+    /// The kind of the last item.
+    last: Kind,
+    items: u64,
+    names: HashSet<(Kind, String)>,
+    lists: VocabularyLists,
+    content: Content,
+    /// Once the vocabulary is whole.
+    extent: Option<Extent>,
+    observed: HashSet<Observation>,
+    pre_conditions: PreConditionInterner,
+}
+
+impl Assembly {
+    /// Begins with the first item.
+    pub(crate) fn begin(item: Item) -> Result<Self, ContentError> {
+        let last = item.kind();
+        let Item::Memory(outline) = item else { return Err(ContentError::Missing { item: "memory" }) };
+        let Outline { step, observations, schemas, setting } = *outline;
+        setting.checked()?;
+        if step > STEPS_MAX {
+            return Err(ContentError::Value("the number of steps"));
+        }
+        let content = Content {
+            vocabulary: Arc::default(),
+            schemas: Chunks::default(),
+            observations: Chunks::default(),
+            attention: Chunks::default(),
+            happened: Chunks::default(),
+            attempts: Chunks::default(),
+            pending: Vec::new(),
+            progress: progress::Progress::default(),
+            pursuit: None,
+            random: Random::from_seed(0),
+            step,
+            generalised_count: 0,
+        };
+        Ok(Self {
+            setting,
+            announced: (observations, schemas),
+            last,
+            items: 1,
+            names: HashSet::new(),
+            lists: VocabularyLists::default(),
+            content,
+            extent: None,
+            observed: HashSet::new(),
+            pre_conditions: PreConditionInterner::default(),
+        })
+    }
+
+    /// Takes the next item, which is not the end.
+    pub(crate) fn take(&mut self, item: Item) -> Taken {
+        let kind = item.kind();
+        self.in_order(kind)?;
+        match item {
+            Item::Memory(_) | Item::End(_) => Err(ContentError::Second { item: kind.name() }),
+            Item::Property(property) => self.property(kind, property),
+            Item::Type(declared) => self.observation_type(kind, declared),
+            Item::Symbol(symbol) => {
+                self.named(kind, &symbol, self.lists.symbols.len(), limits::SYMBOLS_MAX)?;
+                self.lists.symbols.push(symbol);
+                Ok(())
+            }
+            Item::Action(action) => {
+                self.named(kind, &action.name, self.lists.actions.len(), limits::ACTIONS_MAX)?;
+                let action: live::DeclaredAction = action.live();
+                action.parameters.iter().try_for_each(|declared| sound(&declared.kind))?;
+                self.lists.actions.push(action);
+                Ok(())
+            }
+            Item::Primitive(primitive) => self.primitive(primitive),
+            Item::Body(body) => {
+                self.named(kind, &body.name, self.lists.bodies.len(), limits::BODIES_MAX)?;
+                self.lists.bodies.push(body.live());
+                self.content.pending.push(None);
+                Ok(())
+            }
+            item => self.of_content(item),
+        }
+    }
+
+    /// Items that refer to the vocabulary.
+    fn of_content(&mut self, item: Item) -> Taken {
+        match item {
+            Item::Observation(known) => self.observation(known),
+            Item::Schema(schema) => self.schema(*schema),
+            Item::Pool(left) => {
+                limited("pools", self.content.progress.pools.len() + 1, POOLS_MAX)?;
+                self.content.progress.pools.push(left);
+                Ok(())
+            }
+            Item::Stage(report) => {
+                limited("reports of stages", self.content.progress.reports.len() + 1, REPORTS_MAX)?;
+                self.content.progress.reports.push((*report).live());
+                Ok(())
+            }
+            Item::Progress(stands) => {
+                let stands: progress::Progress = (*stands).live();
+                self.extent()?.progress(&stands)?;
+                let progress::Progress { pools, reports, .. } = std::mem::take(&mut self.content.progress);
+                self.content.progress = progress::Progress { pools, reports, ..stands };
+                Ok(())
+            }
+            Item::Goal(pursuit) => {
+                let pursuit = (*pursuit).live();
+                self.extent()?.pursuit(&pursuit)?;
+                self.content.pursuit = Some(pursuit);
+                Ok(())
+            }
+            Item::Pending(pending) => self.pending(*pending),
+            Item::Generator(Generator { state }) => {
+                let seed = u64::from_str_radix(&state, 16).ok().filter(|_| state.len() == 16);
+                let seed = seed.ok_or(ContentError::Value("the state of the generator"))?;
+                self.content.random = Random::from_seed(seed);
+                Ok(())
+            }
+            // All others were taken before.
+            item => Err(ContentError::Second { item: item.kind().name() }),
+        }
+    }
+
+    /// The memory, if all of it came.
+    pub(crate) fn end(mut self, end: End) -> Result<WholeMemory, ContentError> {
+        let Extent { observations: observed, schemas: learnt, .. } = *self.extent()?;
+        let End { items, memory_digest } = end;
+        if self.last != Kind::Generator {
+            let item = if self.last < Kind::Progress { Kind::Progress } else { Kind::Generator };
+            return Err(ContentError::Missing { item: item.name() });
+        }
+        let Content { observations, schemas, .. } = &self.content;
+        let counts = [
+            ("items", items, self.items),
+            ("observations", observed as u64, observations.len() as u64),
+            ("schemas", learnt as u64, schemas.len() as u64),
+        ];
+        for (what, said, there) in counts {
+            if said != there {
+                return Err(ContentError::Total { what, said, there });
+            }
+        }
+        Ok(WholeMemory { content: self.content, setting: self.setting, memory_digest })
+    }
+
+    fn in_order(&mut self, kind: Kind) -> Taken {
+        let before = std::mem::replace(&mut self.last, kind);
+        self.items += 1;
+        if kind < before {
+            return Err(ContentError::Order { item: kind.name(), before: before.name() });
+        }
+        if kind == before && [Kind::Progress, Kind::Goal, Kind::Generator].contains(&kind) {
+            return Err(ContentError::Second { item: kind.name() });
+        }
+        if before < Kind::Progress && kind > Kind::Progress {
+            return Err(ContentError::Missing { item: Kind::Progress.name() });
+        }
+        Ok(())
+    }
+
+    /// Notes the name of an item, of whose kind there are `count` so far.
+    fn named(&mut self, kind: Kind, name: &str, count: usize, limit: usize) -> Taken {
+        limited(kind.name(), count + 1, limit)?;
+        if self.names.insert((kind, name.to_owned())) {
+            return Ok(());
+        }
+        Err(ContentError::Twice { what: kind.name(), name: name.to_owned() })
+    }
+
+    fn property(&mut self, kind: Kind, property: Property) -> Taken {
+        self.named(kind, &property.name, self.lists.properties.len(), limits::PROPERTIES_MAX)?;
+        let takes = property.kind.live();
+        sound(&takes)?;
+        self.lists.properties.push(property.name);
+        self.lists.property_kinds.push(takes);
+        Ok(())
+    }
+
+    fn observation_type(&mut self, kind: Kind, declared: DeclaredType) -> Taken {
+        self.named(kind, &declared.name, self.lists.types.len(), limits::TYPES_MAX)?;
+        let declared: live::DeclaredType = declared.live();
+        let number = |property: &live::DeclaredProperty| {
+            sound(&property.kind)?;
+            let at = self.lists.properties.iter().position(|name| *name == property.name);
+            let at = at.and_then(|at| u16::try_from(at).ok());
+            let unknown = || ContentError::Unknown { what: "property", name: property.name.clone() };
+            at.map(PropertyId).ok_or_else(unknown)
+        };
+        let properties = declared.properties.iter().map(number).collect::<Result<_, _>>()?;
+        self.lists.types.push(live::ObservationType { declared, properties });
+        Ok(())
+    }
+
+    fn primitive(&mut self, Primitive { action, parameters, attempts }: Primitive) -> Taken {
+        limited("primitives", self.lists.primitives.len() + 1, limits::PRIMITIVES_MAX)?;
+        let (action, parameters): (usize, Vec<live::Parameter>) = (action.live(), parameters.live());
+        within("action", action, self.lists.actions.len())?;
+        let declared = self.lists.actions.get(action).map_or(&[][..], |action| &action.parameters);
+        let fits = declared.len() == parameters.len()
+            && declared.iter().zip(&parameters).all(|(declared, value)| declared.kind.takes(value));
+        if !fits {
+            return Err(ContentError::Value("a parameter of the primitive"));
+        }
+        let attempts = attempts.live();
+        counted(attempts)?;
+        self.lists.primitives.push(live::Primitive { action, parameters });
+        self.content.attempts.push(attempts);
+        Ok(())
+    }
+
+    /// What numbers may refer to. The vocabulary is whole from here on: nothing is added to it any more.
+    fn extent(&mut self) -> Result<&Extent, ContentError> {
+        if self.extent.is_none() {
+            let vocabulary = Vocabulary::from_lists(std::mem::take(&mut self.lists));
+            self.content.vocabulary = Arc::new(vocabulary.map_err(ContentError::Vocabulary)?);
+            let (observations, schemas) = self.announced;
+            self.extent = Some(Extent {
+                vocabulary: self.content.vocabulary.clone(),
+                observations: announced("observations", observations, u32::MAX as usize)?,
+                schemas: announced("schemas", schemas, SCHEMAS_MAX)?,
+            });
+        }
+        self.extent.as_ref().ok_or(ContentError::Missing { item: Kind::Memory.name() })
+    }
+
+    fn observation(&mut self, known: KnownObservation) -> Taken {
+        let KnownObservation { observation, attention, happened } = known;
+        let (observation, at) = (observation.live(), self.content.observations.len());
+        let extent = self.extent()?;
+        within("observation", at, extent.observations)?;
+        extent.observation(&observation)?;
+        if !self.observed.insert(observation.clone()) {
+            return Err(ContentError::Again { item: Kind::Observation.name() });
+        }
+        self.content.observations.push(observation);
+        self.content.attention.push(attention);
+        self.content.happened.push(happened);
+        Ok(())
+    }
+
+    fn schema(&mut self, schema: Schema) -> Taken {
+        let (mut schema, at) = (schema.live(), self.content.schemas.len());
+        let extent = self.extent()?;
+        within("schema", at, extent.schemas)?;
+        extent.schema(&schema)?;
+        self.pre_conditions.share(&mut schema);
+        self.content.generalised_count += u32::from(schema.generalised().is_some());
+        self.content.schemas.push(schema);
+        Ok(())
+    }
+
+    fn pending(&mut self, Pending { body, execution }: Pending) -> Taken {
+        let execution = execution.live();
+        self.extent()?.execution(BodyId(body), &execution)?;
+        match self.content.pending.get_mut(usize::from(body)) {
+            Some(slot @ None) => {
+                *slot = Some(Box::new(execution));
+                Ok(())
+            }
+            _ => Err(ContentError::Second { item: Kind::Pending.name() }),
+        }
+    }
+}
+
+/// How many were announced, if memory has room for them.
+fn announced(what: &'static str, number: u64, limit: usize) -> Result<usize, ContentError> {
+    let count = usize::try_from(number).unwrap_or(usize::MAX);
+    limited(what, count, limit).map(|()| count)
+}
+
+/// Bins have a width.
+fn sound(kind: &ValueKind) -> Taken {
+    match kind {
+        ValueKind::Real { resolution } if !(resolution.is_finite() && *resolution > 0.0) => {
+            Err(ContentError::Value("a resolution"))
+        }
+        _ => Ok(()),
+    }
+}

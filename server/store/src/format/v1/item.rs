@@ -1,0 +1,212 @@
+//! The items of a memory. A snapshot's blocks hold them in bincode, and an export has one to a line in JSON; both have the
+//! same items in the same order.
+
+use pschema_learner::memory::Content;
+use pschema_learner::observation::PropertyId;
+use pschema_learner::vocabulary::{ValueKind as LiveKind, Vocabulary};
+use serde::{Deserialize, Serialize};
+
+use super::execution::Execution;
+use super::goal::Pursuit;
+use super::observation::{Count, Observation};
+use super::schema::Schema;
+use super::setting::Setting;
+use super::stage::{Progress, StageReport};
+use super::vocabulary::{Body, DeclaredAction, DeclaredType, Parameter, ValueKind};
+use crate::format::mirror::{Mirror, list};
+
+/// Declares the kinds of items, each with its name.
+macro_rules! items {
+    ($($(#[$attribute:meta])* $kind:ident($content:ty) = $name:literal,)*) => {
+        /// One part of a memory.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        pub(crate) enum Item {
+            $($(#[$attribute])* #[serde(rename = $name)] $kind($content),)*
+        }
+
+        /// The kind of an item. Items of a memory come in the order of their kinds.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub(crate) enum Kind {
+            $($kind,)*
+        }
+
+        impl Item {
+            pub(crate) fn kind(&self) -> Kind {
+                match self {
+                    $(Self::$kind(_) => Kind::$kind,)*
+                }
+            }
+        }
+
+        impl Kind {
+            /// What it is called in an export and in messages.
+            pub(crate) fn name(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $name,)*
+                }
+            }
+        }
+    };
+}
+
+// What an item refers to by number stands before it, counted from 0 in each kind; but a schema may refer to later schemas.
+items! {
+    /// The first: what the memory lives under, and how much of it follows.
+    Memory(Box<Outline>) = "memory",
+    /// A property name.
+    Property(Property) = "property",
+    /// An observation type.
+    Type(DeclaredType) = "type",
+    /// A symbol; words are symbols.
+    Symbol(String) = "symbol",
+    /// An action.
+    Action(DeclaredAction) = "action",
+    /// An action with its parameters filled in.
+    Primitive(Primitive) = "primitive",
+    /// A body.
+    Body(Body) = "body",
+    /// An observation that memory refers to.
+    Observation(KnownObservation) = "observation",
+    /// A schema.
+    Schema(Box<Schema>) = "schema",
+    /// What is left in a pool of the curriculum; the number that is drawn next is at the end.
+    Pool(Vec<i64>) = "pool",
+    /// What happened in a stage.
+    Stage(Box<StageReport>) = "stage",
+    /// Where the curriculum stands.
+    Progress(Box<Progress>) = "progress",
+    /// The goal that is pursued, or was the last to be.
+    Goal(Box<Pursuit>) = "goal",
+    /// What a body was sent to do.
+    Pending(Box<Pending>) = "pending",
+    /// The generator of random numbers.
+    Generator(Generator) = "generator",
+    /// The last.
+    End(End) = "end",
+}
+
+/// What a memory lives under, and how much of it follows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Outline {
+    /// Steps taken.
+    pub(crate) step: u64,
+    /// How many observations follow.
+    pub(crate) observations: u64,
+    /// How many schemas follow.
+    pub(crate) schemas: u64,
+    pub(crate) setting: Setting,
+}
+
+/// A property name, with the values that a property of this name takes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Property {
+    pub(crate) name: String,
+    pub(crate) kind: ValueKind,
+}
+
+/// A primitive, with how often it was asked for and how often carried out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Primitive {
+    pub(crate) action: u64,
+    pub(crate) parameters: Vec<Parameter>,
+    pub(crate) attempts: Count,
+}
+
+/// An observation, with its counts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct KnownObservation {
+    pub(crate) observation: Observation,
+    /// N(x) of equation (1).
+    pub(crate) attention: u32,
+    /// Before or after how many executions it was perceived, if it is an event.
+    pub(crate) happened: u32,
+}
+
+/// What a body was sent to do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Pending {
+    pub(crate) body: u16,
+    pub(crate) execution: Execution,
+}
+
+/// The state of the generator, from which all later random numbers follow.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Generator {
+    /// 16 hexadecimal digits: many readers of JSON can't take so large a number.
+    pub(crate) state: String,
+}
+
+/// All of a memory has been read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct End {
+    /// How many items come before this one.
+    pub(crate) items: u64,
+    /// The digest of the memory, in hexadecimal.
+    pub(crate) memory_digest: String,
+}
+
+/// All items of a memory but the end.
+pub(crate) fn items<'a>(content: &'a Content, setting: &Setting) -> impl Iterator<Item = Item> + 'a {
+    let outline = Outline {
+        step: content.step,
+        observations: content.observations.len() as u64,
+        schemas: content.schemas.len() as u64,
+        setting: setting.clone(),
+    };
+    let observations = content.observations.iter().enumerate().map(|(at, observation)| {
+        Item::Observation(KnownObservation {
+            observation: Mirror::of(observation),
+            attention: content.attention.get(at).copied().unwrap_or(0),
+            happened: content.happened.get(at).copied().unwrap_or(0),
+        })
+    });
+    let schemas = content.schemas.iter().map(|schema| Item::Schema(Box::new(Mirror::of(schema))));
+    std::iter::once(Item::Memory(Box::new(outline)))
+        .chain(vocabulary(content))
+        .chain(observations)
+        .chain(schemas)
+        .chain(standing(content))
+}
+
+/// What bodies declared.
+fn vocabulary(content: &Content) -> impl Iterator<Item = Item> + '_ {
+    let vocabulary: &Vocabulary = &content.vocabulary;
+    let properties = (0..).map(PropertyId).zip(vocabulary.properties()).map(|(id, name)| {
+        let kind = vocabulary.property_kind(id).unwrap_or(&LiveKind::Integer);
+        Item::Property(Property { name: name.clone(), kind: Mirror::of(kind) })
+    });
+    let types = vocabulary.types().iter().map(|known| Item::Type(Mirror::of(&known.declared)));
+    let symbols = vocabulary.symbols().iter().map(|symbol| Item::Symbol(symbol.clone()));
+    let actions = vocabulary.actions().iter().map(|action| Item::Action(Mirror::of(action)));
+    let primitives = vocabulary.primitives().iter().enumerate().map(|(at, primitive)| {
+        Item::Primitive(Primitive {
+            action: Mirror::of(&primitive.action),
+            parameters: list(&primitive.parameters),
+            attempts: Mirror::of(&content.attempts.get(at).copied().unwrap_or_default()),
+        })
+    });
+    let bodies = vocabulary.bodies().iter().map(|body| Item::Body(Mirror::of(body)));
+    properties.chain(types).chain(symbols).chain(actions).chain(primitives).chain(bodies)
+}
+
+/// Where everything stands: the curriculum, the goal, what is under way, the generator.
+fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
+    let progress = &content.progress;
+    let pools = progress.pools.iter().map(|left| Item::Pool(left.clone()));
+    let stages = progress.reports.iter().map(|report| Item::Stage(Box::new(Mirror::of(report))));
+    let stands = Item::Progress(Box::new(Mirror::of(progress)));
+    let goal = content.pursuit.iter().map(|pursuit| Item::Goal(Box::new(Mirror::of(pursuit))));
+    let pending = (0..).zip(&content.pending).filter_map(|(body, execution)| {
+        let execution = Mirror::of(&**execution.as_ref()?);
+        Some(Item::Pending(Box::new(Pending { body, execution })))
+    });
+    let generator = Item::Generator(Generator { state: format!("{:016x}", content.random.state()) });
+    pools.chain(stages).chain([stands]).chain(goal).chain(pending).chain([generator])
+}

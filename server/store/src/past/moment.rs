@@ -1,0 +1,299 @@
+//! Memory as it was at one moment, rebuilt from its data directory.
+
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pschema_learner::decision::Decision;
+use pschema_learner::observation::Observation;
+use pschema_learner::vocabulary::BodyId;
+use pschema_learner::{Frame, Learner};
+
+use super::error::{PastError, beside};
+use super::{export, relearn};
+use crate::codec;
+use crate::error::StoreError;
+use crate::extent::Extent;
+use crate::format::mirror::Mirror;
+use crate::format::v1::{Cause, Input, Record};
+use crate::journal::{self, JournalFrame, Place};
+use crate::manifest::{self, Manifest};
+use crate::recovery::{Replay, unplayable};
+use crate::snapshot;
+use crate::storage::{Directory, Storage};
+
+/// A memory's data directory, to be read.
+#[derive(Debug)]
+pub struct Past {
+    pub(super) storage: Arc<dyn Storage>,
+    pub(super) directory: PathBuf,
+    pub(super) manifest: Manifest,
+}
+
+/// Memory as it was at one moment.
+#[derive(Debug)]
+pub struct Moment {
+    /// The learner with the memory, the parameters and the curriculum of that moment.
+    pub learner: Learner,
+    /// The last frame of the journal that is part of this memory.
+    pub frame: u64,
+    /// The step of the snapshot that the memory was rebuilt from; none when it was rebuilt from its beginning.
+    pub snapshot_step: Option<u64>,
+    /// How many frames of the journal were replayed.
+    pub frames: u64,
+    /// The time of the last change by the machine's clock, in milliseconds since 1970; none when the journal does not tell it.
+    pub at_unix_ms: Option<u64>,
+    /// The body that sent the last frame, and the observations in it.
+    pub perceived: Option<(BodyId, Vec<Observation>)>,
+    /// The last decision, if it was asked for.
+    pub decision: Option<Decision>,
+}
+
+/// The last frame of a body, which is in the journal and not in memory.
+#[derive(Debug, Default)]
+pub(super) struct LastFrame {
+    pub(super) at_unix_ms: Option<u64>,
+    pub(super) input: Option<Input>,
+}
+
+/// A memory that was rebuilt, and the batch that comes next in the journal.
+struct Reconstruction {
+    replay: Replay,
+    last: Place,
+    frames: u64,
+    snapshot_step: Option<u64>,
+    seen: LastFrame,
+    next: Option<Record>,
+}
+
+impl Past {
+    /// The memory in `directory`. Reads its manifest and changes nothing.
+    ///
+    /// # Errors
+    /// When there is no memory, or its manifest can't be read.
+    pub fn open(directory: &Path) -> Result<Self, PastError> {
+        let shown = directory.display().to_string();
+        let directory = directory.canonicalize().map_err(StoreError::disk("read", shown.clone()))?;
+        Self::of(Arc::new(Directory::new(&directory)), directory)
+    }
+
+    pub(super) fn of(storage: Arc<dyn Storage>, directory: PathBuf) -> Result<Self, PastError> {
+        match manifest::read(&*storage)? {
+            Some(manifest) => Ok(Self { storage, directory, manifest }),
+            None => Err(PastError::Nothing { path: directory.display().to_string() }),
+        }
+    }
+
+    /// The data directory.
+    #[must_use]
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// The name of the learner when the memory was begun.
+    #[must_use]
+    pub fn learner(&self) -> &str {
+        &self.manifest.learner
+    }
+
+    /// The seed that the memory was begun with.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.manifest.seed
+    }
+
+    pub(super) fn path(&self) -> String {
+        self.directory.display().to_string()
+    }
+
+    /// Memory as it was after step `until` and the orders and attachments before the next step; memory as it is on disk if no
+    /// step is given.
+    ///
+    /// # Errors
+    /// When the step is no longer kept or not yet taken, or a file that is needed is damaged.
+    pub fn moment(&self, until: Option<u64>) -> Result<Moment, PastError> {
+        beside(|| self.finish(self.rebuild(until)?, None))
+    }
+
+    /// As [`Past::moment`], with the last decision, which the learner makes again from the frame in the journal.
+    ///
+    /// # Errors
+    /// As [`Past::moment`].
+    pub fn moment_with_decision(&self, until: Option<u64>) -> Result<Moment, PastError> {
+        let mut moment = self.moment(until)?;
+        let last = moment.step();
+        moment.decision = match beside(|| self.last_decided(last))? {
+            Some(step) => self.decided(step)?.decision,
+            None => None,
+        };
+        Ok(moment)
+    }
+
+    /// Memory after step `step`, or after the last step up to `until` that decided something, and the decision of that step.
+    ///
+    /// # Errors
+    /// As [`Past::moment`]; and when nothing was decided.
+    pub fn decision(&self, step: Option<u64>, until: Option<u64>) -> Result<Moment, PastError> {
+        if let Some(step) = step {
+            return self.decided(step);
+        }
+        let last = until.unwrap_or(u64::MAX);
+        match beside(|| self.last_decided(last))? {
+            Some(step) => self.decided(step),
+            None => Err(PastError::NeverDecided { path: self.path(), last: self.rebuild(until)?.step() }),
+        }
+    }
+
+    fn decided(&self, step: u64) -> Result<Moment, PastError> {
+        beside(|| self.decided_once(step))
+    }
+
+    fn decided_once(&self, step: u64) -> Result<Moment, PastError> {
+        let Some(before) = step.checked_sub(1) else {
+            let why = "steps are counted from 1".to_owned();
+            return Err(PastError::Undecided { step, why });
+        };
+        let mut rebuilt = self.rebuild(Some(before))?;
+        let Some(Record::Batch { step: next, at_unix_ms, cause: Cause::Step(input), effects }) =
+            rebuilt.next.take()
+        else {
+            return Err(PastError::Beyond { path: self.path(), asked: step, last: rebuilt.step() });
+        };
+        let why = |why: &str| PastError::Undecided { step, why: why.to_owned() };
+        if next != step {
+            return Err(why("the journal has another step there"));
+        }
+        let again = relearn::again(rebuilt.replay, input.clone(), &effects);
+        let again = again.map_err(|why| PastError::Unlike { step, why })?;
+        let decision = again.decision.ok_or_else(|| {
+            why("the surroundings were arranged, or nothing was wanted of the body; `pschema journal` has the step")
+        })?;
+        rebuilt.replay = again.replay;
+        rebuilt.frames += 1;
+        rebuilt.last.number += 1;
+        rebuilt.seen = LastFrame { at_unix_ms: Some(at_unix_ms), input: Some(input) };
+        self.finish(rebuilt, Some(decision))
+    }
+
+    /// The moment that a rebuilt memory is.
+    fn finish(&self, rebuilt: Reconstruction, decision: Option<Decision>) -> Result<Moment, PastError> {
+        let step = rebuilt.step();
+        let Reconstruction { replay, last, frames, snapshot_step, seen, .. } = rebuilt;
+        let Replay { memory, setting, .. } = replay;
+        let (_, curriculum) = setting.checked().map_err(StoreError::from)?;
+        let (at_unix_ms, input) = match seen {
+            // The journal before a snapshot may have the frame that the snapshot does not have.
+            LastFrame { input: None, at_unix_ms } => {
+                let before = self.last_input(step)?;
+                (at_unix_ms.or(before.at_unix_ms), before.input)
+            }
+            LastFrame { at_unix_ms, input } => (at_unix_ms, input),
+        };
+        let learner = Learner::resume(memory, curriculum).map_err(StoreError::from)?;
+        let extent = Extent::of(learner.memory().content());
+        let perceived: Option<Frame> = input.map(Mirror::live).filter(|frame| extent.frame(frame).is_ok());
+        Ok(Moment {
+            learner,
+            frame: last.number,
+            snapshot_step,
+            frames,
+            at_unix_ms,
+            perceived: perceived.map(|frame| (frame.body, frame.observations)),
+            decision,
+        })
+    }
+
+    /// Replays the journal up to and with step `until` and the orders and attachments before the next step.
+    fn rebuild(&self, until: Option<u64>) -> Result<Reconstruction, PastError> {
+        let (replay, from, snapshot_step) = self.base(until)?;
+        let mut rebuilt = Reconstruction {
+            replay,
+            last: from,
+            frames: 0,
+            snapshot_step,
+            seen: LastFrame::default(),
+            next: None,
+        };
+        journal::read::<PastError>(&*self.storage, from, |shown| {
+            let record = self.record(&shown)?;
+            if let Record::Batch { step, at_unix_ms, cause, .. } = &record {
+                if until.is_some_and(|until| *step > until) {
+                    rebuilt.next = Some(record);
+                    return Ok(ControlFlow::Break(()));
+                }
+                rebuilt.seen.at_unix_ms = Some(*at_unix_ms);
+                if let Cause::Step(input) = cause {
+                    rebuilt.seen.input = Some(input.clone());
+                }
+            }
+            rebuilt
+                .replay
+                .apply(record, shown.place.number)
+                .map_err(|problem| unplayable(&*self.storage, &shown, problem))?;
+            rebuilt.frames += 1;
+            rebuilt.last = shown.place;
+            Ok(ControlFlow::Continue(()))
+        })?;
+        match until.filter(|until| rebuilt.step() < *until) {
+            None => Ok(rebuilt),
+            Some(asked) => Err(PastError::Beyond { path: self.path(), asked, last: rebuilt.step() }),
+        }
+    }
+
+    /// The newest sound snapshot of step `until` or before, or the beginning of the memory.
+    fn base(&self, until: Option<u64>) -> Result<(Replay, Place, Option<u64>), PastError> {
+        if let Some((whole, place)) = snapshot::newest(&*self.storage, until)? {
+            let step = whole.content.step;
+            return Ok((Replay::from_snapshot(whole)?, place, Some(step)));
+        }
+        let firsts = self.segments()?;
+        if firsts.first().is_some_and(|first| *first > 1) {
+            let first = self.first_step()?;
+            if let (Some(asked), Some(first)) = (until, first) {
+                return Err(PastError::Before { path: self.path(), asked, first });
+            }
+        }
+        Ok((Replay::birth(&self.manifest)?, Place::default(), None))
+    }
+
+    pub(super) fn record(&self, shown: &JournalFrame<'_>) -> Result<Record, StoreError> {
+        codec::decode(shown.payload).map_err(|error| unplayable(&*self.storage, shown, error.to_string()))
+    }
+
+    /// Writes memory as it was at a moment as JSON Lines; `progress` is told after each line how many lines are written.
+    ///
+    /// # Errors
+    /// When it can't be written.
+    pub fn export(
+        &self,
+        moment: &Moment,
+        to: &mut dyn Write,
+        progress: impl FnMut(u64),
+    ) -> Result<export::ExportSummary, export::ExportError> {
+        let (memory, curriculum) = (moment.learner.memory(), moment.learner.curriculum());
+        let (learner, seed) = (self.learner(), self.seed());
+        let identity = export::Identity { learner, seed, parameters: memory.parameters(), curriculum };
+        export::write(memory.content(), identity, to, progress)
+    }
+}
+
+impl Moment {
+    /// Steps taken.
+    #[must_use]
+    pub fn step(&self) -> u64 {
+        self.learner.memory().content().step
+    }
+
+    /// The digest of memory.
+    #[must_use]
+    pub fn memory_digest(&self) -> String {
+        pschema_learner::digest::digest(self.learner.memory().content())
+    }
+}
+
+impl Reconstruction {
+    fn step(&self) -> u64 {
+        self.replay.memory.content().step
+    }
+}
