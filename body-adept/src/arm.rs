@@ -517,7 +517,7 @@ impl Arm {
 }
 
 /// How an order went, as a recording has it: in one word, without a reason that may name figures of its moment.
-fn word(outcome: &Outcome) -> &'static str {
+pub(crate) fn word(outcome: &Outcome) -> &'static str {
     match outcome {
         Outcome::Done => "Done",
         Outcome::Refused(_) => "Refused",

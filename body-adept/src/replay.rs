@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use pschema_arm::JointPositions;
 use thiserror::Error;
 
-use crate::arm::Permissions;
+use crate::arm::{Permissions, word};
 use crate::config::ArmSetup;
 use crate::connect::arm_on;
 use crate::line::record::{LineRecording, ReplayLine};
@@ -113,10 +113,10 @@ fn obey(arm: &mut crate::arm::Arm, order: &str) -> Result<String, String> {
         ["signals"] => {
             arm.signals().map_or_else(|_| "unknown".to_owned(), |signals| format!("{signals:04b}"))
         }
-        ["park"] => format!("{:?}", arm.park()),
+        ["park"] => word(&arm.park()).to_owned(),
         ["go", j1, j2] => {
             let number = |text: &str| text.parse::<f64>().map_err(|_| format!("{text:?} in an order"));
-            format!("{:?}", arm.go(JointPositions { j1: number(j1)?, j2: number(j2)? }))
+            word(&arm.go(JointPositions { j1: number(j1)?, j2: number(j2)? })).to_owned()
         }
         _ => return Err(format!("{order:?} is no order")),
     })
