@@ -332,24 +332,6 @@ fn memory_in_ram_is_measured_and_not_exported() {
     daemon.end();
 }
 
-#[test]
-fn durability_is_measured_against_the_bare_disk() {
-    let house = House::new();
-    let figures = house.json(&["bench", "durability", "--rounds", "100", "--data", "."]);
-    let rows = figures["rows"].as_array().unwrap();
-    assert_eq!(rows.len(), 2);
-    for row in rows {
-        let figure = |name: &str| row[name].as_f64().unwrap();
-        assert!(figure("bytes") > 50.0 && figure("bare_us_p50") > 0.0, "{row}");
-        assert!(figure("ours_us_p50") >= figure("without_disk_us_p50"), "the disk is waited for: {row}");
-        let ratio = figure("ours_us_p50") / figure("bare_us_p50");
-        assert!((ratio - figure("ratio_p50")).abs() < 1e-6, "{row}");
-    }
-    let left: Vec<_> =
-        std::fs::read_dir(house.0.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    assert!(left.iter().all(|name| name == "run"), "what was measured on is removed: {left:?}");
-}
-
 /// What is printed of the data directory of format 1 that every release must read, compared with files in
 /// `tests/golden`. To accept a change, run with `UPDATE_GOLDEN=1` and read the difference.
 #[test]

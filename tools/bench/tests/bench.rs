@@ -70,3 +70,24 @@ fn looking_is_measured_on_pictures_with_something_in_them() {
     is_ratio(&figures, "ratio_p50", "frame_ms_p50", "copy_ms_p50");
     is_ratio(&figures, "ratio_look_at_all_p50", "look_at_all_ms_p50", "copy_ms_p50");
 }
+
+#[test]
+fn durability_is_measured_against_the_bare_disk() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
+    std::fs::create_dir(&data).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pschema-bench"));
+    command.args(["durability", "--rounds", "100", "--json", "-q", "--data"]).arg(&data);
+    let output = command.env("PSCHEMA_RUNTIME_DIR", folder.path().join("run")).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let figures: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = figures["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 2);
+    for row in rows {
+        assert!(figure(row, "bytes") > 50.0 && figure(row, "bare_us_p50") > 0.0, "{row}");
+        let waited = figure(row, "ours_us_p50") >= figure(row, "without_disk_us_p50");
+        assert!(waited, "the action waits for the disk: {row}");
+        is_ratio(row, "ratio_p50", "ours_us_p50", "bare_us_p50");
+    }
+    assert_eq!(std::fs::read_dir(&data).unwrap().count(), 0, "the files of the measurement are removed");
+}
