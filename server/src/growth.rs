@@ -1,4 +1,4 @@
-//! What a growing memory costs: the time of steps and the memory of the process, by how many schemas there were.
+//! The costs of a growing memory: the time of steps and the resident memory of the process, by the number of schemas.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -6,9 +6,10 @@ use std::time::Duration;
 
 use pschema_inspect::GrowthStatus;
 
-use crate::latency::Histogram;
+use crate::latency::Times;
 
-/// The costs since the daemon began, one row for each doubling of the schemas. A clone shares them.
+/// The costs since the process began to step the learner: one entry for each doubling of the number of schemas. A clone
+/// shares them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Growth {
     /// By the logarithm of the number of schemas, rounded down.
@@ -17,22 +18,22 @@ pub(crate) struct Growth {
 
 #[derive(Clone, Debug, Default)]
 struct Size {
-    times: Histogram,
-    /// Resident memory when the first of these steps was counted.
+    times: Times,
+    /// Resident memory of the process when the first of these steps was counted.
     memory_bytes: u64,
 }
 
 impl Growth {
-    /// Counts a step taken with so many schemas in memory.
+    /// Counts a step that took `time` with `schemas` schemas in memory.
     pub(crate) fn count(&mut self, schemas: usize, time: Duration) {
         let size = self.sizes.entry(schemas.max(1).ilog2()).or_insert_with(|| {
             // Asked of the kernel once for each doubling.
-            Arc::new(Size { times: Histogram::default(), memory_bytes: resident_bytes() })
+            Arc::new(Size { times: Times::default(), memory_bytes: resident_bytes() })
         });
-        Arc::make_mut(size).times.count(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
+        Arc::make_mut(size).times.count(time);
     }
 
-    /// The rows, the smallest memory first.
+    /// The costs for tools, the smallest memory first.
     pub(crate) fn rows(&self) -> Vec<GrowthStatus> {
         let row = |(log, size): (&u32, &Arc<Size>)| GrowthStatus {
             schemas: if *log == 0 { 0 } else { 1_u32.checked_shl(*log).unwrap_or(u32::MAX) },
@@ -45,7 +46,7 @@ impl Growth {
     }
 }
 
-/// Resident memory of this process; 0 where the kernel doesn't say.
+/// Resident memory of this process in bytes; 0 where the kernel does not say.
 pub(crate) fn resident_bytes() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));

@@ -1,11 +1,11 @@
-//! A body and its learner in one process: the same session, translation, learner and wire encoding as the
-//! daemon's, without shared memory. The same seed gives the same memory, to the digest.
+//! A body and its learner in one process: with the same session, translation, learner and wire encoding as the daemon,
+//! but without shared memory. The same seed gives the same memory, to the digest.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use pschema_inspect::Report;
 use pschema_inspect::codec::Problem;
-use pschema_inspect::{BodyState, Report};
 use pschema_learner::digest::digest;
 use pschema_learner::progress::{StageCommand, StageCommandError};
 use pschema_learner::{Learner, LearnerError};
@@ -13,12 +13,13 @@ use pschema_protocol::body::{Body, BodyLoop, Directive};
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::wire::{decode, encode};
 
-use crate::daemon::body_status;
 use crate::inspect::{self, Inspect};
-use crate::mind::{GoalError, HostFacts, Mind, SayError, Setup, View};
-use crate::session::{AttachError, Session, is_waiting};
+use crate::mind::{GoalError, Mind, SayError, SingleStepError};
+use crate::session::{AttachError, Session};
+use crate::setup::Setup;
+use crate::view::{Host, View};
 
-/// Frames in a row without an order before a run is given up: the learner wants nothing of this body.
+/// After so many frames in a row without an order a run is given up: the learner wants nothing of this body.
 const IDLE_FRAMES_MAX: u32 = 1000;
 
 /// Why a run in one process failed.
@@ -27,10 +28,10 @@ pub enum InProcessError {
     /// The learner can't be made.
     #[error(transparent)]
     Learner(#[from] LearnerError),
-    /// What the body says of itself is not allowed.
+    /// The body's description is not allowed.
     #[error("the body's description is not allowed: {0}")]
     Description(#[source] Refusal),
-    /// The learner can't take the body.
+    /// The learner can't take in what the body declares.
     #[error("the learner can't take the body: {0}")]
     Attach(#[from] AttachError),
     /// A frame of the body is not allowed.
@@ -41,7 +42,7 @@ pub enum InProcessError {
         /// Why.
         reason: String,
     },
-    /// A reply to the body is not allowed: a fault of the learner's side.
+    /// A reply to the body is not allowed, which is a fault on the learner's side.
     #[error("the reply to the body is wrong: {0}")]
     Reply(#[source] Refusal),
     /// The learner wants nothing of the body, though its curriculum is not over.
@@ -51,7 +52,7 @@ pub enum InProcessError {
 
 /// Whether a run goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Progress {
+pub enum RunState {
     /// The body has something to sense and the learner something to ask.
     Running,
     /// The learner waits: held, stuck, or through with its curriculum.
@@ -59,6 +60,18 @@ pub enum Progress {
 }
 
 /// A body and its learner in one process.
+///
+/// ```no_run
+/// use pschema_server::in_process::{InProcess, RunState};
+/// use pschema_server::{Setup, config};
+/// # fn run(body: impl pschema_protocol::body::Body) -> Result<(), Box<dyn std::error::Error>> {
+/// let (curriculum, parameters) = config::lesson("exp1-s1", Default::default(), &[])?;
+/// let mut run = InProcess::new(body, Setup { seed: 1, parameters, curriculum })?;
+/// while run.advance()? == RunState::Running {}
+/// println!("{:?}", run.report().memory_digest);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct InProcess<B> {
     body: BodyLoop<B>,
@@ -76,7 +89,7 @@ impl<B: Body> InProcess<B> {
         Self::with(body, Mind::new(setup)?)
     }
 
-    /// Attaches `body` to a learner that has lived before, perhaps in another body.
+    /// Attaches `body` to a learner that has learnt before, perhaps in another body.
     ///
     /// # Errors
     /// When the learner can't take the body.
@@ -93,14 +106,15 @@ impl<B: Body> InProcess<B> {
         Ok(Self { body, mind, session, idle_frames: 0 })
     }
 
-    /// Exchanges one frame and its reply, and lets the body obey.
+    /// Exchanges one frame and its reply, and has the body carry out the reply.
     ///
     /// # Errors
     /// When the body or the learner breaks the protocol.
-    pub fn advance(&mut self) -> Result<Progress, InProcessError> {
+    pub fn advance(&mut self) -> Result<RunState, InProcessError> {
         let frame = self.body.next_frame();
         let began = Instant::now();
-        let served = self.mind.serve(&mut self.session, frame, true);
+        // There is no other body, so this one hears all words, student or not.
+        let served = self.mind.serve(&mut self.session, frame, false);
         let decided = began.elapsed();
         let wire = encode::reply(self.session.number(), frame.header.sequence, &served.reply);
         if let Some(step) = served.step {
@@ -111,9 +125,9 @@ impl<B: Body> InProcess<B> {
             Directive::Continue => self.idle_frames = 0,
             Directive::Refused { code, reason } => return Err(InProcessError::Frame { code, reason }),
             Directive::Wait(_) | Directive::Detach => {
-                if is_waiting(self.mind.learner()) {
+                if self.mind.is_waiting() {
                     self.idle_frames = 0;
-                    return Ok(Progress::Waiting);
+                    return Ok(RunState::Waiting);
                 }
                 self.idle_frames += 1;
                 if self.idle_frames >= IDLE_FRAMES_MAX {
@@ -121,10 +135,10 @@ impl<B: Body> InProcess<B> {
                 }
             }
         }
-        Ok(Progress::Running)
+        Ok(RunState::Running)
     }
 
-    /// Says words, which are heard with the next frame.
+    /// Says words, which the learner hears with the next frame.
     ///
     /// # Errors
     /// As [`Mind::say`].
@@ -132,12 +146,20 @@ impl<B: Body> InProcess<B> {
         self.mind.say(words)
     }
 
-    /// Obeys an operator's developmental control.
+    /// Obeys an operator's order to the curriculum.
     ///
     /// # Errors
     /// When there is no such stage.
     pub fn stage(&mut self, command: &StageCommand) -> Result<(), StageCommandError> {
         self.mind.stage(command).map(drop)
+    }
+
+    /// Holds the learner, but for one action.
+    ///
+    /// # Errors
+    /// As [`Mind::single_step`].
+    pub fn single_step(&mut self) -> Result<(), SingleStepError> {
+        self.mind.single_step(Some(&self.session)).map(drop)
     }
 
     /// Takes up a goal.
@@ -162,7 +184,7 @@ impl<B: Body> InProcess<B> {
         self.mind.learner()
     }
 
-    /// The learner alone, to live on in another body.
+    /// The learner alone, to go on in another body.
     #[must_use]
     pub fn into_learner(self) -> Learner {
         self.mind.into_learner()
@@ -180,24 +202,15 @@ impl<B: Body> InProcess<B> {
         &self.session
     }
 
-    /// Everything there is to inspect.
+    /// The learner as it is now, to be inspected.
     #[must_use]
     pub fn view(&self) -> View {
-        let world = self.session.world(self.mind.learner());
-        let perceived = Some((self.session.body(), self.session.perceived().to_vec()));
-        let bodies = vec![body_status(&self.session, std::process::id(), BodyState::Attached)];
-        self.mind.view(HostFacts {
-            name: "in-process".to_owned(),
-            bodies,
-            world,
-            perceived,
-            before: self.session.perceived_before().to_vec(),
-            storage: None,
-            refused: Vec::new(),
-        })
+        let host = Host { bodies: vec![self.session.status().clone()], ..Host::default() };
+        self.mind.view("in-process".into(), Some(&self.session), host)
     }
 
-    /// What a tool would be answered.
+    /// The answer that a tool would get. Orders are not obeyed here: see [`InProcess::say`], [`InProcess::stage`] and
+    /// [`InProcess::achieve`].
     ///
     /// # Errors
     /// Why there is no answer.
@@ -220,6 +233,6 @@ impl<B: Body> InProcess<B> {
 /// When the learner can't be made, or the body or the learner breaks the protocol.
 pub fn run_in_process<B: Body>(body: B, setup: Setup, stop: &AtomicBool) -> Result<Report, InProcessError> {
     let mut run = InProcess::new(body, setup)?;
-    while !stop.load(Ordering::Relaxed) && run.advance()? == Progress::Running {}
+    while !stop.load(Ordering::Relaxed) && run.advance()? == RunState::Running {}
     Ok(run.report())
 }

@@ -14,7 +14,6 @@ mod text;
 mod trace;
 mod why_not;
 
-pub(crate) use goals::NO_BODY;
 pub use question::Inspect;
 pub use reply::reply;
 pub(crate) use reply::{encoded, problem};

@@ -1,4 +1,4 @@
-//! Memory on disk, from the daemon's side: what was decided leaves only when the step that decided it is durable.
+//! Memory on disk, from the daemon's side: a reply leaves only when the step that decided it is durable.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -12,39 +12,38 @@ use pschema_store::{Cause, Change, Durability, Retention, Store, StoreError};
 /// Where and how memory is kept.
 #[derive(Clone, Debug)]
 pub struct Keeping {
-    /// The data directory; made when it isn't there.
+    /// The data directory. It is made if it does not exist.
     pub directory: PathBuf,
-    /// When a reply may leave.
+    /// Whether a reply waits until its step is on disk.
     pub durability: Durability,
-    /// How much is kept.
+    /// How much of the journal is kept, and how often a snapshot is made.
     pub retention: Retention,
-    /// Whether somebody asked for the seed: a memory that began with another is refused then, and else goes on.
+    /// Whether the seed was given on the command line. If so, a memory that began with another seed is refused; if not,
+    /// it goes on with its own.
     pub seed_given: bool,
-    /// Whether somebody asked for the parameters and the curriculum: a memory that lives under others is refused then,
-    /// and else goes on under its own.
+    /// Whether parameters or a curriculum were given on the command line. If so, a memory that lives under others is
+    /// refused; if not, it goes on under its own.
     pub setting_given: bool,
-    /// Whether a memory that lives under others goes on under those asked for.
+    /// Whether a memory that lives under other parameters or another curriculum goes on under those that were given.
     pub change: bool,
 }
 
-/// The time by the machine's clock, in milliseconds since 1970; 0 before that.
+/// The time by the machine's clock, in milliseconds since 1970; 0 if the clock is before that.
 #[expect(
     clippy::disallowed_methods,
-    reason = "the one place; what it says is for people and decides nothing"
+    reason = "the one place that asks for the time of day, which is for people and decides nothing"
 )]
 pub(crate) fn now_unix_ms() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
 }
 
-/// What writes changes down; a seam, so that a test can hold the disk back.
+/// The writer of changes to memory. It is a trait so that a test can stand in for the disk.
 pub(crate) trait Ledger {
-    /// Writes a change; returns what to wait for.
+    /// Writes a change; returns the number of its batch.
     fn append(&mut self, change: &Change<'_>, content: &Content) -> Result<u64, StoreError>;
-    /// Whether replies wait for the disk.
-    fn is_strict(&self) -> bool;
-    /// Whether the batch of this number is on disk.
-    fn is_durable(&self, batch: u64) -> bool;
+    /// Whether messages that rest on the batch of this number may leave: it is on disk, or they do not wait for that.
+    fn may_leave(&self, batch: u64) -> bool;
     /// Why nothing more can be written, if so.
     fn failure(&self) -> Option<StoreError>;
 }
@@ -54,12 +53,8 @@ impl Ledger for Store {
         Store::append(self, change, content)
     }
 
-    fn is_strict(&self) -> bool {
-        self.durability() == Durability::Strict
-    }
-
-    fn is_durable(&self, batch: u64) -> bool {
-        Store::is_durable(self, batch)
+    fn may_leave(&self, batch: u64) -> bool {
+        self.durability() == Durability::Relaxed || self.is_durable(batch)
     }
 
     fn failure(&self) -> Option<StoreError> {
@@ -67,7 +62,7 @@ impl Ledger for Store {
     }
 }
 
-/// What keeps memory, and what waits for it.
+/// The queue of messages that wait for the disk, and the ledger that they wait for.
 #[derive(Debug)]
 pub(crate) struct Keeper<T, L = Store> {
     /// None: memory is in RAM only, and nothing waits.
@@ -81,7 +76,8 @@ impl<T, L: Ledger> Keeper<T, L> {
         Self { ledger, waiting: VecDeque::new(), failure: None }
     }
 
-    /// Has what changed written. Returns what to wait for.
+    /// Has the ledger write the `effects` that changed memory, and what caused them. Returns the number of the batch, to be
+    /// waited for; 0, which nothing waits for, when memory is in RAM only.
     pub(crate) fn keep(&mut self, cause: Cause<'_>, effects: &[Effect], content: &Content) -> u64 {
         let Some(ledger) = self.ledger.as_mut().filter(|_| self.failure.is_none()) else { return 0 };
         let change = Change { cause, at_unix_ms: now_unix_ms(), effects };
@@ -91,33 +87,33 @@ impl<T, L: Ledger> Keeper<T, L> {
         })
     }
 
-    /// Holds `what` back until `batch` is durable; [`Keeper::released`] has it then.
-    pub(crate) fn hold(&mut self, batch: u64, what: T) {
-        self.waiting.push_back((batch, what));
+    /// Holds `message` back until `batch` is durable; [`Keeper::released`] then returns it.
+    pub(crate) fn hold(&mut self, batch: u64, message: T) {
+        self.waiting.push_back((batch, message));
     }
 
-    /// The next thing that may leave. Nothing may after a failure: what the disk has is not known then.
+    /// The next message that may leave. After a failure none may, for it is not known which batches the disk has.
     pub(crate) fn released(&mut self) -> Option<T> {
         let (batch, _) = self.waiting.front()?;
         let free = match &self.ledger {
             None => true,
             Some(ledger) if self.failure.is_some() || ledger.failure().is_some() => false,
-            Some(ledger) => !ledger.is_strict() || ledger.is_durable(*batch),
+            Some(ledger) => ledger.may_leave(*batch),
         };
-        if free { self.waiting.pop_front().map(|(_, what)| what) } else { None }
+        if free { self.waiting.pop_front().map(|(_, message)| message) } else { None }
     }
 
-    /// Why nothing more can be kept, if so.
+    /// Why no more changes can be written, if that is so.
     pub(crate) fn failure(&mut self) -> Option<StoreError> {
-        // What the thread says is the cause of what `keep` met.
+        // The failure that the writing thread reports is the cause of the one that `keep` met.
         let thread = self.ledger.as_ref().and_then(Ledger::failure);
         thread.or_else(|| self.failure.take())
     }
 }
 
 impl<T> Keeper<T> {
-    /// How memory is kept, for `status`.
-    pub(crate) fn facts(&self) -> Option<StorageStatus> {
+    /// How memory is kept, for `status`; none when it is in RAM only.
+    pub(crate) fn storage(&self) -> Option<StorageStatus> {
         let store = self.ledger.as_ref()?;
         Some(StorageStatus {
             directory: store.directory().display().to_string(),
@@ -132,12 +128,12 @@ impl<T> Keeper<T> {
         })
     }
 
-    /// Writes the last of it. Returns what may leave after that.
+    /// Writes all that is left to be written. Returns the messages that waited for it, which may now leave.
     pub(crate) fn finish(mut self, memory: &Memory) -> Result<impl Iterator<Item = T>, StoreError> {
         if let Some(store) = self.ledger.take() {
             store.finish(memory)?;
         }
-        Ok(self.waiting.into_iter().map(|(_, what)| what))
+        Ok(self.waiting.into_iter().map(|(_, message)| message))
     }
 }
 
@@ -148,9 +144,9 @@ mod tests {
 
     use super::*;
 
-    /// A disk whose syncs are the test's to make.
+    /// A disk that confirms what the test says.
     #[derive(Default)]
-    struct Held {
+    struct TestDisk {
         appended: u64,
         durable: u64,
         relaxed: bool,
@@ -158,7 +154,7 @@ mod tests {
         failed: bool,
     }
 
-    impl Ledger for Held {
+    impl Ledger for TestDisk {
         fn append(&mut self, _: &Change<'_>, _: &Content) -> Result<u64, StoreError> {
             if self.full {
                 return Err(StoreError::Failed("full".to_owned()));
@@ -167,12 +163,8 @@ mod tests {
             Ok(self.appended)
         }
 
-        fn is_strict(&self) -> bool {
-            !self.relaxed
-        }
-
-        fn is_durable(&self, batch: u64) -> bool {
-            self.durable >= batch
+        fn may_leave(&self, batch: u64) -> bool {
+            self.relaxed || self.durable >= batch
         }
 
         fn failure(&self) -> Option<StoreError> {
@@ -180,37 +172,38 @@ mod tests {
         }
     }
 
-    type Kept = Keeper<&'static str, Held>;
+    type TestKeeper = Keeper<&'static str, TestDisk>;
 
-    fn kept(keeper: &mut Kept, cause: Cause<'_>, what: &'static str) {
+    fn keep(keeper: &mut TestKeeper, cause: Cause<'_>, message: &'static str) {
         let memory = Memory::new(1, Parameters::default());
         let batch = keeper.keep(cause, &[Effect::Stage(StageEffect::Held(true))], memory.content());
-        keeper.hold(batch, what);
+        keeper.hold(batch, message);
     }
 
-    fn released(keeper: &mut Kept) -> Vec<&'static str> {
+    fn released(keeper: &mut TestKeeper) -> Vec<&'static str> {
         std::iter::from_fn(|| keeper.released()).collect()
     }
 
-    fn sync(keeper: &mut Kept, durable: u64) -> Vec<&'static str> {
-        if let Some(held) = &mut keeper.ledger {
-            held.durable = durable;
+    fn sync(keeper: &mut TestKeeper, durable: u64) -> Vec<&'static str> {
+        if let Some(disk) = &mut keeper.ledger {
+            disk.durable = durable;
         }
         released(keeper)
     }
 
-    /// Replies to two bodies, the answers to orders, and one that changed nothing but may tell of what did.
-    fn several(keeper: &mut Kept) {
-        kept(keeper, Cause::Declared("left"), "to the left body");
-        kept(keeper, Cause::Declared("right"), "to the right body");
-        kept(keeper, Cause::Order("stage hold"), "to an order");
+    /// Replies to two bodies, answers to two orders, and between them the answer to a question, which may tell of the
+    /// first order.
+    fn several(keeper: &mut TestKeeper) {
+        keep(keeper, Cause::Declared("left"), "to the left body");
+        keep(keeper, Cause::Declared("right"), "to the right body");
+        keep(keeper, Cause::Order("stage hold"), "to an order");
         keeper.hold(3, "to a question");
-        kept(keeper, Cause::Order("cancel 1"), "to another order");
+        keep(keeper, Cause::Order("cancel 1"), "to another order");
     }
 
     #[test]
     fn nothing_leaves_before_it_is_durable_and_then_in_order() {
-        let mut keeper = Kept::new(Some(Held::default()));
+        let mut keeper = TestKeeper::new(Some(TestDisk::default()));
         several(&mut keeper);
         assert!(released(&mut keeper).is_empty());
         assert_eq!(sync(&mut keeper, 1), ["to the left body"]);
@@ -221,14 +214,14 @@ mod tests {
 
     #[test]
     fn nothing_leaves_after_a_failure() {
-        let mut keeper = Kept::new(Some(Held { failed: true, durable: 1, ..Held::default() }));
+        let mut keeper = TestKeeper::new(Some(TestDisk { failed: true, durable: 1, ..TestDisk::default() }));
         several(&mut keeper);
         assert!(released(&mut keeper).is_empty());
         assert!(keeper.failure().is_some_and(|error| error.to_string().contains("not confirmed")));
-        let mut keeper = Kept::new(Some(Held::default()));
-        kept(&mut keeper, Cause::Declared("left"), "written");
-        if let Some(held) = &mut keeper.ledger {
-            held.full = true;
+        let mut keeper = TestKeeper::new(Some(TestDisk::default()));
+        keep(&mut keeper, Cause::Declared("left"), "written");
+        if let Some(disk) = &mut keeper.ledger {
+            disk.full = true;
         }
         several(&mut keeper);
         assert!(sync(&mut keeper, 1).is_empty(), "what the disk has is not known");
@@ -237,8 +230,8 @@ mod tests {
 
     #[test]
     fn without_a_disk_to_wait_for_all_leaves_at_once() {
-        for ledger in [None, Some(Held { relaxed: true, ..Held::default() })] {
-            let mut keeper = Kept::new(ledger);
+        for ledger in [None, Some(TestDisk { relaxed: true, ..TestDisk::default() })] {
+            let mut keeper = TestKeeper::new(ledger);
             several(&mut keeper);
             assert_eq!(released(&mut keeper).len(), 5);
         }

@@ -1,139 +1,106 @@
-//! How long steps take: exact percentiles of the last few thousand, and of all of them to within a few
-//! percent.
+//! How long steps take: exact percentiles of the last few thousand steps, and percentiles of all steps to within a
+//! sixteenth.
 
-use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Steps that the exact percentiles are over.
-pub const RECENT_MAX: usize = 4096;
+use hdrhistogram::Histogram;
+
+use crate::ring::Ring;
+
+/// Steps that the exact percentiles are over: the last of them.
+pub(crate) const RECENT_MAX: usize = 4096;
+/// Steps whose times are in one shared chunk.
+const CHUNK_LEN: usize = 256;
 /// Seconds that the rate is over.
 const RATE_SECONDS: u64 = 10;
+/// A longer time is counted as this one: a day, in nanoseconds.
+const TIME_NS_MAX: u64 = 24 * 3600 * 1_000_000_000;
 
-/// Buckets for each doubling of the time.
-const BUCKETS_PER_OCTAVE: usize = 16;
-/// Doublings from 1 ns on: more than a century.
-const OCTAVES: usize = 64;
-
-/// Times of steps.
-#[derive(Clone, Debug)]
-pub struct Latencies {
-    recent: VecDeque<u64>,
-    all: Histogram,
-    ended: VecDeque<Instant>,
+/// How long one step took, and when it ended.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    nanoseconds: u64,
+    ended: Instant,
 }
 
-impl Default for Latencies {
-    fn default() -> Self {
-        Self {
-            recent: VecDeque::with_capacity(RECENT_MAX),
-            all: Histogram::default(),
-            ended: VecDeque::with_capacity(RECENT_MAX),
-        }
-    }
+/// Times of steps. A clone shares them, at the cost of three pointers.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Latencies {
+    /// The last [`RECENT_MAX`] steps and at most one chunk more, for room is made by the chunk.
+    recent: Ring<Sample, { RECENT_MAX + CHUNK_LEN }, CHUNK_LEN>,
+    all: Arc<Times>,
 }
 
 impl Latencies {
     /// Counts a step that took `time` and ended at `now`.
-    pub fn count(&mut self, time: Duration, now: Instant) {
+    pub(crate) fn count(&mut self, time: Duration, now: Instant) {
         let nanoseconds = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
-        if self.recent.len() == RECENT_MAX {
-            self.recent.pop_front();
-            self.ended.pop_front();
-        }
-        self.recent.push_back(nanoseconds);
-        self.ended.push_back(now);
-        self.all.count(nanoseconds);
+        self.recent.push(Sample { nanoseconds, ended: now });
+        Arc::make_mut(&mut self.all).count(time);
     }
 
-    /// The time that the share `of` (0 to 1) of the last [`RECENT_MAX`] steps did not exceed, in µs; 0
-    /// without steps.
-    #[must_use]
-    pub fn recent_us(&self, of: f64) -> f64 {
-        let mut sorted: Vec<u64> = self.recent.iter().copied().collect();
+    fn recent(&self) -> impl DoubleEndedIterator<Item = &Sample> {
+        self.recent.from(self.recent.total().saturating_sub(RECENT_MAX as u64)).1
+    }
+
+    /// The time that the share `of` (0 to 1) of the last [`RECENT_MAX`] steps did not exceed, in µs; 0 without
+    /// steps.
+    pub(crate) fn recent_us(&self, of: f64) -> f64 {
+        let mut sorted: Vec<u64> = self.recent().map(|sample| sample.nanoseconds).collect();
         sorted.sort_unstable();
-        let at = rank(of, sorted.len() as u64).saturating_sub(1);
-        let time = usize::try_from(at).ok().and_then(|at| sorted.get(at)).copied().unwrap_or(0);
-        time as f64 / 1000.0
+        // The rank counts from 1. Shares are constants in 0..=1 and there are few steps, so nothing is lost.
+        let rank = (of.clamp(0.0, 1.0) * sorted.len() as f64).ceil() as usize;
+        sorted.get(rank.saturating_sub(1)).map_or(0.0, |time| *time as f64 / 1000.0)
     }
 
-    /// The same of all steps, to within a sixteenth of itself, in µs.
-    #[must_use]
-    pub fn all_us(&self, of: f64) -> f64 {
+    /// The time that the share `of` (0 to 1) of all steps did not exceed, to within a sixteenth of itself, in µs; 0
+    /// without steps.
+    pub(crate) fn all_us(&self, of: f64) -> f64 {
         self.all.quantile_us(of)
     }
 
     /// Steps a second over the last 10 s before `now`, or since `start` when that is later.
-    #[must_use]
-    pub fn rate(&self, now: Instant, start: Instant) -> f64 {
+    pub(crate) fn rate(&self, now: Instant, start: Instant) -> f64 {
         let span = now.saturating_duration_since(start).min(Duration::from_secs(RATE_SECONDS));
-        let recent = self.ended.iter().rev();
-        let within = recent.take_while(|ended| now.saturating_duration_since(**ended) <= span).count();
-        // A fast learner fills the list in less than the span: then the list says it.
-        let oldest = self.ended.front().map_or(span, |ended| now.saturating_duration_since(*ended));
+        let age = |sample: &Sample| now.saturating_duration_since(sample.ended);
+        let within = self.recent().rev().take_while(|sample| age(sample) <= span).count();
+        // A fast learner takes all of these steps in less than the span: then their own span counts.
+        let oldest = self.recent().next().map_or(span, age);
         let span = if within == RECENT_MAX { oldest } else { span };
         if span.is_zero() { 0.0 } else { within as f64 / span.as_secs_f64() }
     }
 }
 
-/// How often there were times of each length, to within a sixteenth.
+/// How often there were times of each length, to within a sixteenth of the length.
 #[derive(Clone, Debug)]
-pub(crate) struct Histogram {
-    buckets: Vec<u64>,
-}
+pub(crate) struct Times(Histogram<u64>);
 
-impl Default for Histogram {
+impl Default for Times {
     fn default() -> Self {
-        Self { buckets: vec![0; OCTAVES * BUCKETS_PER_OCTAVE] }
-    }
-}
-
-impl Histogram {
-    /// Counts a time.
-    pub(crate) fn count(&mut self, nanoseconds: u64) {
-        if let Some(bucket) = self.buckets.get_mut(bucket(nanoseconds)) {
-            *bucket += 1;
+        // One significant digit is 16 to 32 buckets for each doubling: 5.5 KiB that never grow.
+        match Histogram::new_with_bounds(1, TIME_NS_MAX, 1) {
+            Ok(histogram) => Self(histogram),
+            Err(error) => unreachable!("the bounds are constants that a histogram takes: {error}"),
         }
     }
+}
 
-    /// How many there were.
+impl Times {
+    /// Counts a time.
+    pub(crate) fn count(&mut self, time: Duration) {
+        self.0.saturating_record(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
+    }
+
+    /// How many times were counted.
     pub(crate) fn total(&self) -> u64 {
-        self.buckets.iter().sum()
+        self.0.len()
     }
 
     /// The time that the share `of` (0 to 1) of them did not exceed, in µs; 0 without any.
     pub(crate) fn quantile_us(&self, of: f64) -> f64 {
-        let rank = rank(of, self.total());
-        let mut below = 0;
-        for (at, count) in self.buckets.iter().enumerate() {
-            below += count;
-            if rank > 0 && below >= rank {
-                return upper_end(at) / 1000.0;
-            }
-        }
-        0.0
+        if self.0.is_empty() { 0.0 } else { self.0.value_at_quantile(of) as f64 / 1000.0 }
     }
-}
-
-/// The rank, from 1, of the share `of` among `count`; 0 without any.
-fn rank(of: f64, count: u64) -> u64 {
-    // Shares are constants in 0..=1 and counts far below 2^53, so nothing is lost.
-    (of.clamp(0.0, 1.0) * count as f64).ceil().max(if count == 0 { 0.0 } else { 1.0 }) as u64
-}
-
-/// Times below 16 ns have a bucket each; from there on each doubling has 16.
-fn bucket(nanoseconds: u64) -> usize {
-    let octave = nanoseconds.checked_ilog2().unwrap_or(0) as usize;
-    let shift = octave.saturating_sub(4);
-    let within = usize::try_from(nanoseconds >> shift).unwrap_or(usize::MAX);
-    // `within` is below 16 for the small ones and 16..32 otherwise.
-    shift * BUCKETS_PER_OCTAVE + within
-}
-
-/// The end of a bucket, in ns.
-fn upper_end(bucket: usize) -> f64 {
-    let shift = (bucket / BUCKETS_PER_OCTAVE).saturating_sub(1);
-    let within = bucket - shift * BUCKETS_PER_OCTAVE;
-    (within as f64 + 1.0) * 2f64.powi(i32::try_from(shift).unwrap_or(i32::MAX))
 }
 
 #[cfg(test)]
@@ -157,17 +124,15 @@ mod tests {
     }
 
     #[test]
-    fn every_time_has_a_bucket_and_buckets_are_in_order() {
+    fn every_time_up_to_a_day_is_told_within_a_sixteenth_and_a_longer_one_as_a_day() {
         let times = (0..64).flat_map(|shift| [0, 1, 3].map(|more| (1_u64 << shift).saturating_add(more)));
-        let mut times: Vec<u64> = times.chain([0, u64::MAX]).collect();
-        times.sort_unstable();
-        let buckets: Vec<_> = times.iter().map(|time| bucket(*time)).collect();
-        assert!(
-            buckets.is_sorted() && buckets.iter().all(|at| *at < OCTAVES * BUCKETS_PER_OCTAVE),
-            "{buckets:?}"
-        );
-        for (time, bucket) in times.iter().zip(&buckets) {
-            assert!(*time as f64 <= upper_end(*bucket), "{time} is beyond the end of its bucket");
+        for nanoseconds in times.chain([0, u64::MAX]) {
+            let mut times = Times::default();
+            times.count(Duration::from_nanos(nanoseconds));
+            let counted = nanoseconds.min(TIME_NS_MAX) as f64 / 1000.0;
+            let told = times.quantile_us(0.5);
+            assert!(told >= counted && told <= counted * (1.0 + 1.0 / 15.0), "{nanoseconds} ns: {told} µs");
+            assert_eq!(times.total(), 1);
         }
     }
 

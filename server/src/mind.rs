@@ -1,18 +1,15 @@
-//! The learner with what a host of it needs: words waiting to be heard, the last decisions, step times. The
-//! daemon and the in-process runner are two hosts of the same mind.
+//! A learner, and beside it the state that its host keeps for it: words that wait to be heard, the last decisions, the
+//! times of steps. The daemon and the in-process runner are two hosts of the same mind.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use pschema_inspect::{BodyState, BodyStatus, RefusalCount, StageState, StorageStatus};
-use pschema_learner::curriculum::Curriculum;
+use pschema_inspect::StageState;
 use pschema_learner::decision::Decision;
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::Content;
 use pschema_learner::notation::{self, PatternError};
-use pschema_learner::observation::Observation;
-use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::{StageCommand, StageCommandError, StageEffect};
 use pschema_learner::pursuit::{PursueError, PursuitEffect};
 use pschema_learner::schema::SchemaId;
@@ -21,49 +18,43 @@ use pschema_learner::vocabulary::limits::SYMBOLS_MAX;
 use pschema_learner::{Learner, LearnerError, Step};
 use pschema_protocol::wire::message::RawFrame;
 
-use crate::growth::Growth;
-use crate::latency::Latencies;
-use crate::session::{Served, Session, WORD_BYTES_MAX, WORDS_WAITING_MAX, is_through};
-use crate::trace::Trace;
+use crate::session::{FrameOutcome, Session, WORD_BYTES_MAX, WORDS_WAITING_MAX, is_word};
+use crate::setup::Setup;
+use crate::view::{Account, Host, Senses, View, state};
 
-/// Decisions that can be explained: the last of them.
+/// Why there is nothing to do, to predict or to plan.
+pub(crate) const NO_BODY: &str =
+    "no body is attached, so there is nothing to act in: start one, such as `pschema sim`";
+
+/// How many decisions can be explained: the last of them.
 pub const DECISIONS_KEPT_MAX: usize = 64;
-
-/// What a learner starts from.
-#[derive(Clone, Debug)]
-pub struct Setup {
-    /// Decides its draws.
-    pub seed: u64,
-    /// Its numbers and switches.
-    pub parameters: Parameters,
-    /// What it is led through.
-    pub curriculum: Curriculum,
-}
+/// How many steps a single action may take to be decided on. Where a trial begins, surroundings are arranged first.
+const SINGLE_STEPS_MAX: u32 = 8;
 
 /// Why words can't be said.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SayError {
-    /// There are none.
+    /// No word was given.
     #[error("there is nothing to say: give at least one word")]
     Nothing,
-    /// One of them is no word.
+    /// One of the texts is no word.
     #[error("{word:?} is no word: give 1 to {WORD_BYTES_MAX} bytes without spaces")]
     Word {
-        /// What was given.
+        /// The text.
         word: String,
     },
-    /// Too many are waiting.
+    /// Too many words would be waiting.
     #[error(
         "{waiting} words are waiting to be heard, and at most {WORDS_WAITING_MAX} can: is a body attached?"
     )]
     Waiting {
-        /// How many would wait.
+        /// How many there would be.
         waiting: usize,
     },
     /// The learner takes no more steps.
     #[error("nobody would hear it: the learner is {state}; see `pschema stage`")]
     Holding {
-        /// Why.
+        /// The state of the curriculum that makes it so.
         state: StageState,
     },
     /// Memory has no room for another word.
@@ -74,13 +65,13 @@ pub enum SayError {
 /// Why a goal can't be taken up or called off.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GoalError {
-    /// One of its patterns can't be read.
+    /// One of the goal's patterns can't be read.
     #[error(transparent)]
     Pattern(#[from] PatternError),
-    /// The learner can't pursue it.
+    /// The learner can't pursue the goal.
     #[error(transparent)]
     Pursue(#[from] PursueError),
-    /// There has been no goal of that number, or others since.
+    /// No goal has that number, or other goals were taken up since.
     #[error("goal {number} is over and forgotten, or never was")]
     Unknown {
         /// The number given.
@@ -88,21 +79,63 @@ pub enum GoalError {
     },
 }
 
-/// A learner and what its host keeps beside it.
+/// Why a learner can't take a single action.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SingleStepError {
+    /// The curriculum can't go on.
+    #[error("there is no step to take: the learner is stuck: {reason}")]
+    Stuck {
+        /// Why it can't.
+        reason: String,
+    },
+    /// No body is attached to carry the action out.
+    #[error("{NO_BODY}")]
+    NoBody,
+    /// The curriculum is over.
+    #[error("there is no step to take: the curriculum is over; `pschema stage set NAME` goes back")]
+    Over,
+}
+
+/// One action that an operator asked for while the learner is held.
+#[derive(Clone, Copy, Debug)]
+struct SingleAction {
+    /// The session of the body that is to carry it out. No other body may.
+    session: u64,
+    /// How many more steps may be taken until the action is decided on.
+    steps_left: u32,
+}
+
+impl SingleAction {
+    /// The order after `step`: none once an action was decided on, or no more steps may be taken.
+    fn after(self, step: &Step) -> Option<Self> {
+        let steps_left = self.steps_left.saturating_sub(1);
+        (step.decision.is_none() && steps_left > 0).then_some(Self { steps_left, ..self })
+    }
+}
+
+/// A learner and the state that its host keeps for it.
+///
+/// ```
+/// use pschema_learner::curriculum::{Afterwards, Curriculum};
+/// use pschema_server::{Setup, config, mind::Mind};
+///
+/// let (curriculum, parameters) = config::lesson("free", Default::default(), &[])?;
+/// let mut mind = Mind::new(Setup { seed: 7, parameters, curriculum })?;
+/// mind.say(&["touch".to_owned()])?;
+/// assert_eq!(mind.learner().memory().content().step, 0, "the word waits for the first frame");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Mind {
     learner: Learner,
-    seed: u64,
-    curriculum: Arc<Curriculum>,
+    setup: Arc<Setup>,
+    /// Words that wait to be heard.
     words: Vec<String>,
-    decisions: VecDeque<Arc<Decision>>,
-    latencies: Latencies,
-    commits: Latencies,
-    growth: Growth,
-    trace: Trace,
-    started: Instant,
-    /// What the host could not do for the learner, last.
-    problem: Option<String>,
+    single: Option<SingleAction>,
+    decisions: Arc<VecDeque<Arc<Decision>>>,
+    account: Account,
+    /// The last problem that the host had in obeying the learner.
+    problem: Option<Arc<str>>,
 }
 
 impl Mind {
@@ -112,27 +145,19 @@ impl Mind {
     /// When a parameter is out of range or the curriculum can't be followed.
     pub fn new(setup: Setup) -> Result<Self, LearnerError> {
         let Setup { seed, parameters, curriculum } = setup;
-        Ok(Self::host(Learner::new(seed, parameters, curriculum)?, seed))
+        Ok(Self::resume(Learner::new(seed, parameters, curriculum)?, seed))
     }
 
     /// Goes on with a learner that began with `seed`.
     #[must_use]
     pub fn resume(learner: Learner, seed: u64) -> Self {
-        Self::host(learner, seed)
-    }
-
-    fn host(learner: Learner, seed: u64) -> Self {
         Self {
-            curriculum: Arc::new(learner.curriculum().clone()),
+            setup: Arc::new(Setup::of(&learner, seed)),
             learner,
-            seed,
             words: Vec::new(),
-            decisions: VecDeque::with_capacity(DECISIONS_KEPT_MAX),
-            latencies: Latencies::default(),
-            commits: Latencies::default(),
-            growth: Growth::default(),
-            trace: Trace::default(),
-            started: Instant::now(),
+            single: None,
+            decisions: Arc::default(),
+            account: Account::default(),
             problem: None,
         }
     }
@@ -143,7 +168,7 @@ impl Mind {
         &self.learner
     }
 
-    /// The learner alone.
+    /// The learner, without the state beside it.
     pub(crate) fn into_learner(self) -> Learner {
         self.learner
     }
@@ -153,69 +178,76 @@ impl Mind {
         &mut self.learner
     }
 
-    /// Whether a frame of this body would take the words that wait: it is the student's, or that of any
-    /// body while the student is not attached.
-    #[must_use]
-    pub fn is_listening(&self, session: &Session, student_attached: bool) -> bool {
-        !student_attached || self.learner.memory().content().progress.student == Some(session.body())
+    /// Whether the learner wants nothing of any body until an operator gives an order.
+    pub(crate) fn is_waiting(&self) -> bool {
+        self.learner.is_waiting() && self.single.is_none()
     }
 
-    /// Serves one frame; see [`Session::frame`]. `listening` says whether words that wait are heard with it.
-    pub fn serve(&mut self, session: &mut Session, raw: &RawFrame, listening: bool) -> Served {
+    /// The body that the curriculum leads, once it has begun.
+    pub(crate) fn student(&self) -> Option<BodyId> {
+        self.learner.memory().content().progress.student
+    }
+
+    /// Serves one frame of the body of `session`; see [`Session::frame`]. Words that wait are heard with the frame if the
+    /// body is the student, or if the student is not attached.
+    pub fn serve(&mut self, session: &mut Session, raw: &RawFrame, student_attached: bool) -> FrameOutcome {
+        let listens = !student_attached || self.student() == Some(session.body());
         let mut none = Vec::new();
-        let words = if listening { &mut self.words } else { &mut none };
-        let served = session.frame(&mut self.learner, raw, words);
-        if let Some(problem) = &served.problem {
-            tracing::error!(session = session.number(), %problem, "the body could not be told what to do");
-            self.problem = Some(problem.to_string());
+        let words = if listens { &mut self.words } else { &mut none };
+        let single = self.single.filter(|single| single.session == session.number());
+        let outcome = session.frame(&mut self.learner, raw, words, single.is_some());
+        if let (Some(single), Some(step)) = (single, &outcome.step) {
+            self.single = single.after(step);
         }
-        served
+        if let Some(problem) = &outcome.problem {
+            tracing::error!(session = session.number(), %problem, "the body could not be told what to do");
+            self.problem = Some(problem.to_string().into());
+        }
+        outcome
     }
 
-    /// Takes account of a step that took `latency` from the frame's arrival until it was decided. It is logged, counted
-    /// and kept only now, so that the body does not wait for that.
+    /// Logs, counts and records a step that took `latency` from the frame's arrival to the decision. A host calls this after
+    /// it has sent the reply, so that the body does not wait for it.
     pub fn stepped(&mut self, session: &Session, step: Step, latency: Duration) {
-        self.latencies.count(latency, Instant::now());
+        self.account.latencies.count(latency, Instant::now());
         let Step { effects, decision, .. } = step;
         let memory = self.learner.memory();
-        self.growth.count(memory.content().schemas.len(), latency);
-        self.trace.keep(memory, &effects, decision.as_ref(), session.perceived(), latency);
+        self.account.growth.count(memory.content().schemas.len(), latency);
+        self.account.trace.keep(memory, &effects, decision.as_ref(), session.perceived(), latency);
         log(memory.content(), &effects);
         if let Some(decision) = decision {
-            if self.decisions.len() == DECISIONS_KEPT_MAX {
-                self.decisions.pop_front();
+            let decisions = Arc::make_mut(&mut self.decisions);
+            if decisions.len() == DECISIONS_KEPT_MAX {
+                decisions.pop_front();
             }
-            self.decisions.push_back(Arc::new(decision));
+            decisions.push_back(Arc::new(decision));
         }
     }
 
-    /// Counts a reply that has left so long after its frame came.
+    /// Counts a reply that left `latency` after its frame came.
     pub(crate) fn committed(&mut self, latency: Duration) {
-        self.commits.count(latency, Instant::now());
+        self.account.commits.count(latency, Instant::now());
     }
 
     /// Says words, which are heard with the next frame.
     ///
     /// # Errors
-    /// When they can't be; none is heard then.
+    /// When one of them can't be said; none of them is heard then.
     pub fn say(&mut self, words: &[String]) -> Result<(), SayError> {
         if words.is_empty() {
             return Err(SayError::Nothing);
         }
-        let sound = |word: &str| {
-            (1..=WORD_BYTES_MAX).contains(&word.len())
-                && !word.chars().any(|c| c.is_whitespace() || c.is_control())
-        };
-        if let Some(word) = words.iter().find(|word| !sound(word)) {
+        if let Some(word) = words.iter().find(|word| !is_word(word)) {
             return Err(SayError::Word { word: word.clone() });
         }
         let waiting = self.words.len().saturating_add(words.len());
         if waiting > WORDS_WAITING_MAX {
             return Err(SayError::Waiting { waiting });
         }
-        // While it is held words wait: the next step hears them.
-        if is_through(&self.learner) {
-            return Err(SayError::Holding { state: self.state(true) });
+        // While the learner is held words wait, and are heard with its next step.
+        if self.learner.is_through() {
+            let progress = &self.learner.memory().content().progress;
+            return Err(SayError::Holding { state: state(progress, self.problem.as_deref()) });
         }
         if self.learner.memory().content().vocabulary.symbols().len().saturating_add(waiting) > SYMBOLS_MAX {
             return Err(SayError::Full);
@@ -224,7 +256,7 @@ impl Mind {
         Ok(())
     }
 
-    /// Obeys an operator's developmental control; returns what it changed.
+    /// Obeys an operator's order to the curriculum; returns what the order changed in memory.
     ///
     /// # Errors
     /// When there is no such stage.
@@ -232,18 +264,29 @@ impl Mind {
         let effects = self.learner.stage(command)?;
         log(self.learner.memory().content(), &effects);
         self.problem = None;
+        self.single = None;
         Ok(effects)
     }
 
-    /// Gives the curriculum an order that it always takes, for one frame or after it.
-    pub(crate) fn once(&mut self, command: &StageCommand) -> Vec<Effect> {
-        self.learner.stage(command).unwrap_or_else(|error| {
-            tracing::error!(%error, ?command, "an order was not taken");
-            Vec::new()
-        })
+    /// Holds the learner, but for one action of the body of `session`; returns what the hold changed in memory.
+    ///
+    /// # Errors
+    /// When the learner has no action to take, or there is no body.
+    pub fn single_step(&mut self, session: Option<&Session>) -> Result<Vec<Effect>, SingleStepError> {
+        if self.learner.is_through() {
+            let stuck = self.learner.memory().content().progress.stuck.clone();
+            return Err(stuck.map_or(SingleStepError::Over, |reason| SingleStepError::Stuck { reason }));
+        }
+        let session = session.ok_or(SingleStepError::NoBody)?;
+        let effects = self.learner.set_held(true);
+        log(self.learner.memory().content(), &effects);
+        self.problem = None;
+        self.single = Some(SingleAction { session: session.number(), steps_left: SINGLE_STEPS_MAX });
+        Ok(effects)
     }
 
-    /// Takes up a goal, given as patterns as they print: `body` pursues it with at most `actions_max` actions.
+    /// Takes up a goal, whose patterns are given as they print: `body` pursues it with at most `actions_max` actions.
+    /// Returns what that changed in memory.
     ///
     /// # Errors
     /// When a pattern can't be read, or the learner can't pursue it.
@@ -259,10 +302,10 @@ impl Mind {
         Ok(effects)
     }
 
-    /// Calls off the goal of this number. One that is over stays as it ended.
+    /// Calls off the goal of this number, and returns what that changed in memory. A goal that is over stays as it ended.
     ///
     /// # Errors
-    /// When it is not the goal that is pursued or was the last to be.
+    /// When the last goal that was taken up has another number.
     pub fn cancel(&mut self, number: u64) -> Result<Vec<Effect>, GoalError> {
         let known = self.learner.memory().content().pursuit.as_ref().filter(|known| known.number == number);
         if known.ok_or(GoalError::Unknown { number })?.under_way() {
@@ -273,135 +316,27 @@ impl Mind {
         Ok(Vec::new())
     }
 
-    /// Why the curriculum can't go on, if it can't.
-    fn stuck(&self) -> Option<String> {
-        let reason = self.learner.memory().content().progress.stuck.as_ref()?;
-        let detail = self.problem.as_ref().map_or(String::new(), |problem| format!(" ({problem})"));
-        Some(format!("{reason}{detail}"))
-    }
-
-    /// What the curriculum is doing.
+    /// The learner as it is now, to be inspected. `shown` is the session of the body that questions are about.
     #[must_use]
-    pub fn state(&self, attached: bool) -> StageState {
-        if let Some(reason) = self.stuck() {
-            return StageState::Stuck(reason);
-        }
-        let progress = &self.learner.memory().content().progress;
-        if progress.held {
-            StageState::Held
-        } else if progress.finished {
-            StageState::Finished
-        } else if !attached {
-            StageState::WaitingForBody
-        } else if progress.habituating {
-            StageState::Habituating
-        } else if progress.report().is_some_and(|report| report.saturated) {
-            StageState::Saturated
-        } else {
-            StageState::Acting
-        }
-    }
-
-    /// Everything there is to inspect, as it is now.
-    #[must_use]
-    pub fn view(&self, host: HostFacts) -> View {
-        let now = Instant::now();
-        let attached = host.bodies.iter().any(|body| body.state == BodyState::Attached);
+    pub(crate) fn view(&self, name: Arc<str>, shown: Option<&Session>, host: Host) -> View {
         View {
+            name,
             content: self.learner.memory().content().clone(),
-            curriculum: self.curriculum.clone(),
-            parameters: self.learner.memory().parameters().clone(),
-            seed: self.seed,
-            decisions: self.decisions.iter().cloned().collect(),
-            state: self.state(attached),
-            stuck: self.stuck(),
-            uptime_s: now.saturating_duration_since(self.started).as_secs_f64(),
-            steps_per_s: self.latencies.rate(now, self.started),
-            latencies: self.latencies.clone(),
-            commits: self.commits.clone(),
-            growth: self.growth.clone(),
-            trace: self.trace.clone(),
-            host,
+            setup: self.setup.clone(),
+            decisions: self.decisions.clone(),
+            senses: shown.map(|session| Senses {
+                last: session.input().clone(),
+                before: session.input_before().clone(),
+            }),
+            host: Some(host),
+            account: self.account.clone(),
+            taken: Instant::now(),
+            problem: self.problem.clone(),
         }
     }
 }
 
-/// What only the host knows.
-#[derive(Clone, Debug, Default)]
-pub struct HostFacts {
-    /// The learner's name.
-    pub name: String,
-    /// Bodies attached now or before.
-    pub bodies: Vec<BodyStatus>,
-    /// What is perceived now, as it prints.
-    pub world: Vec<String>,
-    /// The body that goals and predictions are about, and what it perceived last.
-    pub perceived: Option<(BodyId, Vec<Observation>)>,
-    /// What it perceived in the step before.
-    pub before: Vec<Observation>,
-    /// How memory is kept; none when in RAM only.
-    pub storage: Option<StorageStatus>,
-    /// What was refused, by reason.
-    pub refused: Vec<RefusalCount>,
-}
-
-/// A learner as it was at one moment, to be inspected at leisure: shares memory's chunks, so that making it
-/// delays nothing.
-#[derive(Clone, Debug)]
-pub struct View {
-    pub(crate) content: Content,
-    pub(crate) curriculum: Arc<Curriculum>,
-    pub(crate) parameters: Parameters,
-    pub(crate) seed: u64,
-    pub(crate) decisions: Vec<Arc<Decision>>,
-    pub(crate) state: StageState,
-    pub(crate) stuck: Option<String>,
-    pub(crate) uptime_s: f64,
-    pub(crate) steps_per_s: f64,
-    pub(crate) latencies: Latencies,
-    pub(crate) commits: Latencies,
-    pub(crate) growth: Growth,
-    pub(crate) trace: Trace,
-    pub(crate) host: HostFacts,
-}
-
-impl View {
-    /// A learner as it was at an earlier moment, of which memory is known, what `host` says, and perhaps the last decision.
-    /// What it was doing is said as if a body had been attached.
-    #[must_use]
-    pub fn past(learner: Learner, seed: u64, decision: Option<Decision>, mut host: HostFacts) -> Self {
-        let mut mind = Mind::host(learner, seed);
-        mind.decisions.extend(decision.map(Arc::new));
-        let vocabulary = &mind.learner.memory().content().vocabulary;
-        if let Some((_, perceived)) = &host.perceived {
-            host.world = perceived.iter().map(|one| notation::observation(vocabulary, one)).collect();
-        }
-        Self { state: mind.state(true), ..mind.view(host) }
-    }
-
-    /// A learner as it is now, without a host: what it decided last, if given, and what `host` says.
-    #[must_use]
-    pub fn of(learner: &Learner, seed: u64, decision: Option<Decision>, host: HostFacts) -> Self {
-        Self {
-            content: learner.memory().content().clone(),
-            curriculum: Arc::new(learner.curriculum().clone()),
-            parameters: learner.memory().parameters().clone(),
-            seed,
-            decisions: decision.into_iter().map(Arc::new).collect(),
-            state: StageState::Acting,
-            stuck: None,
-            uptime_s: 0.0,
-            steps_per_s: 0.0,
-            latencies: Latencies::default(),
-            commits: Latencies::default(),
-            growth: Growth::default(),
-            trace: Trace::default(),
-            host,
-        }
-    }
-}
-
-/// Tells the log what people want to follow: stages and generalisations.
+/// Logs the changes that people follow: stages, goals and generalisations.
 fn log(content: &Content, effects: &[Effect]) {
     for effect in effects {
         match effect {

@@ -1,5 +1,5 @@
-//! What was refused, counted by reason; and how much of what peers do goes into the log, so that none of them can fill
-//! a disk with it.
+//! Refused messages, counted by reason; and a budget for the lines of the log that peers cause, so that no peer can fill a
+//! disk with them.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -11,14 +11,14 @@ use pschema_protocol::refusal;
 const LINES_MAX: u32 = 60;
 const WINDOW: Duration = Duration::from_secs(60);
 
-/// Messages refused, by the number of the refusal: of which there are few, whatever peers send.
-#[derive(Debug, Default)]
+/// Counts of refused messages, by the number of the refusal. There are few such numbers, whatever peers send.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Refusals {
     counts: BTreeMap<u32, u64>,
 }
 
 impl Refusals {
-    /// Counts one, and logs it: of each reason the first, the second, the fourth and so on.
+    /// Counts one refusal. Of each reason the first, the second, the fourth and so on are logged as warnings.
     pub(crate) fn count(&mut self, session: Option<u64>, code: u32, reason: &str, log: &mut LogBudget) {
         let count = self.counts.entry(code).or_default();
         *count += 1;
@@ -29,43 +29,44 @@ impl Refusals {
         }
     }
 
-    /// How many of each.
+    /// How many messages were refused for each reason.
     pub(crate) fn counts(&self) -> Vec<RefusalCount> {
-        let told = |(code, count): (&u32, &u64)| RefusalCount {
+        let count = |(code, count): (&u32, &u64)| RefusalCount {
             code: *code,
             reason: refusal::reason(*code).to_owned(),
             count: *count,
         };
-        self.counts.iter().map(told).collect()
+        self.counts.iter().map(count).collect()
     }
 }
 
-/// Lines that may still be written.
+/// How many more lines of the log peers may cause within the present window.
 #[derive(Debug, Default)]
 pub(crate) struct LogBudget {
     since: Option<Instant>,
     taken: u32,
-    kept_back: u64,
+    suppressed: u64,
 }
 
 impl LogBudget {
-    /// Whether one more line may be written. The first that may after some that might not says how many those were.
+    /// Whether one more line may be written. The first line of a window is preceded by one that says how many lines of the
+    /// last window were not written.
     pub(crate) fn takes(&mut self) -> bool {
         self.takes_at(Instant::now())
     }
 
     fn takes_at(&mut self, now: Instant) -> bool {
         if self.since.is_none_or(|since| now.saturating_duration_since(since) >= WINDOW) {
-            if self.kept_back > 0 {
-                tracing::warn!(lines = self.kept_back, "peers caused more lines than are written");
+            if self.suppressed > 0 {
+                tracing::warn!(lines = self.suppressed, "peers caused more lines than are written");
             }
-            *self = Self { since: Some(now), taken: 0, kept_back: 0 };
+            *self = Self { since: Some(now), taken: 0, suppressed: 0 };
         }
         if self.taken < LINES_MAX {
             self.taken += 1;
             return true;
         }
-        self.kept_back += 1;
+        self.suppressed += 1;
         false
     }
 }

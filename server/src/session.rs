@@ -1,11 +1,12 @@
-//! One attached body: its frames are checked, translated, given to the learner, and replied to. Pure of
-//! transport, clock and file: the daemon and the in-process runner both live on it.
+//! The session of one attached body: its frames are checked, translated, given to the learner, and replied to. A session
+//! knows no transport, no clock and no file, so that the daemon and the in-process runner both use it.
 
 use std::collections::{BTreeSet, VecDeque};
+use std::sync::Arc;
 
-use pschema_learner::curriculum::{Afterwards, SceneCommand};
+use pschema_inspect::{BodyState, BodyStatus};
+use pschema_learner::curriculum::SceneCommand;
 use pschema_learner::effect::Effect;
-use pschema_learner::notation;
 use pschema_learner::observation::Observation;
 use pschema_learner::vocabulary::{BodyId, DeclarationError, Vocabulary, limits::SYMBOLS_MAX};
 use pschema_learner::{ActionOutcome, Frame, Learner, Output, Step};
@@ -17,61 +18,56 @@ use pschema_protocol::wire::message::{Introduction, RawFrame, Reply, SensorFrame
 
 use crate::translate::{TranslateError, Translation, declaration};
 
-/// How long a body rests when there is nothing to do in the world as it is, in milliseconds: how soon a
-/// change of the world is noticed.
+/// How long a body rests when there is nothing to do in the world as it is, in milliseconds. A change of the world is
+/// noticed within this time.
 pub const HOLD_WAIT_MS: u32 = 20;
-/// How long a body rests when the learner waits for an operator, in milliseconds. An order rouses it earlier.
+/// How long a body rests when the learner waits for an operator, in milliseconds. An order wakes it earlier.
 pub const WAITING_WAIT_MS: u32 = 200;
 
-/// Words waiting to be heard, beyond which no more are taken.
+/// How many words may wait to be heard; more are refused.
 pub const WORDS_WAITING_MAX: usize = 64;
-/// Longest word, in bytes.
+/// The longest word, in bytes.
 pub const WORD_BYTES_MAX: usize = 64;
 
 /// Why a body can't be attached.
 #[derive(Debug, thiserror::Error)]
 pub enum AttachError {
-    /// What it declares can't be said in the learner's words.
+    /// The declaration can't be translated for the learner.
     #[error(transparent)]
     Translate(#[from] TranslateError),
-    /// What it declares contradicts what the learner knows.
+    /// The declaration contradicts what the learner knows.
     #[error(transparent)]
     Declaration(#[from] DeclarationError),
-    /// Memory has no room for its symbols.
+    /// Memory has no room for the body's symbols.
     #[error(
         "the learner knows {known} symbols and the body brings {more}: more than the limit of {SYMBOLS_MAX}"
     )]
     Symbols {
-        /// Symbols known.
+        /// How many symbols the learner knows.
         known: usize,
-        /// Symbols the body declares.
+        /// How many others the body declares.
         more: usize,
     },
 }
 
-/// What is counted of a session.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Frames taken.
-    pub frames: u64,
-    /// Frames refused.
-    pub frames_refused: u64,
-    /// Why the last refused frame was.
-    pub last_refusal: Option<String>,
+/// Whether `text` can be heard as a word.
+#[must_use]
+pub fn is_word(text: &str) -> bool {
+    (1..=WORD_BYTES_MAX).contains(&text.len()) && !text.chars().any(|c| c.is_whitespace() || c.is_control())
 }
 
-/// What came of a frame.
+/// The outcome of a frame.
 #[derive(Debug)]
-pub struct Served {
-    /// What the body is told.
+pub struct FrameOutcome {
+    /// The reply to the body.
     pub reply: Reply,
-    /// The learner's step, if the frame led to one.
+    /// The step that the learner took on the frame; none if the frame was refused or needed none.
     pub step: Option<Step>,
-    /// What went wrong on the daemon's side and the body can't mend: for the log and the status.
+    /// A problem on the daemon's side, which the body can't solve: for the log and the status.
     pub problem: Option<TranslateError>,
 }
 
-/// An attached body.
+/// The session of an attached body.
 #[derive(Debug)]
 pub struct Session {
     checks: SessionChecks,
@@ -79,18 +75,19 @@ pub struct Session {
     translation: Translation,
     /// Scene commands of the present arrangement that are still to be sent.
     to_arrange: VecDeque<Action>,
-    /// What the learner asked for last and the body was never told, for it could not be.
+    /// Set when the learner's last request could not be put into the body's words: the body was never told of it.
     unsaid: bool,
-    /// What the last step was taken on.
-    input: Frame,
-    /// What was perceived in the step before it.
-    before: Vec<Observation>,
-    counters: Counters,
+    /// The frame that the last step was taken on.
+    input: Arc<Frame>,
+    /// The frame of the step before it.
+    before: Arc<Frame>,
+    /// The body's status, as tools are told of it. Views share it.
+    status: Arc<BodyStatus>,
 }
 
 impl Session {
-    /// Attaches a body whose hello passed every check: the learner takes its declaration. `number` is above
-    /// zero and used once.
+    /// Attaches a body whose hello passed every check: the learner takes in what it declares. `number` is above zero and
+    /// used for no other session. Returns also what the declaration changed in memory.
     ///
     /// # Errors
     /// [`AttachError`]; the learner's memory is then unchanged.
@@ -113,15 +110,26 @@ impl Session {
         }
         let vocabulary = &learner.memory().content().vocabulary;
         let translation = Translation::new(description, body, vocabulary)?;
+        let nothing_yet = Arc::new(Frame { body, outcome: None, observations: Vec::new() });
+        let status = BodyStatus {
+            id: number,
+            name: description.name.clone(),
+            kind: description.kind.clone(),
+            pid: hello.pid,
+            state: BodyState::Attached,
+            frames: 0,
+            frames_refused: 0,
+            last_refusal: None,
+        };
         let session = Self {
             checks: SessionChecks::new(number, description.clone()),
             body,
             translation,
             to_arrange: VecDeque::new(),
             unsaid: false,
-            input: Frame { body, outcome: None, observations: Vec::new() },
-            before: Vec::new(),
-            counters: Counters::default(),
+            input: nothing_yet.clone(),
+            before: nothing_yet,
+            status: Arc::new(status),
         };
         Ok((session, effects))
     }
@@ -138,85 +146,94 @@ impl Session {
         self.body
     }
 
-    /// The body, as it described itself.
+    /// The body's status, as tools are told of it.
     #[must_use]
-    pub fn description(&self) -> &Description {
-        self.checks.description()
+    pub fn status(&self) -> &Arc<BodyStatus> {
+        &self.status
     }
 
-    /// What has been counted.
+    /// The body's last status, once the session is over: the body `left` or was `lost`.
     #[must_use]
-    pub fn counters(&self) -> &Counters {
-        &self.counters
+    pub(crate) fn into_status(mut self, state: BodyState) -> Arc<BodyStatus> {
+        Arc::make_mut(&mut self.status).state = state;
+        self.status
     }
 
-    /// What the last step was taken on.
+    /// The frame that the last step was taken on; before the first step, one in which nothing is perceived.
     #[must_use]
-    pub fn input(&self) -> &Frame {
+    pub fn input(&self) -> &Arc<Frame> {
         &self.input
     }
 
-    /// What the body perceived in the last step, constrained senses included.
+    /// The frame of the step before the last.
+    #[must_use]
+    pub fn input_before(&self) -> &Arc<Frame> {
+        &self.before
+    }
+
+    /// What the body perceived in the last step, by constrained senses too.
     #[must_use]
     pub fn perceived(&self) -> &[Observation] {
         &self.input.observations
     }
 
-    /// What the body perceived in the step before the last.
-    #[must_use]
-    pub fn perceived_before(&self) -> &[Observation] {
-        &self.before
-    }
-
-    /// What the body perceived in the last step, as it prints.
-    #[must_use]
-    pub fn world(&self, learner: &Learner) -> Vec<String> {
-        let vocabulary = &learner.memory().content().vocabulary;
-        self.perceived().iter().map(|one| notation::observation(vocabulary, one)).collect()
-    }
-
-    /// Serves one frame. A frame that is refused changes nothing but the counters. `words` are heard with
-    /// it, and taken, when the learner makes a step of it.
-    pub fn frame(&mut self, learner: &mut Learner, raw: &RawFrame, words: &mut Vec<String>) -> Served {
-        let served = match self.checks.check(raw) {
+    /// Serves one frame. A frame that is refused changes nothing but the counters. If the learner takes a step on the frame,
+    /// it hears `words` with it, and they are removed from the list. With `single` the step is a [`Learner::single_step`],
+    /// which the learner takes although an operator holds it.
+    pub fn frame(
+        &mut self,
+        learner: &mut Learner,
+        raw: &RawFrame,
+        words: &mut Vec<String>,
+        single: bool,
+    ) -> FrameOutcome {
+        let outcome = match self.checks.check(raw) {
             Ok(frame) => {
-                self.counters.frames += 1;
-                self.taken(learner, &frame, words)
+                Arc::make_mut(&mut self.status).frames += 1;
+                self.taken(learner, &frame, words, single)
             }
             Err(refusal) => self.refused(&refusal),
         };
-        self.checks.replied(&served.reply);
-        served
+        self.checks.replied(&outcome.reply);
+        outcome
     }
 
-    /// Counts a frame of this body that was refused, here or before it came here.
+    /// Counts a frame of this body that was refused, by the session or by the transport.
     pub fn count_refused(&mut self, refusal: &Refusal) {
-        self.counters.frames_refused += 1;
-        self.counters.last_refusal = Some(refusal.to_string());
+        let status = Arc::make_mut(&mut self.status);
+        status.frames_refused += 1;
+        status.last_refusal = Some(refusal.to_string());
     }
 
-    fn refused(&mut self, refusal: &Refusal) -> Served {
+    fn refused(&mut self, refusal: &Refusal) -> FrameOutcome {
         self.count_refused(refusal);
         let reply = Reply::Refused { code: refusal.code(), reason: refusal.to_string() };
-        Served { reply, step: None, problem: None }
+        FrameOutcome { reply, step: None, problem: None }
     }
 
-    fn taken(&mut self, learner: &mut Learner, frame: &SensorFrame<'_>, words: &mut Vec<String>) -> Served {
+    fn taken(
+        &mut self,
+        learner: &mut Learner,
+        frame: &SensorFrame<'_>,
+        words: &mut Vec<String>,
+        single: bool,
+    ) -> FrameOutcome {
         let mut outcome = frame.report.as_ref().map(|report| outcome(&report.outcome));
         if let Some(next) = self.to_arrange.pop_front() {
             if outcome == Some(ActionOutcome::Done) {
-                return Served { reply: Reply::Arrange(next), step: None, problem: None };
+                return FrameOutcome { reply: Reply::Arrange(next), step: None, problem: None };
             }
-            // One command that fails spoils the arrangement; the rest of it is not asked for.
+            // A command that fails spoils the arrangement: the commands after it are not sent.
             self.to_arrange.clear();
         }
         if std::mem::take(&mut self.unsaid) {
             outcome = Some(ActionOutcome::Refused);
         }
-        if outcome.is_none() && rests(learner, self.body) {
-            // Nothing was asked and nothing is wanted: memory must not depend on how often a body asks.
+        let rests = if single { learner.is_through_with(self.body) } else { learner.rests(self.body) };
+        if outcome.is_none() && rests {
+            // The body answers no request and the learner has none. Memory must not depend on how often a body asks.
             let reply = Reply::Wait { ms: WAITING_WAIT_MS };
-            return Served { reply, step: None, problem: None };
+            return FrameOutcome { reply, step: None, problem: None };
         }
         let mut met = Vec::new();
         let heard: Vec<_> = std::mem::take(words)
@@ -228,11 +245,13 @@ impl Session {
             })
             .collect();
         let observations = self.translation.observations(frame.observations, &heard);
-        let input = Frame { body: self.body, outcome, observations };
-        self.before = std::mem::replace(&mut self.input, input).observations;
-        let mut step = learner.step(&self.input);
-        // A word met for the first time is part of what the frame changed.
-        step.effects.splice(0..0, met);
+        let input = Arc::new(Frame { body: self.body, outcome, observations });
+        self.before = std::mem::replace(&mut self.input, input);
+        let mut step = if single { learner.single_step(&self.input) } else { learner.step(&self.input) };
+        // New words are part of what the frame changed in memory. In a single step they come after the effect that lets
+        // the learner go.
+        let first = usize::from(single);
+        step.effects.splice(first..first, met);
         let (reply, problem) = match self.reply(&step.output) {
             Ok(reply) => (reply, None),
             Err(problem) => {
@@ -240,7 +259,7 @@ impl Session {
                 (wait(), Some(problem))
             }
         };
-        Served { reply, step: Some(step), problem }
+        FrameOutcome { reply, step: Some(step), problem }
     }
 
     fn reply(&mut self, output: &Output) -> Result<Reply, TranslateError> {
@@ -251,48 +270,17 @@ impl Session {
         }
     }
 
-    /// Begins an arrangement: all of it is understood before any of it is sent.
+    /// Begins an arrangement. All its commands are translated before the first one is sent.
     fn arrange(&mut self, commands: &[SceneCommand]) -> Result<Reply, TranslateError> {
         let commands = commands.iter().map(|command| self.translation.scene_command(command));
         let mut commands = commands.collect::<Result<VecDeque<_>, _>>()?;
         let Some(first) = commands.pop_front() else {
-            // Nothing to arrange is done at once: the next frame says so.
+            // An arrangement without commands is done at once; the next frame says so.
             return Ok(wait());
         };
         self.to_arrange = commands;
         Ok(Reply::Arrange(first))
     }
-}
-
-/// Whether the learner wants nothing until an operator says otherwise: it is held; or it is stuck, or through with
-/// its curriculum, and pursues no goal.
-#[must_use]
-pub fn is_waiting(learner: &Learner) -> bool {
-    let content = learner.memory().content();
-    let goal = content.pursuit.as_ref().filter(|pursuit| pursuit.under_way());
-    rests(learner, goal.map_or(BodyId(u16::MAX), |pursuit| pursuit.body))
-}
-
-/// Whether it will want nothing, held or not, until an operator moves the curriculum on: it is stuck, or through with its
-/// curriculum, and pursues no goal.
-#[must_use]
-pub fn is_through(learner: &Learner) -> bool {
-    let content = learner.memory().content();
-    let goal = content.pursuit.as_ref().filter(|pursuit| pursuit.under_way());
-    idles(learner, goal.map_or(BodyId(u16::MAX), |pursuit| pursuit.body))
-}
-
-/// Whether it wants nothing of `body`: a goal keeps only the body awake that pursues it.
-fn rests(learner: &Learner, body: BodyId) -> bool {
-    learner.memory().content().progress.held || idles(learner, body)
-}
-
-fn idles(learner: &Learner, body: BodyId) -> bool {
-    let content = learner.memory().content();
-    let progress = &content.progress;
-    let through = progress.finished && learner.curriculum().afterwards == Afterwards::Hold;
-    let pursues = content.pursuit.as_ref().is_some_and(|goal| goal.under_way() && goal.body == body);
-    (progress.stuck.is_some() || through) && !pursues
 }
 
 fn wait() -> Reply {
@@ -318,8 +306,8 @@ fn every_symbol(description: &Description) -> impl Iterator<Item = &String> {
         .flatten()
 }
 
-/// Symbols of the description that the learner does not know yet. Only these are counted, so that a body it knows
-/// can come back to a full memory.
+/// How many symbols of the description the learner does not know yet. Known symbols are not counted, so that a body
+/// which the learner knows can come back to a full memory.
 fn new_symbols(description: &Description, vocabulary: &Vocabulary) -> usize {
     // The symbols of primitives are among those of the actions' parameters.
     let parameters = description.actions.iter().flat_map(|declared| &declared.parameters);

@@ -1,6 +1,9 @@
-//! What a service manager is told: that the daemon answers, what it is doing, that its loop still turns, that it ends.
-//! The protocol is that of `sd_notify(3)`: lines of text to the socket that `NOTIFY_SOCKET` names, a path or, after `@`, an
-//! abstract name. Without one nothing is told to anyone.
+//! Messages to a service manager: the daemon answers, the daemon is at such a step, its loop still turns, it ends.
+//! The protocol is that of `sd_notify(3)`: lines of text to the socket that `NOTIFY_SOCKET` names, which is a path or, after
+//! `@`, an abstract name. Without that variable no message is sent.
+//!
+//! The crate sd-notify (0.5.0) does not serve here: it can't reach an abstract name, and it waits for a manager that does
+//! not read, which would stop the loop.
 
 use std::io;
 use std::os::linux::net::SocketAddrExt;
@@ -8,13 +11,13 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::{Duration, Instant};
 
-/// How often the manager is told what the daemon is doing, when it does not ask for more.
+/// How often the manager is told the daemon's status, if it does not ask for more.
 const STATUS_EVERY: Duration = Duration::from_secs(10);
-/// The most often it is told.
+/// The shortest time between two messages.
 const STATUS_EVERY_MIN: Duration = Duration::from_millis(10);
 
-/// The service manager, from the daemon's side. Used by the daemon's loop and nobody else: a loop that is stuck is
-/// silent, and the manager starts the daemon again.
+/// The service manager, from the daemon's side. Only the daemon's loop sends messages, so that a loop that is stuck is
+/// silent: the manager then starts the daemon again.
 #[derive(Debug)]
 pub(crate) struct Supervisor {
     socket: Option<UnixDatagram>,
@@ -24,30 +27,30 @@ pub(crate) struct Supervisor {
 }
 
 impl Supervisor {
-    /// As the environment says.
+    /// The manager that the environment names.
     pub(crate) fn from_environment() -> Self {
-        let socket = connected().unwrap_or_else(|error| {
+        let socket = connect().unwrap_or_else(|error| {
             tracing::warn!(%error, "NOTIFY_SOCKET is set, and the service manager can't be reached by it");
             None
         });
         let watchdog = watchdog();
-        // A tenth of the manager's patience: it advises half, and a busy machine takes its time.
+        // A tenth of the manager's patience. The manual advises half of it, but a busy machine may delay the loop.
         let every = watchdog.map_or(STATUS_EVERY, |patience| STATUS_EVERY.min(patience / 10));
         let every = every.max(STATUS_EVERY_MIN);
         Self { socket, every, watched: watchdog.is_some(), next: Instant::now() }
     }
 
-    /// How long the loop may sleep and still tell in time.
+    /// How long the loop may sleep and still send its next message in time.
     pub(crate) fn sleep_max(&self) -> Duration {
         self.every
     }
 
-    /// The daemon answers.
+    /// Tells that the daemon answers.
     pub(crate) fn ready(&self, status: &str) {
         self.tell(&format!("READY=1\nSTATUS={status}\n"));
     }
 
-    /// The loop turns. `status` is asked for when it is time to tell.
+    /// Tells that the loop turns, and the daemon's status. `status` is called only when it is time for a message.
     pub(crate) fn turned(&mut self, status: impl FnOnce() -> String) {
         let now = Instant::now();
         if now < self.next || self.socket.is_none() {
@@ -58,12 +61,12 @@ impl Supervisor {
         self.tell(&format!("STATUS={}\n{ping}", status()));
     }
 
-    /// The daemon ends.
+    /// Tells that the daemon ends.
     pub(crate) fn stopping(&self) {
         self.tell("STOPPING=1\nSTATUS=ending\n");
     }
 
-    /// Never waits: a manager that does not read is told less.
+    /// Sends a message, without ever waiting: a manager that does not read misses some.
     fn tell(&self, message: &str) {
         if let Some(socket) = &self.socket
             && let Err(error) = socket.send(message.as_bytes())
@@ -73,7 +76,7 @@ impl Supervisor {
     }
 }
 
-fn connected() -> io::Result<Option<UnixDatagram>> {
+fn connect() -> io::Result<Option<UnixDatagram>> {
     let Some(name) = std::env::var_os("NOTIFY_SOCKET").filter(|name| !name.is_empty()) else {
         return Ok(None);
     };
@@ -87,7 +90,7 @@ fn connected() -> io::Result<Option<UnixDatagram>> {
     Ok(Some(socket))
 }
 
-/// How long the manager bears with silence; none when it does not watch this process.
+/// How long a silence the manager allows; none if it does not watch this process.
 fn watchdog() -> Option<Duration> {
     let number = |name: &str| std::env::var(name).ok()?.parse::<u64>().ok();
     let ours = number("WATCHDOG_PID").is_none_or(|pid| pid == u64::from(std::process::id()));

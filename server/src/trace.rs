@@ -1,7 +1,5 @@
-//! What was decided in each step, kept for figures: a ring of records that is cheap to share with those who
-//! look, so that being looked at delays nothing.
+//! A record of each of the last steps, which the figures of experiments are drawn from.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -14,6 +12,8 @@ use pschema_learner::progress::StageEffect;
 use pschema_learner::schema::{Form, SchemaId};
 use pschema_learner::vocabulary::PrimitiveId;
 
+use crate::ring::Ring;
+
 /// Records kept: the last of them. Scenario 3 of the paper takes about 25,000 steps.
 pub(crate) const RECORDS_KEPT_MAX: usize = 65_536;
 /// Observations that one record keeps.
@@ -22,8 +22,6 @@ pub(crate) const PERCEIVED_MAX: usize = 16;
 const PREDICTIONS_MAX: usize = 256;
 /// Records in one shared chunk.
 const CHUNK_LEN: usize = 256;
-
-const _: () = assert!(RECORDS_KEPT_MAX.is_multiple_of(CHUNK_LEN));
 
 /// One step, in the learner's own numbers.
 #[derive(Clone, Debug)]
@@ -59,11 +57,7 @@ pub(crate) struct Decided {
 /// The records. A clone shares them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Trace {
-    chunks: VecDeque<Arc<Vec<Arc<Record>>>>,
-    /// Records that are no longer kept.
-    dropped: u64,
-    /// Records in the chunks.
-    kept: usize,
+    records: Ring<Arc<Record>, RECORDS_KEPT_MAX, CHUNK_LEN>,
     actions: u64,
     /// Quiet actions in a row.
     quiet: u32,
@@ -104,41 +98,25 @@ impl Trace {
         record.actions = self.actions;
         record.quiet_actions = streak;
         // A body that rests is asked again and again; that is no step worth a place.
-        let idle = decision.is_none() && effects.iter().all(|e| matches!(e, Effect::StepEnded { .. }));
+        let nothing = |effect: &Effect| {
+            matches!(effect, Effect::StepEnded { .. } | Effect::Stage(StageEffect::Held(_)))
+        };
+        let idle = decision.is_none() && effects.iter().all(nothing);
         if !idle {
-            self.push(record);
-        }
-    }
-
-    fn push(&mut self, record: Record) {
-        if self.kept == RECORDS_KEPT_MAX
-            && let Some(oldest) = self.chunks.pop_front()
-        {
-            self.kept -= oldest.len();
-            self.dropped += oldest.len() as u64;
-        }
-        if self.kept.is_multiple_of(CHUNK_LEN) {
-            self.chunks.push_back(Arc::new(Vec::with_capacity(CHUNK_LEN)));
-        }
-        if let Some(last) = self.chunks.back_mut() {
-            // Copies a chunk's pointers, not its records, and only when somebody still looks at it.
-            Arc::make_mut(last).push(Arc::new(record));
-            self.kept += 1;
+            self.records.push(Arc::new(record));
         }
     }
 
     /// How many records there have been.
     pub(crate) fn total(&self) -> u64 {
-        self.dropped + self.kept as u64
+        self.records.total()
     }
 
     /// At most `max` records from the number `from` on, or from the first that is kept; with the number of the
     /// first.
     pub(crate) fn from(&self, from: u64, max: usize) -> (u64, impl Iterator<Item = &Record>) {
-        let first = from.clamp(self.dropped, self.total());
-        let skipped = usize::try_from(first - self.dropped).unwrap_or(usize::MAX);
-        let chunks = self.chunks.iter().skip(skipped / CHUNK_LEN).flat_map(|chunk| chunk.iter());
-        (first, chunks.skip(skipped % CHUNK_LEN).take(max).map(Arc::as_ref))
+        let (first, records) = self.records.from(from);
+        (first, records.take(max).map(Arc::as_ref))
     }
 }
 
@@ -208,60 +186,4 @@ fn predicts(memory: &Memory, form: &Form) -> Box<[TypeId]> {
     types.sort_unstable();
     types.dedup();
     types.into()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn at(step: u64) -> Record {
-        Record {
-            step,
-            stage: 0,
-            trial: 0,
-            drawn: Vec::new(),
-            trial_met: None,
-            actions: 0,
-            schemas_total: 0,
-            schemas_generalised: 0,
-            perceived: Box::default(),
-            decision: None,
-            quiet_actions: 0,
-            habituating: false,
-            latency: Duration::ZERO,
-        }
-    }
-
-    fn steps(trace: &Trace, from: u64, max: usize) -> (u64, Vec<u64>) {
-        let (first, records) = trace.from(from, max);
-        (first, records.map(|record| record.step).collect())
-    }
-
-    #[test]
-    fn the_last_records_are_kept_and_the_first_that_is_left_is_said() {
-        let mut trace = Trace::default();
-        let many = RECORDS_KEPT_MAX as u64 + 10;
-        for step in 0..many {
-            trace.push(at(step));
-        }
-        assert_eq!(trace.total(), many);
-        let (first, kept) = steps(&trace, 0, usize::MAX);
-        // Room is made by the chunk.
-        assert_eq!(first, CHUNK_LEN as u64);
-        assert_eq!((kept[0], kept.len() as u64), (first, many - first));
-        assert!(kept.is_sorted());
-        assert_eq!(steps(&trace, many - 2, 10), (many - 2, vec![many - 2, many - 1]));
-        assert_eq!(steps(&trace, many + 5, 10), (many, vec![]));
-        assert_eq!(steps(&trace, first + 300, 2), (first + 300, vec![first + 300, first + 301]));
-    }
-
-    #[test]
-    fn a_clone_keeps_what_it_saw() {
-        let mut trace = Trace::default();
-        (0..300).for_each(|step| trace.push(at(step)));
-        let seen = trace.clone();
-        trace.push(at(300));
-        assert_eq!((seen.total(), trace.total()), (300, 301));
-        assert_eq!(steps(&seen, 299, 9), (299, vec![299]));
-    }
 }

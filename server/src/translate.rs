@@ -1,5 +1,5 @@
-//! Wire to domain and back: what a body declared and senses in the learner's words, and what the learner
-//! asks in the body's. Made once, when a body attaches.
+//! Between the wire and the learner: declarations and observations of a body in the learner's numbers, and the learner's
+//! requests in the body's. The tables of a translation are made once, when the body attaches.
 
 use std::collections::BTreeMap;
 
@@ -19,21 +19,21 @@ pub const HEARING: &str = "word";
 /// Its only property.
 pub const HEARING_TEXT: &str = "text";
 
-/// Why something can't be said in the other side's words.
+/// Why something can't be translated for the other side.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TranslateError {
-    /// The body declares the daemon's own sense.
+    /// The body declares the sense of hearing, which is the daemon's own.
     #[error("observation type {HEARING} is the learner's own sense of hearing: give the body's another name")]
     OwnSense,
-    /// The learner doesn't know something that was just declared.
+    /// The learner does not know something that the body declared.
     #[error("{what} {name} is declared, but the learner does not know it")]
     Undeclared {
-        /// What sort of thing.
+        /// What sort of thing it is.
         what: &'static str,
         /// Its name.
         name: String,
     },
-    /// The primitive is in another body's repertoire.
+    /// The primitive is not in this body's repertoire.
     #[error("primitive {0} is not in this body's repertoire")]
     Primitive(u32),
     /// The body declared no such scene command.
@@ -44,7 +44,7 @@ pub enum TranslateError {
         /// Those it has.
         known: String,
     },
-    /// A parameter of a scene command is missing, or is none of its parameters.
+    /// A parameter of a scene command is missing, unknown, or has a wrong value.
     #[error("scene command {command}: {problem}")]
     Parameter {
         /// The command.
@@ -57,7 +57,7 @@ pub enum TranslateError {
     Value(#[from] Refusal),
 }
 
-/// What a body declares, in the learner's words, with hearing added.
+/// What a body declares, in the learner's terms, with the sense of hearing added.
 ///
 /// # Errors
 /// [`TranslateError::OwnSense`] when the body declares hearing itself.
@@ -107,7 +107,8 @@ fn property(declared: &Property) -> DeclaredProperty {
     DeclaredProperty { name: declared.name.clone(), unit: declared.unit.clone(), kind }
 }
 
-/// The values of a checked primitive; empty should it not fit its action, which the learner then refuses.
+/// The values of a checked primitive. They are empty if the primitive does not fit its action; the learner then refuses
+/// it.
 fn parameters(action: &Action, declared: &[ActionType]) -> Vec<Parameter> {
     let Some(kind) = declared.get(usize::from(action.id.index())) else { return Vec::new() };
     let values = action.parameters.iter().zip(&kind.parameters);
@@ -131,7 +132,8 @@ fn parameter(value: Value, kind: &ValueKind) -> Option<Parameter> {
 pub struct Translation {
     types: Vec<TypeTable>,
     hearing: (TypeId, PropertyId),
-    /// The body's own action for each primitive: its exact values, whoever declared the primitive first.
+    /// The body's own action for each primitive. It has the body's exact values, even where another body declared the
+    /// primitive first.
     primitives: BTreeMap<PrimitiveId, Action>,
     scene_commands: Vec<ActionType>,
 }
@@ -188,7 +190,7 @@ impl Translation {
         })
     }
 
-    /// Checked observations in the learner's words, with `words` heard alongside.
+    /// Checked observations in the learner's numbers, and one more observation for each of the `words` that are heard.
     #[must_use]
     pub fn observations(&self, sensed: Observations<'_>, words: &[SymbolId]) -> Vec<Observation> {
         let (hearing, text) = self.hearing;
@@ -197,7 +199,7 @@ impl Translation {
     }
 
     fn observation(&self, sensed: ObservationRecord<'_>) -> Option<Observation> {
-        // Checked frames hold only what was declared, so this is always there.
+        // A checked frame holds only declared types, so the table has this one.
         let table = self.types.get(usize::from(sensed.sense().index()))?;
         let values = sensed.values().zip(&table.properties);
         let properties = values.map(|(value, (property, values))| Some((*property, learnt(value, values)?)));
@@ -212,22 +214,21 @@ impl Translation {
         self.primitives.get(&primitive).ok_or(TranslateError::Primitive(primitive.0))
     }
 
-    /// A scene command in the body's words.
+    /// The body's action for a scene command of the curriculum.
     ///
     /// # Errors
     /// When the body has no such command, it has other parameters, or a value is not allowed.
     pub fn scene_command(&self, command: &SceneCommand) -> Result<Action, TranslateError> {
         let at = self.scene_commands.iter().position(|known| known.name == command.command);
         let Some((at, declared)) = at.and_then(|at| Some((at, self.scene_commands.get(at)?))) else {
-            let known: Vec<_> = self.scene_commands.iter().map(|known| known.name.as_str()).collect();
-            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            let known = listed(self.scene_commands.iter().map(|known| known.name.as_str()));
             return Err(TranslateError::Command { command: command.command.clone(), known });
         };
         let wrong = |problem: String| TranslateError::Parameter { command: command.command.clone(), problem };
         let takes = |name: &str| declared.parameters.iter().any(|parameter| parameter.name == *name);
         if let Some((name, _)) = command.arguments.iter().find(|(name, _)| !takes(name)) {
-            let known: Vec<_> = declared.parameters.iter().map(|known| known.name.as_str()).collect();
-            return Err(wrong(format!("it has no parameter {name}; it has: {}", known.join(", "))));
+            let known = listed(declared.parameters.iter().map(|known| known.name.as_str()));
+            return Err(wrong(format!("it has no parameter {name}; it has: {known}")));
         }
         let value = |property: &Property| {
             let given = command.arguments.iter().find(|(name, _)| *name == property.name);
@@ -241,6 +242,12 @@ impl Translation {
         check::order("the curriculum", &action, &self.scene_commands)?;
         Ok(action)
     }
+}
+
+/// Names as an error lists them.
+pub(crate) fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<_> = names.collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
 fn undeclared(what: &'static str, name: &str) -> TranslateError {
@@ -259,11 +266,11 @@ fn learnt(value: Value, table: &ValueTable) -> Option<Learnt> {
     })
 }
 
-/// An argument of a curriculum as a value of `kind`; an error says what it should be.
+/// An argument of a curriculum as a value of `kind`; the error says what it should be.
 fn scene_value(argument: &Argument, kind: &ValueKind) -> Result<Value, String> {
     match (argument, kind) {
         (Argument::Integer(number), ValueKind::Integer { .. }) => Ok(Value::Integer(*number)),
-        // Halves of 2^53 and above are of no use to any body; below it the conversion is exact.
+        // The conversion is exact below 2^53, and no body has a use for greater numbers.
         (Argument::Integer(number), ValueKind::Real { .. }) => Ok(Value::Real(*number as f64)),
         (Argument::Symbol(name), ValueKind::Symbol { symbols }) => {
             let at = symbols.iter().position(|symbol| symbol == name).and_then(|at| u32::try_from(at).ok());
@@ -283,7 +290,8 @@ fn scene_value(argument: &Argument, kind: &ValueKind) -> Result<Value, String> {
     }
 }
 
-/// A primitive by what makes two of them the same: the action, and its values as they are compared.
+/// A primitive's identity: its action, and its values as the learner compares them. Two primitives of the same identity
+/// are the same.
 type Identity = (usize, Vec<Learnt>);
 
 fn primitives(
@@ -298,7 +306,7 @@ fn primitives(
         let at = vocabulary.actions().iter().position(|known| known.name == name);
         let at = at.ok_or_else(|| undeclared("action", name))?;
         let key = identity(at, &parameters(action, &description.actions), vocabulary);
-        // Of two in one bin the first stands for both, as in the learner.
+        // Of two actions whose values are in the same bins the first stands for both, as in the learner.
         own.entry(key).or_insert(action);
     }
     let known = vocabulary.bodies().get(usize::from(body.0)).map(|known| known.repertoire.as_slice());

@@ -18,14 +18,14 @@ use pschema_learner::progress::StageCommand;
 use pschema_protocol::body::RunOptions;
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use pschema_server::in_process::{InProcess, Progress};
+use pschema_server::in_process::{InProcess, RunState};
 use pschema_server::inspect::Inspect;
 use pschema_server::serve;
 
 /// A learner that has touched blocks on a row, generalised, and is through with its curriculum.
 fn finished(seed: u64) -> InProcess<Row> {
     let mut run = InProcess::new(Row::new("row"), setup(seed, curriculum())).unwrap();
-    while run.advance().unwrap() == Progress::Running {}
+    while run.advance().unwrap() == RunState::Running {}
     run
 }
 
@@ -128,14 +128,14 @@ fn a_plan_says_what_it_relies_on_and_how_surely() {
 fn a_goal_wakes_a_learner_that_is_through_and_lets_it_rest_again() {
     for seed in 1..=5 {
         let mut run = finished(seed);
-        assert_eq!(run.advance().unwrap(), Progress::Waiting);
+        assert_eq!(run.advance().unwrap(), RunState::Waiting);
         assert!(refused(&run, &PursuitQuery {}).contains("no goal"));
         let before = run.report();
         // Away from the block first, so that the touch is a new one.
         let away = (block(&run) + 3) % 8;
         for goal in [format!("finger{{field={away}}}"), "touch{}".to_owned()] {
             run.achieve(std::slice::from_ref(&goal), 5).unwrap();
-            while run.advance().unwrap() == Progress::Running {}
+            while run.advance().unwrap() == RunState::Running {}
             let end = pursuit(&run);
             assert_eq!((end.state, end.actions, end.plans_made), (PursuitState::Achieved, 1, 1), "{end:?}");
             assert_eq!((end.goal, end.plans[0].because), (vec![goal], PlanCause::First));
@@ -155,7 +155,7 @@ fn the_seed_and_the_goals_decide_everything() {
     let digest = || {
         let mut run = finished(4);
         run.achieve(&patterns(&["finger{field=0}"]), 5).unwrap();
-        while run.advance().unwrap() == Progress::Running {}
+        while run.advance().unwrap() == RunState::Running {}
         run.report().memory_digest
     };
     assert_eq!(digest(), digest());

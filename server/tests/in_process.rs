@@ -13,7 +13,7 @@ use pschema_inspect::{
 };
 use pschema_learner::curriculum::{Argument, Lift, Stage};
 use pschema_learner::progress::StageCommand;
-use pschema_server::in_process::{InProcess, Progress, run_in_process};
+use pschema_server::in_process::{InProcess, RunState, run_in_process};
 
 fn run(seed: u64) -> Report {
     run_in_process(Row::new("row"), setup(seed, curriculum()), &AtomicBool::new(false)).unwrap()
@@ -22,7 +22,7 @@ fn run(seed: u64) -> Report {
 /// Runs to the end of the curriculum.
 fn finished(seed: u64) -> InProcess<Row> {
     let mut run = InProcess::new(Row::new("row"), setup(seed, curriculum())).unwrap();
-    while run.advance().unwrap() == Progress::Running {}
+    while run.advance().unwrap() == RunState::Running {}
     run
 }
 
@@ -52,7 +52,7 @@ fn a_finished_learner_does_not_change_however_often_it_is_asked() {
     let mut run = finished(1);
     let before = run.report();
     for _ in 0..10 {
-        assert_eq!(run.advance().unwrap(), Progress::Waiting);
+        assert_eq!(run.advance().unwrap(), RunState::Waiting);
     }
     let after = run.report();
     assert_eq!((after.step, after.memory_digest), (before.step, before.memory_digest));
@@ -66,15 +66,15 @@ fn holding_stops_the_steps_and_resuming_goes_on_to_the_same_end() {
     }
     held.stage(&StageCommand::Hold).unwrap();
     // The outcome of what was asked before is still learnt from.
-    while held.advance().unwrap() == Progress::Running {}
+    while held.advance().unwrap() == RunState::Running {}
     let step = held.learner().memory().content().step;
     for _ in 0..20 {
-        assert_eq!(held.advance().unwrap(), Progress::Waiting);
+        assert_eq!(held.advance().unwrap(), RunState::Waiting);
     }
     assert_eq!(held.learner().memory().content().step, step);
     assert_eq!(held.report().stage_state, StageState::Held);
     held.stage(&StageCommand::Resume).unwrap();
-    while held.advance().unwrap() == Progress::Running {}
+    while held.advance().unwrap() == RunState::Running {}
     let report = held.report();
     assert!(report.finished);
     assert_eq!(report.schemas_total, run(2).schemas_total);
@@ -102,7 +102,7 @@ fn associated_with_the_word(lift: Lift) -> usize {
     taught.stages[1].lift = lift;
     let mut run = InProcess::new(Row::new("row"), setup(1, taught)).unwrap();
     while run.report().stage != "touching" {
-        assert_eq!(run.advance().unwrap(), Progress::Running);
+        assert_eq!(run.advance().unwrap(), RunState::Running);
     }
     while run.report().stage == "touching" {
         run.say(&["touch".to_owned()]).unwrap();
@@ -187,13 +187,30 @@ fn tools_are_answered_from_what_was_learnt() {
 }
 
 #[test]
+fn a_held_learner_takes_the_one_action_that_is_asked_for() {
+    let mut run = InProcess::new(Row::new("row"), setup(3, curriculum())).unwrap();
+    for _ in 0..10 {
+        run.advance().unwrap();
+    }
+    run.stage(&StageCommand::Hold).unwrap();
+    while run.advance().unwrap() == RunState::Running {}
+    let actions = run.report().actions_total;
+    for asked in 1..=3 {
+        run.single_step().unwrap();
+        while run.advance().unwrap() == RunState::Running {}
+        assert!(run.learner().memory().content().progress.held);
+        assert_eq!(run.report().actions_total, actions + asked);
+    }
+}
+
+#[test]
 fn an_explanation_adds_up_and_always_lists_what_was_chosen() {
     let mut run = InProcess::new(Row::new("row"), setup(1, curriculum())).unwrap();
     let explain =
         |run: &InProcess<Row>, step, candidates_max| run.ask(&ExplanationQuery { step, candidates_max });
     assert!(explain(&run, None, 5).is_err());
     let mut decided = 0;
-    while run.advance().unwrap() == Progress::Running {
+    while run.advance().unwrap() == RunState::Running {
         let all = explain(&run, None, 1000).unwrap();
         let chosen = &all.candidates[usize::try_from(all.chosen).unwrap()];
         for candidate in &all.candidates {

@@ -11,7 +11,7 @@ use pschema_inspect::{
     DetailQuery, Explanation, ExplanationQuery, Graph, GraphQuery, GraphTie, PlanQuery, Reason, SchemaDetail,
     SchemaKind, SchemaList, SchemaQuery, SchemaSort, Verdict, WhyNot, WhyNotQuery,
 };
-use pschema_server::in_process::{InProcess, Progress};
+use pschema_server::in_process::{InProcess, RunState};
 use pschema_server::inspect::Inspect;
 
 type Run = InProcess<Row>;
@@ -22,7 +22,7 @@ fn begun(seed: u64) -> Run {
 
 fn finished(seed: u64) -> Run {
     let mut run = begun(seed);
-    while run.advance().unwrap() == Progress::Running {}
+    while run.advance().unwrap() == RunState::Running {}
     run
 }
 
@@ -153,7 +153,7 @@ fn the_chain_to_a_goal_is_the_plan() {
     let mut run = begun(1);
     let wanted = vec!["touch{}".to_owned()];
     let mut chains = 0;
-    while run.advance().unwrap() == Progress::Running {
+    while run.advance().unwrap() == RunState::Running {
         let Ok(plan) = run.ask(&PlanQuery { goal: wanted.clone() }) else { continue };
         let query = GraphQuery { goal: wanted.clone(), ..GraphQuery::default() };
         if plan.steps.is_empty() {
@@ -203,7 +203,7 @@ fn pages_of_a_list_make_up_the_list() {
 fn why_not_agrees_with_what_was_weighed() {
     let mut run = begun(1);
     let mut seen = BTreeSet::new();
-    while run.advance().unwrap() == Progress::Running {
+    while run.advance().unwrap() == RunState::Running {
         let Ok(told) = run.ask(&ExplanationQuery { step: None, candidates_max: 1000 }) else { continue };
         // What was decided some steps ago was decided with another memory.
         let report = run.report();

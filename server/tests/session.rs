@@ -7,12 +7,14 @@ mod common;
 use common::{Row, curriculum, free, setup};
 use pschema_learner::Learner;
 use pschema_learner::digest::digest;
+use pschema_learner::effect::Effect;
+use pschema_learner::progress::StageEffect;
 use pschema_protocol::body::{Body, BodyLoop, Outcome};
 use pschema_protocol::description::{ObservationType, Value};
 use pschema_protocol::wire::message::{Introduction, OrderReport, RawFrame, Reply};
 use pschema_protocol::wire::{FrameHeader, Record, decode, encode, kind};
 use pschema_server::Setup;
-use pschema_server::session::{Served, Session};
+use pschema_server::session::{FrameOutcome, Session};
 
 const NUMBER: u64 = 7;
 // The senses of a [`Row`], in the order it declares them.
@@ -38,8 +40,8 @@ fn frame(sequence: u64, report: Option<OrderReport>, sensed: &[Record]) -> RawFr
     encode::frame(header, report.as_ref(), sensed.to_vec())
 }
 
-fn serve(session: &mut Session, learner: &mut Learner, raw: &RawFrame) -> Served {
-    session.frame(learner, raw, &mut Vec::new())
+fn serve(session: &mut Session, learner: &mut Learner, raw: &RawFrame) -> FrameOutcome {
+    session.frame(learner, raw, &mut Vec::new(), false)
 }
 
 /// A way to spoil a frame, and what the refusal says of it.
@@ -87,15 +89,15 @@ fn refused_frames_change_nothing_and_are_counted() {
         assert!(reason.contains(complaint) && *code > 0, "{name}: {reason}");
         assert!(served.step.is_none(), "{name} led to a step");
         assert_eq!(digest(learner.memory().content()), before, "{name} changed memory");
-        let counters = session.counters();
-        assert_eq!((counters.frames, counters.frames_refused), (0, count as u64 + 1), "{name}");
-        assert_eq!(counters.last_refusal.as_deref(), Some(reason.as_str()), "{name}");
+        let status = session.status();
+        assert_eq!((status.frames, status.frames_refused), (0, count as u64 + 1), "{name}");
+        assert_eq!(status.last_refusal.as_deref(), Some(reason.as_str()), "{name}");
         // Content that is refused has used its number up; a frame out of order has not.
         sequence += u64::from(count >= 5);
     }
     let served = serve(&mut session, &mut learner, &frame(sequence, None, &sensed));
     assert!(served.step.is_some() && matches!(served.reply, Reply::Act(_)), "{:?}", served.reply);
-    assert_eq!(session.counters().frames, 1);
+    assert_eq!(session.status().frames, 1);
     assert_ne!(digest(learner.memory().content()), before);
 }
 
@@ -145,6 +147,21 @@ fn an_action_that_was_not_carried_out_teaches_nothing_about_its_effect() {
         serve(&mut session, &mut learner, &frame(2, report, &[finger]));
         assert_eq!(learner.memory().content().schemas.len(), 0, "{outcome:?}");
     }
+}
+
+/// The journal has a single step in this order, and learning it again expects it so.
+#[test]
+fn a_word_met_in_a_single_step_comes_after_the_release() {
+    let mut learner = learner(setup(1, free()));
+    let (mut session, _) = Session::attach(NUMBER, &hello(&Row::new("row")), &mut learner).unwrap();
+    learner.set_held(true);
+    let mut words = vec!["new".to_owned()];
+    let served = session.frame(&mut learner, &frame(1, None, &[]), &mut words, true);
+    let effects = served.step.unwrap().effects;
+    let held = |held| Effect::Stage(StageEffect::Held(held));
+    assert_eq!(effects[..2], [held(false), Effect::SymbolsMet(vec!["new".to_owned()])]);
+    assert_eq!(effects.last(), Some(&held(true)));
+    assert!(words.is_empty());
 }
 
 #[test]
@@ -220,7 +237,7 @@ fn a_body_gets_its_own_values_back_though_another_declared_the_primitive_first()
 fn drive(body: &mut BodyLoop<Row>, session: &mut Session, learner: &mut Learner, frames: u32) {
     for _ in 0..frames {
         let raw = body.next_frame();
-        let served = session.frame(learner, raw, &mut Vec::new());
+        let served = session.frame(learner, raw, &mut Vec::new(), false);
         let wire = encode::reply(session.number(), raw.header.sequence, &served.reply);
         body.obey(&wire).unwrap();
     }

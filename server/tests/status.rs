@@ -7,7 +7,7 @@ mod common;
 use common::{Row, curriculum, setup};
 use pschema_inspect::{StageState, Status, StatusQuery};
 use pschema_learner::curriculum::{Curriculum, Habituation};
-use pschema_server::in_process::{InProcess, Progress};
+use pschema_server::in_process::{InProcess, RunState};
 
 const EXECUTIONS_MIN: u32 = 4;
 
@@ -33,7 +33,7 @@ fn too_rarely_executed(run: &InProcess<Row>) -> u32 {
 fn saturation_and_habituation_are_told_as_they_come() {
     let mut run = InProcess::new(Row::new("row"), setup(3, habituating())).unwrap();
     let (mut quiet, mut left) = (Vec::new(), Vec::new());
-    while run.advance().unwrap() == Progress::Running {
+    while run.advance().unwrap() == RunState::Running {
         let told = status(&run);
         if told.stage != "babbling" {
             break;
@@ -63,7 +63,7 @@ fn saturation_and_habituation_are_told_as_they_come() {
 fn trials_are_told_and_nothing_once_the_curriculum_is_over() {
     let mut run = InProcess::new(Row::new("row"), setup(3, habituating())).unwrap();
     let mut seen = Vec::new();
-    while run.advance().unwrap() == Progress::Running {
+    while run.advance().unwrap() == RunState::Running {
         let told = status(&run);
         if told.stage != "touching" {
             continue;

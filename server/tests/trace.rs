@@ -6,11 +6,11 @@ mod common;
 
 use common::{FIELDS, Row, curriculum, free, setup};
 use pschema_inspect::{TracePage, TraceQuery, TraceRecord};
-use pschema_server::in_process::{InProcess, Progress};
+use pschema_server::in_process::{InProcess, RunState};
 
 fn finished(seed: u64) -> InProcess<Row> {
     let mut run = InProcess::new(Row::new("row"), setup(seed, curriculum())).unwrap();
-    while run.advance().unwrap() == Progress::Running {}
+    while run.advance().unwrap() == RunState::Running {}
     run
 }
 

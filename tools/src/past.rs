@@ -4,7 +4,7 @@ use std::path::Path;
 
 use pschema_inspect::{GraphQuery, Question, Request, SchemaSort, StatusQuery};
 use pschema_server::inspect::Inspect;
-use pschema_server::mind::{HostFacts, View};
+use pschema_server::view::View;
 use pschema_store::past::{Moment, Past, PastError};
 
 use crate::args::{General, MemoryArgs};
@@ -114,12 +114,8 @@ impl MemoryOnDisk {
 
     /// Everything there is to ask of a moment.
     pub(crate) fn view(&self, moment: Moment) -> View {
-        let host = HostFacts {
-            name: self.past.learner().to_owned(),
-            perceived: moment.perceived,
-            ..HostFacts::default()
-        };
-        View::past(moment.learner, self.past.seed(), moment.decision, host)
+        let Moment { learner, decision, perceived, .. } = moment;
+        View::alone(self.past.learner(), &learner, self.past.seed(), decision, perceived)
     }
 }
 

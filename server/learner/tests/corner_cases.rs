@@ -6,9 +6,12 @@ mod common;
 use common::{FINGER, OBJECT, Table, finger, free, object, stage, touch};
 use pschema_learner::curriculum::{Afterwards, Curriculum, Habituation, Saturation, Stage};
 use pschema_learner::decision::{Reason, Role, Subject, TERMS_KEPT_MAX};
+use pschema_learner::digest::digest;
+use pschema_learner::effect::Effect;
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, Value};
 use pschema_learner::parameters::Parameters;
+use pschema_learner::progress::{Activity, StageEffect};
 use pschema_learner::schema::{Schema, SchemaId};
 use pschema_learner::{ActionOutcome, Frame, Learner, Output, Step};
 
@@ -360,6 +363,29 @@ fn entering_a_stage_puts_nothing_new_down_to_the_last_action() {
     table.learner.stage(&pschema_learner::progress::StageCommand::Next).unwrap();
     table.step();
     assert_eq!(table.learner.memory().content().schemas.len(), known);
+}
+
+/// One step while held is the step that it would have been, between a release and a hold.
+#[test]
+fn a_single_step_leaves_a_learner_held_as_it_was() {
+    let (mut free, mut held) = (new(4), new(4));
+    let (body, hold) = (held.body, |held| Effect::Stage(StageEffect::Held(held)));
+    let mut outcome = None;
+    for field in [0, 1, 0, 2] {
+        assert!(!held.learner.rests(body) && !held.learner.is_waiting());
+        held.learner.set_held(true);
+        assert!(held.learner.rests(body) && held.learner.is_waiting());
+        assert!(!held.learner.is_through() && !held.learner.is_through_with(body));
+        let frame = frame(&held, outcome, &[finger(field)]);
+        let single = held.learner.single_step(&frame);
+        assert_eq!(held.learner.memory().content().progress.activity(), Activity::Held);
+        let step = free.learner.step(&frame);
+        let effects: Vec<_> = [hold(false)].into_iter().chain(step.effects).chain([hold(true)]).collect();
+        assert_eq!((single.output, single.decision, single.effects), (step.output, step.decision, effects));
+        held.learner.set_held(false);
+        outcome = Some(ActionOutcome::Done);
+    }
+    assert_eq!(digest(held.learner.memory().content()), digest(free.learner.memory().content()));
 }
 
 #[test]

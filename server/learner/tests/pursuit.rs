@@ -252,7 +252,7 @@ fn a_goal_in_a_trial_leaves_the_trial_as_it_was() {
     assert_eq!(pursuit(&table).ended, Some(Ending::Achieved));
     assert_eq!(progress(&table), before, "the touch was the goal's and not the trial's");
     while table.step() && table.steps.len() < 500 {}
-    let reports = progress(&table).reports;
+    let reports = progress(&table).reports.clone();
     let touches = reports.iter().find(|report| report.name == "first touches").unwrap();
     assert_eq!((touches.trials, touches.trials_met), (2, 2), "and it went on from there");
 }

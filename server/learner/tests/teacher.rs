@@ -83,7 +83,7 @@ fn taught(stage: Stage) -> (Vec<Moment>, StageReport) {
         }
         moments.push(moment);
         if !goes_on {
-            let report = table.learner.memory().content().progress.reports[0].clone();
+            let report = table.learner.memory().content().progress.reports[0].as_ref().clone();
             return (moments, report);
         }
     }

@@ -10,9 +10,10 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use toml::Spanned;
 
-use super::learner::{Written as WrittenLearner, take_over};
+use super::learner::{WrittenParameters, take_over};
+use super::source::{ConfigError, Mistake, Source, read};
 use super::stage::{WrittenStage, checked_stage};
-use super::{ConfigError, Mistake, Source, read};
+use crate::translate::listed;
 
 /// The curricula that come with the daemon: names and texts.
 pub const BUILT_IN: [(&str, &str); 12] = [
@@ -41,10 +42,11 @@ struct WrittenCurriculum {
     pools: BTreeMap<Spanned<String>, WrittenPool>,
     #[serde(default)]
     stage: Vec<Spanned<WrittenStage>>,
-    afterwards: WrittenAfterwards,
+    #[serde(with = "WrittenAfterwards")]
+    afterwards: Afterwards,
     /// Parameters that the curriculum is about, such as generalisation switched off.
     #[serde(default)]
-    learner: WrittenLearner,
+    learner: WrittenParameters,
     /// Numbers that its stages name, so that a run can be repeated with others.
     #[serde(default)]
     values: BTreeMap<String, f64>,
@@ -59,13 +61,14 @@ struct WrittenCurriculum {
 #[serde(deny_unknown_fields)]
 struct WrittenSetting {
     #[serde(default)]
-    learner: WrittenLearner,
+    learner: WrittenParameters,
     #[serde(default)]
     values: BTreeMap<Spanned<String>, f64>,
 }
 
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+/// [`Afterwards`] as people write it.
+#[derive(Deserialize)]
+#[serde(remote = "Afterwards", rename_all = "kebab-case")]
 enum WrittenAfterwards {
     Continue,
     Hold,
@@ -129,9 +132,8 @@ fn parse(
         let WrittenSetting { learner, values } = setting.parse()?;
         for (name, value) in values {
             let Some(known) = written.values.get_mut(name.get_ref()) else {
-                let known: Vec<_> = written.values.keys().map(String::as_str).collect();
-                let problem =
-                    format!("{} has no such value; its values are: {}", source.name, known.join(", "));
+                let known = listed(written.values.keys().map(String::as_str));
+                let problem = format!("{} has no such value; its values are: {known}", source.name);
                 return Err(setting.wrong(Mistake::new(name.span(), problem)));
             };
             *known = value;
@@ -172,11 +174,7 @@ fn checked(written: &WrittenCurriculum) -> Result<Curriculum, Mistake> {
         }
         stages.push(checked_stage(stage, &pools, &written.values, &mut drawn)?);
     }
-    let afterwards = match written.afterwards {
-        WrittenAfterwards::Continue => Afterwards::Continue,
-        WrittenAfterwards::Hold => Afterwards::Hold,
-    };
-    Ok(Curriculum { name: written.name.clone(), pools, stages, afterwards })
+    Ok(Curriculum { name: written.name.clone(), pools, stages, afterwards: written.afterwards })
 }
 
 fn checked_pool(name: &Spanned<String>, pool: &WrittenPool) -> Result<Pool, Mistake> {

@@ -7,15 +7,15 @@ use pschema_learner::parameters::{Parameters, TypeOverride};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{ConfigError, Mistake, Source, read};
+use super::source::{ConfigError, Mistake, Source, read};
 
 /// Observation types that may be given rules of their own.
 const TYPE_OVERRIDES_MAX: usize = 1024;
 
-/// As written; what is not written is the default.
+/// Parameters as people write them; one that is not written keeps its value.
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub(super) struct Written {
+pub(super) struct WrittenParameters {
     association_weight: Option<Spanned<f64>>,
     excite_by_post_conditions: Option<bool>,
     babbling_excitation: Option<Spanned<f64>>,
@@ -54,27 +54,28 @@ fn parse(source: Source<'_>) -> Result<Parameters, ConfigError> {
     Ok(parameters)
 }
 
-/// Takes over into `parameters` what is `written` in `source`.
+/// Replaces those of `parameters` that are `written` in `source`.
+///
+/// # Errors
+/// When one is out of its range, or there are too many types.
 pub(super) fn take_over(
     source: Source<'_>,
-    written: Written,
+    written: WrittenParameters,
     parameters: &mut Parameters,
 ) -> Result<(), ConfigError> {
-    let spans = [
-        ("association_weight", take(&written.association_weight, &mut parameters.association_weight)),
-        ("babbling_excitation", take(&written.babbling_excitation, &mut parameters.babbling_excitation)),
-        (
-            "generalisation_share_min",
-            take(&written.generalisation_share_min, &mut parameters.generalisation_share_min),
-        ),
-        (
-            "generalisation_support_min",
-            take(&written.generalisation_support_min, &mut parameters.generalisation_support_min),
-        ),
-        ("prediction_ratio_min", take(&written.prediction_ratio_min, &mut parameters.prediction_ratio_min)),
-        ("association_low_min", take(&written.association_low_min, &mut parameters.association_low_min)),
-        ("chain_length_max", take(&written.chain_length_max, &mut parameters.chain_length_max)),
-        ("chain_expansions_max", take(&written.chain_expansions_max, &mut parameters.chain_expansions_max)),
+    // Each number, with where it is written: a number out of its range is reported there.
+    macro_rules! numbers {
+        ($($name:ident),*) => { [$((stringify!($name), take(&written.$name, &mut parameters.$name))),*] };
+    }
+    let spans = numbers![
+        association_weight,
+        babbling_excitation,
+        generalisation_share_min,
+        generalisation_support_min,
+        prediction_ratio_min,
+        association_low_min,
+        chain_length_max,
+        chain_expansions_max
     ];
     parameters.excite_by_post_conditions =
         written.excite_by_post_conditions.unwrap_or(parameters.excite_by_post_conditions);
@@ -97,7 +98,7 @@ pub(super) fn take_over(
     })
 }
 
-/// Takes over a number that is written, and says where it is written.
+/// Replaces `into` by the number that is written, if one is, and returns where it is written.
 fn take<T: Copy>(written: &Option<Spanned<T>>, into: &mut T) -> Option<std::ops::Range<usize>> {
     let written = written.as_ref()?;
     *into = *written.get_ref();

@@ -2,18 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::Range;
 
 use pschema_learner::curriculum::{
     Absence, Argument, Habituation, Lift, NamedObservation, Pool, Saturation, SceneCommand, Stage,
     UTTERANCES_MAX, Utterance,
 };
 use serde::Deserialize;
-use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{self, Deserializer, MapAccess, Visitor};
 use toml::Spanned;
 
-use super::{Mistake, until};
-use crate::session::WORD_BYTES_MAX;
-use crate::translate::{HEARING, HEARING_TEXT};
+use super::source::Mistake;
+use super::until;
+use crate::session::{WORD_BYTES_MAX, is_word};
+use crate::translate::{HEARING, HEARING_TEXT, listed};
 
 const ARRANGE_MAX: usize = 64;
 const TRIALS_MAX: u32 = 1_000_000;
@@ -95,9 +97,18 @@ struct WrittenHabituation {
 }
 
 /// `"all"`, or a list of names.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected \"all\" or a list of observation types")]
 enum WrittenLift {
-    All,
+    All(AllTypes),
     Types(Vec<String>),
+}
+
+/// The word `all`.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum AllTypes {
+    All,
 }
 
 /// `4`, `"blue-block"` or `{ draw = "table" }`.
@@ -126,7 +137,7 @@ pub(super) fn checked_stage<'a>(
         return Err(Mistake::new(here(), format!("stage {name:?} lifts no sense: it could learn nothing")));
     }
     let trials = trials(stage)?;
-    let trial_actions_max = stage.trial_actions_max.as_ref().map_or(0, |max| *max.get_ref());
+    let (trial_actions_max, _) = number(&stage.trial_actions_max, 0);
     let ended = stage.until.is_some() || stage.until_absent.is_some() || trial_actions_max > 0;
     if trials > 0 && !ended && stage.saturation.is_none() {
         let problem = format!(
@@ -150,7 +161,7 @@ pub(super) fn checked_stage<'a>(
     Ok(Stage {
         name: name.clone(),
         lift: match &stage.lift {
-            WrittenLift::All => Lift::All,
+            WrittenLift::All(AllTypes::All) => Lift::All,
             WrittenLift::Types(types) => Lift::Types(types.clone()),
         },
         learning: stage.learning,
@@ -163,6 +174,11 @@ pub(super) fn checked_stage<'a>(
         habituation: stage.habituation.as_ref().map(|written| habituation(written, values)).transpose()?,
         say: stage.say.iter().map(|written| utterance(written, values)).collect::<Result<_, _>>()?,
     })
+}
+
+/// A number that may be left out, with its place.
+fn number<T: Copy>(written: &Option<Spanned<T>>, without: T) -> (T, Range<usize>) {
+    written.as_ref().map_or((without, 0..0), |written| (*written.get_ref(), written.span()))
 }
 
 fn observation(text: &Spanned<String>) -> Result<NamedObservation, Mistake> {
@@ -183,9 +199,8 @@ fn utterance(written: &WrittenUtterance, values: &BTreeMap<String, f64>) -> Resu
         let problem = format!("give 1 to {WORDS_MAX} words, of which one is said");
         return Err(Mistake::new(written.words.span(), problem));
     }
-    let times_max = written.times.as_ref().map_or(1, |times| *times.get_ref());
+    let (times_max, at) = number(&written.times, 1);
     if times_max == 0 {
-        let at = written.times.as_ref().map_or(0..0, Spanned::span);
         return Err(Mistake::new(at, "what is said 0 times is never said: give at least 1"));
     }
     Ok(Utterance {
@@ -199,9 +214,7 @@ fn utterance(written: &WrittenUtterance, values: &BTreeMap<String, f64>) -> Resu
 
 fn word(word: &Spanned<String>) -> Result<NamedObservation, Mistake> {
     let text = word.get_ref();
-    let sound = (1..=WORD_BYTES_MAX).contains(&text.len())
-        && !text.chars().any(|c| c.is_whitespace() || c.is_control());
-    if !sound {
+    if !is_word(text) {
         let problem = format!("{text:?} is no word: give 1 to {WORD_BYTES_MAX} bytes without spaces");
         return Err(Mistake::new(word.span(), problem));
     }
@@ -209,15 +222,10 @@ fn word(word: &Spanned<String>) -> Result<NamedObservation, Mistake> {
     Ok(NamedObservation { kind: HEARING.to_owned(), properties })
 }
 
-/// The curriculum's value of this name.
-fn named_value(
-    name: &str,
-    at: std::ops::Range<usize>,
-    values: &BTreeMap<String, f64>,
-) -> Result<f64, Mistake> {
+/// The curriculum's value of this name; the mistake is at `at`.
+fn named_value(name: &str, at: Range<usize>, values: &BTreeMap<String, f64>) -> Result<f64, Mistake> {
     values.get(name).copied().ok_or_else(|| {
-        let known: Vec<_> = values.keys().map(String::as_str).collect();
-        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+        let known = listed(values.keys().map(String::as_str));
         Mistake::new(at, format!("{name:?} is none of the curriculum's [values]; there are: {known}"))
     })
 }
@@ -246,9 +254,8 @@ fn probability(
 }
 
 fn trials(stage: &WrittenStage) -> Result<u32, Mistake> {
-    let trials = stage.trials.as_ref().map_or(0, |trials| *trials.get_ref());
+    let (trials, at) = number(&stage.trials, 0);
     if trials > TRIALS_MAX {
-        let at = stage.trials.as_ref().map_or(0..0, Spanned::span);
         return Err(Mistake::new(at, format!("{trials} trials, at most {TRIALS_MAX} are allowed")));
     }
     let per_trial = stage.until.as_ref().map(Spanned::span);
@@ -307,8 +314,7 @@ fn draw<'a>(
 ) -> Result<(), Mistake> {
     let name = pool_name.get_ref().as_str();
     let Some(pool) = pools.iter().find(|pool| pool.name == name) else {
-        let known: Vec<_> = pools.iter().map(|pool| pool.name.as_str()).collect();
-        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+        let known = listed(pools.iter().map(|pool| pool.name.as_str()));
         return Err(Mistake::new(pool_name.span(), format!("no pool is named {name:?}; there are: {known}")));
     };
     let holds = pool.to.abs_diff(pool.from).saturating_add(1);
@@ -350,42 +356,11 @@ fn habituation(written: &WrittenHabituation, values: &BTreeMap<String, f64>) -> 
             value as u32
         }
     };
-    let interval_max = written.interval_max.as_ref().map_or(0.0, |interval| *interval.get_ref());
+    let (interval_max, at) = number(&written.interval_max, 0.0);
     if !(0.0..=1.0).contains(&interval_max) {
-        let at = written.interval_max.as_ref().map_or(0..0, Spanned::span);
         return Err(Mistake::new(at, format!("interval_max = {interval_max} is outside 0..=1")));
     }
     Ok(Habituation { executions_min, interval_max })
-}
-
-impl<'de> Deserialize<'de> for WrittenLift {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl<'de> Visitor<'de> for Reader {
-            type Value = WrittenLift;
-
-            fn expecting(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-                to.write_str("\"all\" or a list of observation types")
-            }
-
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<WrittenLift, E> {
-                if text == "all" {
-                    Ok(WrittenLift::All)
-                } else {
-                    Err(E::invalid_value(de::Unexpected::Str(text), &self))
-                }
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<WrittenLift, A::Error> {
-                let mut types = Vec::new();
-                while let Some(name) = list.next_element()? {
-                    types.push(name);
-                }
-                Ok(WrittenLift::Types(types))
-            }
-        }
-        from.deserialize_any(Reader)
-    }
 }
 
 impl<'de> Deserialize<'de> for WrittenArgument {

@@ -8,7 +8,7 @@ use pschema_learner::notation;
 
 use super::question::Inspect;
 use super::{goals, text, trace};
-use crate::mind::View;
+use crate::view::View;
 
 impl Inspect for ExplanationQuery {
     fn answer(&self, view: &View) -> Result<Explanation, Problem> {
@@ -22,7 +22,7 @@ impl Inspect for ExplanationQuery {
 /// When that step decided nothing, or too long ago.
 pub(super) fn decision(view: &View, step: Option<u64>) -> Result<&Decision, Problem> {
     let decisions = &view.decisions;
-    let (Some(first), Some(last)) = (decisions.first(), decisions.last()) else {
+    let (Some(first), Some(last)) = (decisions.front(), decisions.back()) else {
         return Err(Problem::of("nothing has been decided yet"));
     };
     let Some(step) = step else { return Ok(last) };

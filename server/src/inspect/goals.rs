@@ -20,7 +20,8 @@ use pschema_learner::world_state::WorldState;
 
 use super::question::Inspect;
 use super::{schemas, text};
-use crate::mind::View;
+use crate::mind::NO_BODY;
+use crate::view::View;
 
 impl Inspect for PredictionQuery {
     fn answer(&self, view: &View) -> Result<Prediction, Problem> {
@@ -31,7 +32,7 @@ impl Inspect for PredictionQuery {
             vocabulary.bodies().get(usize::from(body.0)).map_or(&[][..], |body| &body.repertoire);
         let primitive =
             notation::parse_primitive(vocabulary, repertoire, &self.action).map_err(Problem::of)?;
-        let memory = Memory::restore(content.clone(), view.parameters.clone());
+        let memory = Memory::restore(content.clone(), view.setup.parameters.clone());
         let found = goals::predict(&memory, body, &world, primitive);
         let at = usize::try_from(primitive.0).unwrap_or(usize::MAX);
         let attempts: Count = content.attempts.get(at).copied().unwrap_or_default();
@@ -70,7 +71,7 @@ pub(super) fn plan(view: &View, patterns: &[String]) -> Result<Plan, Problem> {
         let (most, given) = (GOAL_PATTERNS_MAX, goal.len());
         return Err(Problem::of(format!("a goal has 1 to {most} patterns, not {given}")));
     }
-    let memory = Memory::restore(content.clone(), view.parameters.clone());
+    let memory = Memory::restore(content.clone(), view.setup.parameters.clone());
     let plan::PlanSearch { plan, truncated } = plan::plan(&memory, body, &world, &goal);
     let state = match &plan {
         Some(plan) if plan.steps.is_empty() => PlanState::HoldsAlready,
@@ -140,13 +141,9 @@ pub(super) fn followed(content: &Content, from: &decision::DecisionGoal) -> Deci
 
 /// The body that tools ask about, with what it perceives under the constraints of the present stage.
 fn here(view: &View) -> Result<(BodyId, WorldState), Problem> {
-    let (body, observations) = view.host.perceived.as_ref().ok_or_else(|| Problem::of(NO_BODY))?;
-    Ok((*body, goals::perceived(&view.content, &view.curriculum, observations)))
+    let (body, observations) = view.perceived().ok_or_else(|| Problem::of(NO_BODY))?;
+    Ok((body, goals::perceived(&view.content, &view.setup.curriculum, observations)))
 }
-
-/// The reason why there is nothing to predict or to plan.
-pub(crate) const NO_BODY: &str =
-    "no body is attached, so there is nothing to act in: start one, such as `pschema sim`";
 
 fn body_name(content: &Content, body: BodyId) -> String {
     let known = content.vocabulary.bodies().get(usize::from(body.0));

@@ -17,7 +17,7 @@ use pschema_learner::schema::SchemaId;
 
 use super::question::{Inspect, no_schema};
 use super::{goals, schemas};
-use crate::mind::View;
+use crate::view::View;
 use basis::{Basis, Selection, count};
 use places::{Cluster, Places};
 use ties::{Edges, Ties};
@@ -77,7 +77,7 @@ fn graph(view: &View, query: &GraphQuery) -> Result<Graph, Problem> {
 }
 
 fn basis(view: &View) -> Basis<'_> {
-    Basis { content: &view.content, ratio_min: view.parameters.prediction_ratio_min }
+    Basis { content: &view.content, ratio_min: view.setup.parameters.prediction_ratio_min }
 }
 
 /// The schemas of a plan, with the carriers of the generalised ones among them.

@@ -11,7 +11,7 @@ use pschema_learner::observation::Observation;
 
 use super::question::Inspect;
 use super::{explain, schemas, status, text, trace};
-use crate::mind::View;
+use crate::view::View;
 
 /// Schemas in one answer.
 const NEWEST_MAX: u32 = 100;
@@ -69,10 +69,11 @@ fn newest(view: &View, max: u32) -> Vec<SchemaSummary> {
 
 /// The observations of the world state, each with whether it is new and how often it had attention.
 fn observations(view: &View) -> Vec<WorldObservation> {
-    let Some((_, perceived)) = &view.host.perceived else { return Vec::new() };
+    let Some(senses) = &view.senses else { return Vec::new() };
+    let perceived = &senses.last.observations;
     let content = &view.content;
     let shown = &perceived[..perceived.len().min(PERCEIVED_MAX)];
-    let before: BTreeSet<&Observation> = view.host.before.iter().collect();
+    let before: BTreeSet<&Observation> = senses.before.observations.iter().collect();
     let mut wanted: BTreeMap<&Observation, u32> = shown.iter().map(|one| (one, 0)).collect();
     let mut unknown = wanted.len();
     // Memory's index of observations is private to the learner, so its list is searched.

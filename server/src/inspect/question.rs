@@ -3,7 +3,7 @@
 use pschema_inspect::Ask;
 use pschema_inspect::codec::Problem;
 
-use crate::mind::View;
+use crate::view::View;
 
 /// A question that a view of the learner answers.
 pub trait Inspect: Ask {

@@ -5,7 +5,7 @@ use pschema_inspect::codec::{self, Problem, Reply};
 use serde::Serialize;
 
 use super::question::Inspect;
-use crate::mind::View;
+use crate::view::View;
 
 /// The reply to a question as bytes for its tool.
 #[must_use]

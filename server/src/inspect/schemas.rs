@@ -14,7 +14,7 @@ use pschema_learner::schema::{Form, ObservationId, Schema, SchemaId};
 
 use super::question::{Inspect, no_schema};
 use super::text;
-use crate::mind::View;
+use crate::view::View;
 
 /// Most schemas in one list.
 pub const LIST_MAX: u32 = 10_000;
@@ -180,7 +180,7 @@ impl Rank {
             SchemaSort::Probability => Self::Probability,
             SchemaSort::Excitation => {
                 let mut excitation: BTreeMap<u32, f64> = BTreeMap::new();
-                for candidate in view.decisions.last().iter().flat_map(|decision| &decision.candidates) {
+                for candidate in view.decisions.back().iter().flat_map(|decision| &decision.candidates) {
                     if let Subject::Schema(id) = candidate.subject {
                         let top = excitation.entry(id.0).or_default();
                         *top = top.max(candidate.excitation);

@@ -5,12 +5,12 @@ use pschema_learner::curriculum::{Habituation, Stage};
 use pschema_learner::schema::Schema;
 use pschema_learner::world_state::WorldState;
 
-use crate::mind::View;
+use crate::view::View;
 
 /// The present stage; none once the curriculum is over.
 fn present(view: &View) -> Option<&Stage> {
     let progress = &view.content.progress;
-    view.curriculum.stages.get(progress.stage).filter(|_| !progress.finished)
+    view.setup.curriculum.stages.get(progress.stage).filter(|_| !progress.finished)
 }
 
 /// How near the stage is to saturation; none if it does not end so.
@@ -38,10 +38,10 @@ pub(super) fn habituation(view: &View) -> Option<HabituationStatus> {
 /// The number of schemas of the stage that the student can execute here and that are not yet known well enough.
 fn left(view: &View, rule: &Habituation) -> Option<u32> {
     let content = &view.content;
-    let (body, perceived) = view.host.perceived.as_ref()?;
+    let (body, perceived) = view.perceived()?;
     let known = content.vocabulary.bodies().get(usize::from(body.0))?;
     let first_step = content.progress.report()?.first_step;
-    if content.progress.student != Some(*body) {
+    if content.progress.student != Some(body) {
         return None;
     }
     let world = WorldState::new(perceived.iter().cloned());

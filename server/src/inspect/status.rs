@@ -10,7 +10,7 @@ use pschema_learner::progress::StageReport;
 use super::question::Inspect;
 use super::{goals, stage};
 use crate::growth::resident_bytes;
-use crate::mind::View;
+use crate::view::View;
 
 impl Inspect for StatusQuery {
     fn answer(&self, view: &View) -> Result<Status, Problem> {
@@ -28,34 +28,34 @@ impl Inspect for ReportQuery {
 pub(super) fn status(view: &View) -> Status {
     let (total, concrete, generalised) = counts(view);
     Status {
-        name: view.host.name.clone(),
+        name: view.name.to_string(),
         pid: std::process::id(),
-        uptime_s: view.uptime_s,
+        uptime_s: view.uptime_s(),
         step: view.content.step,
-        durable_step: view.host.storage.as_ref().map(|storage| storage.durable_step),
-        storage: view.host.storage.clone(),
-        curriculum: view.curriculum.name.clone(),
+        durable_step: view.storage().map(|storage| storage.durable_step),
+        storage: view.storage().cloned(),
+        curriculum: view.setup.curriculum.name.clone(),
         stage: stage_name(view),
-        stage_state: view.state.clone(),
+        stage_state: view.state(),
         saturation: stage::saturation(view),
         habituation: stage::habituation(view),
         trial: stage::trial(view),
         schemas_total: total,
         schemas_concrete: concrete,
         schemas_generalised: generalised,
-        bodies: view.host.bodies.clone(),
-        steps_per_s: view.steps_per_s,
-        step_latency_us_p50: view.latencies.recent_us(0.5),
-        step_latency_us_p99: view.latencies.recent_us(0.99),
-        commit_latency_us_p50: view.commits.recent_us(0.5),
-        commit_latency_us_p99: view.commits.recent_us(0.99),
+        bodies: view.bodies(),
+        steps_per_s: view.steps_per_s(),
+        step_latency_us_p50: view.account.latencies.recent_us(0.5),
+        step_latency_us_p99: view.account.latencies.recent_us(0.99),
+        commit_latency_us_p50: view.account.commits.recent_us(0.5),
+        commit_latency_us_p99: view.account.commits.recent_us(0.99),
         memory_bytes: resident_bytes(),
-        growth: view.growth.rows(),
+        growth: view.account.growth.rows(),
         memory_digest: None,
         excitation_top: excitation_top(view),
-        world: view.host.world.clone(),
+        world: view.world(),
         goal: goals::summary(view),
-        refused: view.host.refused.clone(),
+        refused: view.refusals(),
     }
 }
 
@@ -64,8 +64,9 @@ pub(super) fn status(view: &View) -> Status {
 pub fn report(view: &View) -> Report {
     let progress = &view.content.progress;
     let (total, concrete, generalised) = counts(view);
+    let stuck = view.stuck();
     let learning: BTreeMap<&str, bool> =
-        view.curriculum.stages.iter().map(|stage| (stage.name.as_str(), stage.learning)).collect();
+        view.setup.curriculum.stages.iter().map(|stage| (stage.name.as_str(), stage.learning)).collect();
     let summary = |report: &StageReport| StageSummary {
         name: report.name.clone(),
         learning: learning.get(report.name.as_str()).copied().unwrap_or(true),
@@ -83,21 +84,21 @@ pub fn report(view: &View) -> Report {
         ended: report.ended,
     };
     Report {
-        curriculum: view.curriculum.name.clone(),
-        seed: view.seed,
+        curriculum: view.setup.curriculum.name.clone(),
+        seed: view.setup.seed,
         stage: stage_name(view),
-        stage_state: view.state.clone(),
+        stage_state: view.state(),
         finished: progress.finished,
-        stuck: view.stuck.clone(),
+        stuck: stuck.clone(),
         step: view.content.step,
         schemas_total: total,
         schemas_concrete: concrete,
         schemas_generalised: generalised,
         actions_total: progress.reports.iter().map(|report| report.actions).sum(),
-        step_latency_us_p50: view.latencies.all_us(0.5),
-        step_latency_us_p99: view.latencies.all_us(0.99),
-        memory_digest: (progress.finished || view.stuck.is_some()).then(|| digest(&view.content)),
-        stages: progress.reports.iter().map(summary).collect(),
+        step_latency_us_p50: view.account.latencies.all_us(0.5),
+        step_latency_us_p99: view.account.latencies.all_us(0.99),
+        memory_digest: (progress.finished || stuck.is_some()).then(|| digest(&view.content)),
+        stages: progress.reports.iter().map(|report| summary(report)).collect(),
     }
 }
 
@@ -110,11 +111,11 @@ fn counts(view: &View) -> (u32, u32, u32) {
 
 fn stage_name(view: &View) -> String {
     let progress = &view.content.progress;
-    let first = || view.curriculum.stages.first().map(|stage| stage.name.clone());
+    let first = || view.setup.curriculum.stages.first().map(|stage| stage.name.clone());
     progress.report().map(|report| report.name.clone()).or_else(first).unwrap_or_default()
 }
 
 fn excitation_top(view: &View) -> f64 {
-    let last = view.decisions.last();
+    let last = view.decisions.back();
     last.and_then(|decision| decision.candidates.first()).map_or(0.0, |candidate| candidate.excitation)
 }

@@ -9,8 +9,8 @@ use pschema_learner::vocabulary::Vocabulary;
 
 use super::question::Inspect;
 use super::text;
-use crate::mind::View;
 use crate::trace::{Decided, RECORDS_KEPT_MAX, Record};
+use crate::view::View;
 
 /// Records in one page.
 pub(crate) const PAGE_MAX: usize = 256;
@@ -30,12 +30,12 @@ impl Inspect for TraceQuery {
 /// The records from the number `from` on.
 pub(super) fn page(view: &View, from: u64) -> TracePage {
     let vocabulary = &view.content.vocabulary;
-    let (from, records) = view.trace.from(from, PAGE_MAX);
+    let (from, records) = view.account.trace.from(from, PAGE_MAX);
     TracePage {
         from,
-        total: view.trace.total(),
+        total: view.account.trace.total(),
         kept_max: RECORDS_KEPT_MAX as u64,
-        stages: view.curriculum.stages.iter().map(|stage| stage.name.clone()).collect(),
+        stages: view.setup.curriculum.stages.iter().map(|stage| stage.name.clone()).collect(),
         records: records.map(|one| record(vocabulary, one)).collect(),
     }
 }

@@ -11,7 +11,7 @@ use pschema_learner::why_not::{self, Reweighing, WeighError};
 
 use super::question::{Inspect, no_schema};
 use super::{explain, goals, schemas, text, trace};
-use crate::mind::View;
+use crate::view::View;
 
 impl Inspect for WhyNotQuery {
     fn answer(&self, view: &View) -> Result<WhyNot, Problem> {
@@ -29,8 +29,8 @@ fn why_not(view: &View, id: u32, step: Option<u64>) -> Result<WhyNot, Problem> {
         let step = decision.step;
         return Err(Problem::of(format!("schema {id} was made only after step {step} decided")));
     }
-    let memory = Memory::restore(content.clone(), view.parameters.clone());
-    let weighed = why_not::weigh(&memory, &view.curriculum, decision, SchemaId(id));
+    let memory = Memory::restore(content.clone(), view.setup.parameters.clone());
+    let weighed = why_not::weigh(&memory, &view.setup.curriculum, decision, SchemaId(id));
     let weighed = weighed.map_err(|error| match error {
         WeighError::Schema => no_schema(view, id),
         WeighError::Changed => Problem::of(format!(

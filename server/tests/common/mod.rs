@@ -29,10 +29,11 @@ pub(crate) fn problem<Q: Ask>(client: &mut Client, asked: Q) -> String {
 
 pub(crate) const FIELDS: i64 = 8;
 
-/// A finger that can be moved to any of [`FIELDS`] fields, and sees itself and a block there.
+/// A finger that can be moved to any of some fields, [`FIELDS`] if not otherwise said, and sees itself and a block there.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
     description: Description,
+    fields: i64,
     senses: [SenseId; 3],
     finger: Option<i64>,
     block: Option<(u32, i64)>,
@@ -41,8 +42,13 @@ pub(crate) struct Row {
 
 impl Row {
     pub(crate) fn new(name: &str) -> Self {
+        Self::with_fields(name, FIELDS)
+    }
+
+    /// With so many fields.
+    pub(crate) fn with_fields(name: &str, fields: i64) -> Self {
         let mut description = Description::new(name, "row");
-        let field = |name| Property::integer(name, 0..=FIELDS - 1);
+        let field = |name| Property::integer(name, 0..=fields - 1);
         let colour = Property::symbol("colour", ["red", "blue"]);
         let senses = [
             ObservationType::state("finger").own().property(field("field")),
@@ -50,15 +56,16 @@ impl Row {
             ObservationType::event("touch"),
         ]
         .map(|sense| description.observation(sense));
-        let reach =
-            description.action(ActionType::new("move").parameter(Property::real("reach", 0.0..=1.0, 0.01)));
-        for field in 0..FIELDS {
-            description.primitive(reach, [field as f64 / FIELDS as f64]);
+        // Fine enough for each field to be a place of its own: 0.01 with eight fields.
+        let reach = Property::real("reach", 0.0..=1.0, 0.08 / fields as f64);
+        let reach = description.action(ActionType::new("move").parameter(reach));
+        for field in 0..fields {
+            description.primitive(reach, [field as f64 / fields as f64]);
         }
         let object = Property::symbol("object", ["red-block", "blue-block"]);
         let place = ActionType::new("place").parameter(object).parameter(field("position"));
         description.scene_command(place);
-        Self { description, senses, finger: None, block: None, moved: false }
+        Self { description, fields, senses, finger: None, block: None, moved: false }
     }
 
     /// With the block in `field` from the beginning.
@@ -87,7 +94,7 @@ impl Body for Row {
 
     fn act(&mut self, action: &Action) -> Outcome {
         let Some(reach) = action.real(0) else { return Outcome::refused("no reach") };
-        self.finger = Some((reach * FIELDS as f64).round() as i64);
+        self.finger = Some((reach * self.fields as f64).round() as i64);
         self.moved = true;
         Outcome::Done
     }

@@ -204,7 +204,7 @@ fn in_process(directory: &Path, rounds: u32, stop: &Stop, bar: &Bar) -> Result<D
         stop.check()?;
         let frame = body.next_frame();
         let began = Instant::now();
-        let served = session.frame(&mut learner, frame, &mut Vec::new());
+        let served = session.frame(&mut learner, frame, &mut Vec::new(), false);
         let decided = began.elapsed();
         let mut after = before;
         if let Some(step) = &served.step {

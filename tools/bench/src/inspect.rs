@@ -10,9 +10,11 @@ use pschema_inspect::{
     DetailQuery, ExplanationQuery, GraphQuery, Question, SchemaQuery, SchemaSort, StatusQuery, WhyNotQuery,
 };
 use pschema_learner::decision::{Decision, Subject};
+use pschema_learner::observation::Observation;
+use pschema_learner::vocabulary::BodyId;
 use pschema_process::say;
 use pschema_server::inspect;
-use pschema_server::mind::{HostFacts, View};
+use pschema_server::view::View;
 use pschema_tools::kit::{Columns, Failure, show};
 use serde::Serialize;
 
@@ -104,7 +106,7 @@ pub(crate) fn run(args: &InspectArgs, quiet: bool) -> Result<(), Failure> {
 struct Life {
     world: World,
     seed: u64,
-    decided: Option<(Decision, HostFacts)>,
+    decided: Option<(Decision, (BodyId, Vec<Observation>))>,
 }
 
 impl Life {
@@ -120,15 +122,14 @@ impl Life {
         let took = began.elapsed();
         self.world.follow(&step.output);
         if let Some(decision) = step.decision {
-            let perceived = Some((frame.body, frame.observations));
-            self.decided = Some((decision, HostFacts { perceived, ..HostFacts::default() }));
+            self.decided = Some((decision, (frame.body, frame.observations)));
         }
         took
     }
 
     fn view(&self) -> View {
-        let (decision, host) = self.decided.clone().unzip();
-        View::of(self.world.learner(), self.seed, decision, host.unwrap_or_default())
+        let (decision, perceived) = self.decided.clone().unzip();
+        View::alone("bench", self.world.learner(), self.seed, decision, perceived)
     }
 
     /// A schema to ask about: one that was a candidate last, but not the chosen one if there is another.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use pschema_inspect::Report;
 use pschema_process::Stop;
 use pschema_server::ServerArgs;
-use pschema_server::in_process::{InProcess, InProcessError, Progress};
+use pschema_server::in_process::{InProcess, InProcessError, RunState};
 use pschema_server::inspect::Inspect;
 use pschema_sim::config::FileError;
 
@@ -34,7 +34,7 @@ pub(crate) fn in_process(
     let mut run = begun(condition, seed, stop)?;
     let mut looked = Instant::now();
     let mut trace = Trace::default();
-    while run.advance()? == Progress::Running {
+    while run.advance()? == RunState::Running {
         stop.check()?;
         if looked.elapsed() > LOOK_EVERY {
             trace.fetch(&mut run, design)?;
@@ -56,7 +56,7 @@ fn begun(condition: &Condition, seed: u64, stop: &Stop) -> Result<InProcess<AnyB
     let setup = read::<ServerArgs>(condition.daemon(seed))?.setup().map_err(Failure::of)?;
     let Some(earlier) = &condition.after else { return Ok(InProcess::new(body, setup)?) };
     let mut first = begun(earlier, seed, stop)?;
-    while first.advance()? == Progress::Running {
+    while first.advance()? == RunState::Running {
         stop.check()?;
     }
     let report = first.report();

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use hyper::StatusCode;
 use pschema_inspect::{Ask, Question, Report, Request, SchemaSort};
 use pschema_server::inspect::Inspect;
-use pschema_server::mind::View;
+use pschema_server::view::View;
 use pschema_store::past::PastError;
 
 use super::answers::{self, About, Respondent};

@@ -10,7 +10,7 @@ use crate::nouns::frame::{Frame, Step};
 use crate::nouns::observation::{Pattern, SymbolId};
 use crate::nouns::parameters::{ParameterError, Parameters};
 use crate::nouns::progress::{StageCommand, StageCommandError, StageEffect};
-use crate::nouns::pursuit::PursueError;
+use crate::nouns::pursuit::{PursueError, Pursuit};
 use crate::nouns::vocabulary::{BodyId, Declaration, DeclarationError};
 
 /// Why a learner can't be made.
@@ -150,6 +150,53 @@ impl Learner {
         let mut draft = Draft::new(&mut self.memory);
         pursue::cancel(&mut draft)?;
         Ok(draft.effects())
+    }
+
+    /// Whether it wants nothing of any body until an operator gives an order: it is held, or it is through.
+    #[must_use]
+    pub fn is_waiting(&self) -> bool {
+        self.memory.content().progress.held || self.is_through()
+    }
+
+    /// Whether it wants nothing of any body, held or not, until an operator moves the curriculum on: it is stuck, or
+    /// the curriculum is over and says to hold then, and no goal is pursued.
+    #[must_use]
+    pub fn is_through(&self) -> bool {
+        let content = self.memory.content();
+        stages::is_at_end(&content.progress, &self.curriculum)
+            && !content.pursuit.as_deref().is_some_and(Pursuit::under_way)
+    }
+
+    /// Whether it wants nothing of `body` until an operator gives an order: it is held, or it is through with `body`.
+    #[must_use]
+    pub fn rests(&self, body: BodyId) -> bool {
+        self.memory.content().progress.held || self.is_through_with(body)
+    }
+
+    /// Whether it wants nothing of `body`, held or not: as [`Learner::is_through`], but a goal keeps only the body
+    /// awake that pursues it.
+    #[must_use]
+    pub fn is_through_with(&self, body: BodyId) -> bool {
+        let content = self.memory.content();
+        stages::is_at_end(&content.progress, &self.curriculum) && content.pursuit_of(body).is_none()
+    }
+
+    /// One step although an operator holds the learner: it is let go for this frame, and held again. Its effects begin
+    /// with the one and end with the other, so that together they are one change: memory before it and memory after it
+    /// are both held.
+    pub fn single_step(&mut self, frame: &Frame) -> Step {
+        let mut effects = self.set_held(false);
+        let step = self.step(frame);
+        effects.extend(step.effects);
+        effects.extend(self.set_held(true));
+        Step { effects, ..step }
+    }
+
+    /// Holds it, as an operator does, or lets it go on.
+    pub fn set_held(&mut self, held: bool) -> Vec<Effect> {
+        let mut draft = Draft::new(&mut self.memory);
+        draft.emit(Effect::Stage(StageEffect::Held(held)));
+        draft.effects()
     }
 
     /// One step of the cycle in `docs/LEARNING.md`. A frame of a body that was never declared is answered with

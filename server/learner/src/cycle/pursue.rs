@@ -67,7 +67,7 @@ pub(crate) fn begin(
 
 /// Calls the goal off that is pursued.
 pub(crate) fn cancel(draft: &mut Draft<'_>) -> Result<(), PursueError> {
-    let pursuit = draft.memory().content().pursuit.as_ref();
+    let pursuit = draft.memory().content().pursuit.as_deref();
     if !pursuit.is_some_and(Pursuit::under_way) {
         return Err(PursueError::Nothing);
     }

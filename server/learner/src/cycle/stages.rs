@@ -1,6 +1,8 @@
 //! Developmental control (paper, II-F): lift a constraint, act, saturate (LCAS). Follows a curriculum; all
 //! that it remembers is in [`crate::nouns::progress::Progress`].
 
+use std::sync::Arc;
+
 use crate::memory::Memory;
 use crate::memory::draft::Draft;
 use crate::nouns::curriculum::{
@@ -8,7 +10,7 @@ use crate::nouns::curriculum::{
 };
 use crate::nouns::effect::Effect;
 use crate::nouns::observation::{Observation, TypeId, Value};
-use crate::nouns::progress::{StageCommand, StageCommandError, StageEffect};
+use crate::nouns::progress::{Progress, StageCommand, StageCommandError, StageEffect};
 use crate::nouns::vocabulary::{BodyId, Vocabulary};
 use crate::nouns::world_state::WorldState;
 
@@ -24,6 +26,11 @@ pub(crate) struct Novelty {
 pub(crate) fn present<'a>(memory: &Memory, curriculum: &'a Curriculum) -> &'a Stage {
     let at = memory.content().progress.stage.min(curriculum.stages.len().saturating_sub(1));
     &curriculum.stages[at]
+}
+
+/// Whether only an operator can move the curriculum on: it is stuck, or over and says to hold then.
+pub(crate) fn is_at_end(progress: &Progress, curriculum: &Curriculum) -> bool {
+    progress.stuck.is_some() || (progress.finished && curriculum.afterwards == Afterwards::Hold)
 }
 
 /// For each observation type, whether the stage lifts it.
@@ -186,8 +193,7 @@ pub(crate) fn demand(draft: &mut Draft<'_>, curriculum: &Curriculum, student: bo
     // Each turn ends a stage or returns, so there are no more turns than stages.
     for _ in 0..=curriculum.stages.len() {
         let progress = &draft.memory().content().progress;
-        let waits = progress.finished && curriculum.afterwards == Afterwards::Hold;
-        if progress.held || progress.stuck.is_some() || waits {
+        if progress.held || is_at_end(progress, curriculum) {
             return Demand::Hold;
         }
         if !student || progress.finished || progress.trial_open {
@@ -222,7 +228,7 @@ fn arrange(draft: &mut Draft<'_>, curriculum: &Curriculum, stage: &Stage) -> Dem
             let given = match argument {
                 Argument::Draw(pool) => {
                     let at = curriculum.pools.iter().position(|known| known.name == *pool);
-                    let number = at.and_then(|at| pools.get_mut(at)?.pop().map(|number| (at, number)));
+                    let number = at.and_then(|at| Some((at, Arc::make_mut(pools.get_mut(at)?).pop()?)));
                     let Some(number) = number else {
                         let reason = format!("pool {pool:?} is used up: widen it, or ask for fewer trials");
                         draft.emit(Effect::Stage(StageEffect::Stuck(reason)));

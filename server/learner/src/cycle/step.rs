@@ -5,6 +5,7 @@
 //! memory. No clock, no I/O, no thread; the only randomness is the seeded generator in memory.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use crate::cycle::association::{associate, happened};
 use crate::cycle::attention::attend;
@@ -62,7 +63,7 @@ pub(crate) fn step(memory: &mut Memory, curriculum: &Curriculum, caches: &mut Ca
         arranged(&mut draft, outcome);
     }
     let (acted, chain) = match pending {
-        Some(execution) => end(&mut draft, curriculum, *execution, outcome, &world, &lifted),
+        Some(execution) => end(&mut draft, curriculum, &execution, outcome, &world, &lifted),
         None => (None, Vec::new()),
     };
     // 8. Where the curriculum stands.
@@ -78,7 +79,7 @@ pub(crate) fn step(memory: &mut Memory, curriculum: &Curriculum, caches: &mut Ca
         choose(&mut draft, curriculum, caches, frame, novelty, chain)
     });
     let Turn { output, decision, execution, random } = turn;
-    draft.emit(Effect::StepEnded { body, random: random.state(), pending: execution.map(Box::new) });
+    draft.emit(Effect::StepEnded { body, random: random.state(), pending: execution.map(Arc::new) });
     Step { output, effects: draft.effects(), decision }
 }
 
@@ -114,7 +115,7 @@ fn arranged(draft: &mut Draft<'_>, outcome: Option<ActionOutcome>) {
 fn end(
     draft: &mut Draft<'_>,
     curriculum: &Curriculum,
-    execution: Execution,
+    execution: &Execution,
     outcome: Option<ActionOutcome>,
     world: &WorldState,
     lifted: &[bool],
@@ -127,8 +128,8 @@ fn end(
     if outcome != Some(ActionOutcome::Done) {
         return (None, Vec::new());
     }
-    let novelty = if learning { learn(draft, &execution, world, lifted) } else { Novelty::default() };
-    (Some(novelty), execution.chain)
+    let novelty = if learning { learn(draft, execution, world, lifted) } else { Novelty::default() };
+    (Some(novelty), execution.chain.clone())
 }
 
 /// The world state under the constraints of the present stage, and which types it lifts.

@@ -12,7 +12,7 @@ use crate::nouns::effect_error::EffectError;
 use crate::nouns::observation::{Observation, Pattern};
 use crate::nouns::parameters::{Parameters, TypeRules};
 use crate::nouns::probability::Count;
-use crate::nouns::progress::{Progress, StageEffect};
+use crate::nouns::progress::StageEffect;
 use crate::nouns::pursuit::{PLANS_KEPT_MAX, Pursuit, PursuitEffect};
 use crate::nouns::random::Random;
 use crate::nouns::schema::{
@@ -42,7 +42,7 @@ impl Memory {
             happened: Chunks::default(),
             attempts: Chunks::default(),
             pending: Vec::new(),
-            progress: Progress::default(),
+            progress: Arc::default(),
             pursuit: None,
             random: Random::from_seed(seed),
             step: 0,
@@ -177,7 +177,7 @@ impl Memory {
     }
 
     fn progress(&mut self, effect: &StageEffect) {
-        self.content.progress.apply(effect, self.content.step);
+        Arc::make_mut(&mut self.content.progress).apply(effect, self.content.step);
         match effect {
             StageEffect::Begun { random, .. } | StageEffect::Spoken { random, .. } => {
                 self.content.random = Random::from_seed(*random);
@@ -352,7 +352,7 @@ impl Memory {
         let content = &mut self.content;
         if let PursuitEffect::Begun { body, goal, actions_max } = effect {
             content.forget_chain(*body);
-            content.pursuit = Some(Pursuit {
+            content.pursuit = Some(Arc::new(Pursuit {
                 number: content.pursuit.as_ref().map_or(0, |before| before.number).saturating_add(1),
                 body: *body,
                 goal: goal.clone(),
@@ -361,16 +361,16 @@ impl Memory {
                 plans_made: 0,
                 plans: Vec::new(),
                 ended: None,
-            });
+            }));
         }
-        let Some(pursuit) = &mut content.pursuit else { return };
+        let Some(pursuit) = content.pursuit.as_mut().map(Arc::make_mut) else { return };
         match effect {
             PursuitEffect::Begun { .. } => (),
             PursuitEffect::Planned(plan) => {
                 if pursuit.plans.len() >= PLANS_KEPT_MAX {
                     pursuit.plans.remove(0);
                 }
-                pursuit.plans.push(plan.clone());
+                pursuit.plans.push(Arc::new(plan.clone()));
                 pursuit.plans_made = pursuit.plans_made.saturating_add(1);
             }
             PursuitEffect::Acted => pursuit.actions = pursuit.actions.saturating_add(1),

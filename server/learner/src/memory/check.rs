@@ -190,7 +190,7 @@ impl Check<'_> {
     }
 
     fn pursuit(&self, effect: &PursuitEffect) -> Result<(), EffectError> {
-        let under_way = self.content.pursuit.as_ref().is_some_and(Pursuit::under_way);
+        let under_way = self.content.pursuit.as_deref().is_some_and(Pursuit::under_way);
         if under_way == matches!(effect, PursuitEffect::Begun { .. }) {
             return Err(EffectError::Goal);
         }
@@ -243,7 +243,7 @@ impl Check<'_> {
 fn draws(progress: &Progress, drawn: &[(usize, i64)]) -> Result<(), EffectError> {
     let mut left: BTreeMap<usize, &[i64]> = BTreeMap::new();
     for (pool, number) in drawn {
-        let numbers = progress.pools.get(*pool).map_or(&[][..], Vec::as_slice);
+        let numbers = progress.pools.get(*pool).map_or(&[][..], |left| left.as_slice());
         let left = left.entry(*pool).or_insert(numbers);
         match left.split_last() {
             Some((next, rest)) if next == number => *left = rest,

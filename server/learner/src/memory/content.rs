@@ -12,7 +12,8 @@ use crate::nouns::random::Random;
 use crate::nouns::schema::{ObservationId, Schema, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId, Vocabulary};
 
-/// What is known, without the indexes that make it fast to ask. Cheap to clone, for those who inspect it.
+/// What is known, without the indexes that make it fast to ask. Cheap to clone, for those who inspect it: a clone shares
+/// what it is of, and a change after it copies the part that changes.
 #[derive(Clone, Debug)]
 pub struct Content {
     /// What can be perceived and done; shared, for it seldom changes.
@@ -28,11 +29,11 @@ pub struct Content {
     /// For each primitive, how often it was asked for and how often carried out.
     pub attempts: Chunks<Count>,
     /// For each body, the execution under way.
-    pub pending: Vec<Option<Box<Execution>>>,
+    pub pending: Vec<Option<Arc<Execution>>>,
     /// Where the curriculum stands.
-    pub progress: Progress,
+    pub progress: Arc<Progress>,
     /// The goal that is pursued, or was the last to be.
-    pub pursuit: Option<Pursuit>,
+    pub pursuit: Option<Arc<Pursuit>>,
     /// The state of the generator.
     pub random: Random,
     /// Steps taken.
@@ -69,12 +70,12 @@ impl Content {
     /// still learnt from.
     pub(super) fn forget_chain(&mut self, body: BodyId) {
         if let Some(Some(execution)) = self.pending.get_mut(usize::from(body.0)) {
-            execution.chain.clear();
+            Arc::make_mut(execution).chain.clear();
         }
     }
 
     /// The goal that `body` pursues.
     pub(crate) fn pursuit_of(&self, body: BodyId) -> Option<&Pursuit> {
-        self.pursuit.as_ref().filter(|pursuit| pursuit.under_way() && pursuit.body == body)
+        self.pursuit.as_deref().filter(|pursuit| pursuit.under_way() && pursuit.body == body)
     }
 }

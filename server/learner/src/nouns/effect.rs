@@ -1,6 +1,8 @@
 //! Effects: everything that a step changes, as values. [`crate::memory::Memory::apply`] is the only thing
 //! that changes memory, in the live loop and in recovery alike.
 
+use std::sync::Arc;
+
 use crate::nouns::execution::Execution;
 use crate::nouns::observation::{Observation, Pattern};
 use crate::nouns::progress::StageEffect;
@@ -105,7 +107,7 @@ pub enum Effect {
         /// The state of the generator.
         random: u64,
         /// What the body was sent to do; none when it was sent to do nothing.
-        pending: Option<Box<Execution>>,
+        pending: Option<Arc<Execution>>,
     },
 }
 

@@ -1,5 +1,7 @@
 //! Where a curriculum stands, as part of memory, and the effects that move it.
 
+use std::sync::Arc;
+
 use crate::nouns::vocabulary::BodyId;
 
 /// Stage reports kept; older ones are dropped.
@@ -11,7 +13,7 @@ pub struct Progress {
     /// The body that the curriculum arranges things for: the first that acted.
     pub student: Option<BodyId>,
     /// What is left in each pool, next to be drawn last.
-    pub pools: Vec<Vec<i64>>,
+    pub pools: Vec<Arc<Vec<i64>>>,
     /// The stage, as an index into the curriculum.
     pub stage: usize,
     /// Whether the curriculum has begun.
@@ -37,7 +39,7 @@ pub struct Progress {
     /// Whether the stage is saturated and being habituated to.
     pub habituating: bool,
     /// One report for each stage entered, the present one last.
-    pub reports: Vec<StageReport>,
+    pub reports: Vec<Arc<StageReport>>,
 }
 
 /// What happened in a stage.
@@ -138,11 +140,46 @@ pub enum StageEffect {
     Left,
 }
 
+/// What a learner is doing, as far as its curriculum decides that.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activity {
+    /// The curriculum can't go on; [`Progress::stuck`] says why.
+    Stuck,
+    /// An operator holds the learner.
+    Held,
+    /// The last stage is over.
+    Finished,
+    /// The stage is saturated, and its schemas are executed until they are known well enough.
+    Habituating,
+    /// The stage is saturated.
+    Saturated,
+    /// The stage goes on.
+    Acting,
+}
+
 impl Progress {
+    /// What the learner is doing.
+    #[must_use]
+    pub fn activity(&self) -> Activity {
+        if self.stuck.is_some() {
+            Activity::Stuck
+        } else if self.held {
+            Activity::Held
+        } else if self.finished {
+            Activity::Finished
+        } else if self.habituating {
+            Activity::Habituating
+        } else if self.report().is_some_and(|report| report.saturated) {
+            Activity::Saturated
+        } else {
+            Activity::Acting
+        }
+    }
+
     /// The report of the present stage.
     #[must_use]
     pub fn report(&self) -> Option<&StageReport> {
-        self.reports.last()
+        self.reports.last().map(Arc::as_ref)
     }
 
     /// Moves by an effect that was checked, in the step of this number.
@@ -150,7 +187,7 @@ impl Progress {
         match effect {
             StageEffect::Begun { student, pools, random: _ } => {
                 self.student = Some(*student);
-                self.pools.clone_from(pools);
+                self.pools = pools.iter().cloned().map(Arc::new).collect();
                 self.begun = true;
             }
             StageEffect::Entered { stage, name } => {
@@ -158,18 +195,15 @@ impl Progress {
                 self.finished = false;
                 self.stuck = None;
                 self.close_stage();
-                self.reports.push(StageReport {
-                    name: name.clone(),
-                    first_step: step,
-                    ..StageReport::default()
-                });
+                let report = StageReport { name: name.clone(), first_step: step, ..StageReport::default() };
+                self.reports.push(Arc::new(report));
                 if self.reports.len() > REPORTS_MAX {
                     self.reports.remove(0);
                 }
             }
             StageEffect::TrialBegun { drawn } => {
                 for (pool, _) in drawn {
-                    self.pools.get_mut(*pool).and_then(Vec::pop);
+                    self.pools.get_mut(*pool).and_then(|pool| Arc::make_mut(pool).pop());
                 }
                 self.close_trial();
                 self.trial_open = true;
@@ -250,7 +284,7 @@ impl Progress {
 
     fn in_report(&mut self, change: impl FnOnce(&mut StageReport)) {
         if let Some(report) = self.reports.last_mut() {
-            change(report);
+            change(Arc::make_mut(report));
         }
     }
 }

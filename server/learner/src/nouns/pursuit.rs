@@ -1,5 +1,7 @@
 //! Goals and their pursuit, as part of memory, and the effects that change it.
 
+use std::sync::Arc;
+
 use crate::nouns::execution::ChainLink;
 use crate::nouns::observation::Pattern;
 use crate::nouns::vocabulary::BodyId;
@@ -33,7 +35,7 @@ pub struct Pursuit {
     /// Plans made for it.
     pub plans_made: u32,
     /// The last of them, at most [`PLANS_KEPT_MAX`], the present one at the end.
-    pub plans: Vec<PlanRecord>,
+    pub plans: Vec<Arc<PlanRecord>>,
     /// How it ended; none while it is pursued.
     pub ended: Option<Ending>,
 }

@@ -1,5 +1,7 @@
 //! Effects that no learner makes: of numbers in and out of range, of lists too short, too long and out of order.
 
+use std::sync::Arc;
+
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
@@ -213,7 +215,7 @@ fn any_effect() -> impl Strategy<Value = Effect> {
         3 => stage().prop_map(Effect::Stage),
         3 => pursuit().prop_map(Effect::Pursuit),
         3 => (body(), any::<u64>(), option::of(execution())).prop_map(|(body, random, pending)| {
-            Effect::StepEnded { body, random, pending: pending.map(Box::new) }
+            Effect::StepEnded { body, random, pending: pending.map(Arc::new) }
         }),
     ]
 }

@@ -1,6 +1,8 @@
 //! A learner written straight from `docs/LEARNING.md`: no indexes, no caches, everything searched anew in
 //! every step. Slow, and plain enough to be checked by reading.
 
+use std::sync::Arc;
+
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::effect::Effect;
 use pschema_learner::execution::{ChainLink, Execution};
@@ -99,7 +101,7 @@ impl Reference {
         self.look(body, &world, done);
         let outcome = frame.outcome.filter(|_| for_goal);
         let (output, pending) = match self.pursue(body, &world, outcome, &chain) {
-            Some(execution) => (Output::Act(execution.action), Some(Box::new(execution))),
+            Some(execution) => (Output::Act(execution.action), Some(Arc::new(execution))),
             None => self.decide(frame, student, acted, if for_goal { Vec::new() } else { chain }),
         };
         let random = self.memory.random.state();
@@ -113,7 +115,7 @@ impl Reference {
         student: bool,
         mut acted: Option<Made>,
         mut chain: Vec<ChainLink>,
-    ) -> (Output, Option<Box<Execution>>) {
+    ) -> (Output, Option<Arc<Execution>>) {
         let repertoire = self.memory.bodies[usize::from(frame.body.0)].1.clone();
         let stage = (self.memory.standing.stage, self.memory.standing.finished);
         loop {
@@ -145,7 +147,7 @@ impl Reference {
             }
             let Some(chosen) = next.or_else(|| self.choose(&candidates)) else { return (Output::Hold, None) };
             let execution = self.resolve(chosen, &world);
-            return (Output::Act(execution.action), Some(Box::new(execution)));
+            return (Output::Act(execution.action), Some(Arc::new(execution)));
         }
     }
 }

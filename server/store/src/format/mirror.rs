@@ -167,6 +167,17 @@ impl<A: Mirror<B>, B, C: Mirror<D>, D> Mirror<(B, D)> for (A, C) {
     }
 }
 
+/// What the learner shares is written out wherever it is.
+impl<A: Mirror<B>, B> Mirror<Arc<B>> for Box<A> {
+    fn of(live: &Arc<B>) -> Self {
+        Self::new(A::of(live))
+    }
+
+    fn live(self) -> Arc<B> {
+        Arc::new(A::live(*self))
+    }
+}
+
 /// Lists are lists on disk, however the learner keeps them.
 macro_rules! lists {
     ($($list:ty),*) => {$(

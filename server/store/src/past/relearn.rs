@@ -4,7 +4,7 @@ use pschema_learner::decision::Decision;
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::Memory;
 use pschema_learner::parameters::Parameters;
-use pschema_learner::progress::{StageCommand, StageEffect};
+use pschema_learner::progress::StageEffect;
 use pschema_learner::{Frame, Learner};
 
 use super::entry;
@@ -39,27 +39,21 @@ pub(super) fn step(
     input: Input,
     journalled: &[v1::Effect],
 ) -> Result<Option<Decision>, String> {
-    let mut effects = Vec::new();
     // An operator may ask for one step while the learner is held: then the learner goes on for this frame alone.
     let single = is_held(journalled.first(), false) && is_held(journalled.last(), true);
-    if single {
-        effects.extend(learner.stage(&StageCommand::Resume).map_err(|error| error.to_string())?);
-    }
+    let mut met = Vec::new();
     for effect in journalled.iter().skip(usize::from(single)) {
         // Words that were heard for the first time are met before the step.
         let v1::Effect::SymbolsMet(symbols) = effect else { break };
         for symbol in symbols {
-            effects.extend(learner.symbol(symbol).1);
+            met.extend(learner.symbol(symbol).1);
         }
     }
     let frame: Frame = input.live();
     Extent::of(learner.memory().content()).frame(&frame).map_err(|error| error.to_string())?;
-    let step = learner.step(&frame);
-    effects.extend(step.effects);
-    if single {
-        effects.extend(learner.stage(&StageCommand::Hold).map_err(|error| error.to_string())?);
-    }
-    match difference(&list(&effects), journalled) {
+    let mut step = if single { learner.single_step(&frame) } else { learner.step(&frame) };
+    step.effects.splice(usize::from(single)..usize::from(single), met);
+    match difference(&list(&step.effects), journalled) {
         None => Ok(step.decision),
         Some(difference) => {
             Err(format!("learning it again does not give what was learnt then: {difference}"))

@@ -69,19 +69,15 @@ pub(super) fn lived(seed: u64, lives: u32, steps: u64, retention: Retention, cle
             let ordered = |learner: &mut Learner, command| learner.stage(&command).unwrap();
             // Now and then an operator holds it and asks for this one step, which is one batch.
             let single = step % 89 == 40;
-            let mut effects = Vec::new();
-            if single {
+            let taken = if single {
                 let held = ordered(&mut learner, StageCommand::Hold);
                 append(&mut writer, &learner, crate::Cause::Order("stage step"), &held);
                 *lived.digests.last_mut().unwrap() = digest(learner.memory().content());
-                effects = ordered(&mut learner, StageCommand::Resume);
-            }
-            let taken = learner.step(&frame);
-            effects.extend_from_slice(&taken.effects);
-            if single {
-                effects.extend(ordered(&mut learner, StageCommand::Hold));
-            }
-            append(&mut writer, &learner, crate::Cause::Step(&frame), &effects);
+                learner.single_step(&frame)
+            } else {
+                learner.step(&frame)
+            };
+            append(&mut writer, &learner, crate::Cause::Step(&frame), &taken.effects);
             world.follow(&taken.output);
             if single {
                 let resumed = ordered(&mut learner, StageCommand::Resume);

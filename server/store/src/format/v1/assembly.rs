@@ -8,6 +8,7 @@ use pschema_learner::chunks::Chunks;
 use pschema_learner::memory::Content;
 use pschema_learner::observation::{Observation, PropertyId};
 use pschema_learner::progress::{self, REPORTS_MAX};
+use pschema_learner::pursuit::Pursuit;
 use pschema_learner::random::Random;
 use pschema_learner::schema::{PreConditionInterner, SCHEMAS_MAX};
 use pschema_learner::vocabulary::{self as live, BodyId, ValueKind, Vocabulary, VocabularyLists, limits};
@@ -73,7 +74,7 @@ impl Assembly {
             happened: Chunks::default(),
             attempts: Chunks::default(),
             pending: Vec::new(),
-            progress: progress::Progress::default(),
+            progress: Arc::default(),
             pursuit: None,
             random: Random::from_seed(0),
             step,
@@ -131,25 +132,26 @@ impl Assembly {
             Item::Schema(schema) => self.schema(*schema),
             Item::Pool(left) => {
                 limited("pools", self.content.progress.pools.len() + 1, POOLS_MAX)?;
-                self.content.progress.pools.push(left);
+                Arc::make_mut(&mut self.content.progress).pools.push(Arc::new(left));
                 Ok(())
             }
             Item::Stage(report) => {
                 limited("reports of stages", self.content.progress.reports.len() + 1, REPORTS_MAX)?;
-                self.content.progress.reports.push((*report).live());
+                Arc::make_mut(&mut self.content.progress).reports.push(Arc::new((*report).live()));
                 Ok(())
             }
             Item::Progress(stands) => {
                 let stands: progress::Progress = (*stands).live();
                 self.extent()?.progress(&stands)?;
-                let progress::Progress { pools, reports, .. } = std::mem::take(&mut self.content.progress);
-                self.content.progress = progress::Progress { pools, reports, ..stands };
+                let known = Arc::make_mut(&mut self.content.progress);
+                let progress::Progress { pools, reports, .. } = std::mem::take(known);
+                *known = progress::Progress { pools, reports, ..stands };
                 Ok(())
             }
             Item::Goal(pursuit) => {
-                let pursuit = (*pursuit).live();
+                let pursuit: Pursuit = (*pursuit).live();
                 self.extent()?.pursuit(&pursuit)?;
-                self.content.pursuit = Some(pursuit);
+                self.content.pursuit = Some(Arc::new(pursuit));
                 Ok(())
             }
             Item::Pending(pending) => self.pending(*pending),
@@ -297,7 +299,7 @@ impl Assembly {
         self.extent()?.execution(BodyId(body), &execution)?;
         match self.content.pending.get_mut(usize::from(body)) {
             Some(slot @ None) => {
-                *slot = Some(Box::new(execution));
+                *slot = Some(Arc::new(execution));
                 Ok(())
             }
             _ => Err(ContentError::Second { item: Kind::Pending.name() }),

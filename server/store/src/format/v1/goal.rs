@@ -1,10 +1,12 @@
 //! Goals, the plans made for them, and what moves them.
 
+use std::sync::Arc;
+
 use pschema_learner::pursuit as live;
 
 use super::execution::ChainLink;
 use super::observation::Pattern;
-use crate::format::mirror::mirror;
+use crate::format::mirror::{Mirror, mirror};
 
 mirror! {
     /// Why a plan was made.
@@ -52,5 +54,15 @@ mirror! {
         plans_made: u32,
         plans: Vec<PlanRecord>,
         ended: Option<Ending>,
+    }
+}
+
+impl Mirror<Arc<live::PlanRecord>> for PlanRecord {
+    fn of(live: &Arc<live::PlanRecord>) -> Self {
+        Self::of(&**live)
+    }
+
+    fn live(self) -> Arc<live::PlanRecord> {
+        Arc::new(self.live())
     }
 }

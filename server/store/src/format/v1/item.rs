@@ -199,10 +199,10 @@ fn vocabulary(content: &Content) -> impl Iterator<Item = Item> + '_ {
 /// Where everything stands: the curriculum, the goal, what is under way, the generator.
 fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
     let progress = &content.progress;
-    let pools = progress.pools.iter().map(|left| Item::Pool(left.clone()));
-    let stages = progress.reports.iter().map(|report| Item::Stage(Box::new(Mirror::of(report))));
-    let stands = Item::Progress(Box::new(Mirror::of(progress)));
-    let goal = content.pursuit.iter().map(|pursuit| Item::Goal(Box::new(Mirror::of(pursuit))));
+    let pools = progress.pools.iter().map(|left| Item::Pool(left.to_vec()));
+    let stages = progress.reports.iter().map(|report| Item::Stage(Box::new(Mirror::of(&**report))));
+    let stands = Item::Progress(Box::new(Mirror::of(&**progress)));
+    let goal = content.pursuit.iter().map(|pursuit| Item::Goal(Box::new(Mirror::of(&**pursuit))));
     let pending = (0..).zip(&content.pending).filter_map(|(body, execution)| {
         let execution = Mirror::of(&**execution.as_ref()?);
         Some(Item::Pending(Box::new(Pending { body, execution })))

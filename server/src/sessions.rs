@@ -1,0 +1,99 @@
+//! The sessions of a daemon: the bodies that are attached, and the last of those that have gone.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use pschema_inspect::{BodyState, BodyStatus};
+use pschema_learner::Learner;
+use pschema_learner::effect::Effect;
+use pschema_learner::vocabulary::BodyId;
+use pschema_protocol::limits::BODIES_MAX;
+use pschema_protocol::refusal::Refusal;
+use pschema_protocol::wire::message::Introduction;
+
+use crate::session::Session;
+
+/// Bodies that have gone and are still shown.
+const GONE_MAX: usize = 32;
+
+/// The sessions, by their numbers.
+#[derive(Debug, Default)]
+pub(crate) struct Sessions {
+    attached: BTreeMap<u64, Session>,
+    gone: VecDeque<Arc<BodyStatus>>,
+    /// The number of the last session; each number is used once.
+    last: u64,
+}
+
+impl Sessions {
+    /// Opens a session for a body that introduced itself, and has the learner take in what it declares. Returns the
+    /// session's number and what that changed in memory.
+    ///
+    /// # Errors
+    /// The refusal that the body is told; memory is as it was.
+    pub(crate) fn open(
+        &mut self,
+        hello: &Introduction,
+        learner: &mut Learner,
+    ) -> Result<(u64, Vec<Effect>), Refusal> {
+        let body = &hello.description.name;
+        if self.attached.len() >= BODIES_MAX {
+            let reason = format!("{BODIES_MAX} bodies are attached, which is all a daemon takes");
+            return Err(Refusal::Unwilling { reason });
+        }
+        if let Some(other) = self.attached.values().map(Session::status).find(|other| other.name == *body) {
+            // Mostly the same body, whose end has not been noticed yet: it tries again in a moment.
+            let (number, pid) = (other.id, other.pid);
+            let reason = format!("body {body} is attached already, in session {number} by process {pid}");
+            return Err(Refusal::Unwilling { reason });
+        }
+        self.last += 1;
+        // A declaration that contradicts what was learnt stays wrong however often it is tried.
+        let (session, effects) = Session::attach(self.last, hello, learner).map_err(|error| {
+            Refusal::Declaration { place: format!("body {body}"), problem: error.to_string() }
+        })?;
+        self.gone.retain(|gone| gone.name != *body);
+        self.attached.insert(self.last, session);
+        Ok((self.last, effects))
+    }
+
+    /// Ends a session: its body `left` or was `lost`. None if there is no such session.
+    pub(crate) fn close(&mut self, number: u64, state: BodyState) -> Option<Arc<BodyStatus>> {
+        let status = self.attached.remove(&number)?.into_status(state);
+        if self.gone.len() == GONE_MAX {
+            self.gone.pop_front();
+        }
+        self.gone.push_back(status.clone());
+        Some(status)
+    }
+
+    /// The session of this number.
+    pub(crate) fn get(&self, number: u64) -> Option<&Session> {
+        self.attached.get(&number)
+    }
+
+    /// The session of this number, to be served.
+    pub(crate) fn get_mut(&mut self, number: u64) -> Option<&mut Session> {
+        self.attached.get_mut(&number)
+    }
+
+    /// The numbers of the sessions.
+    pub(crate) fn numbers(&self) -> impl ExactSizeIterator<Item = u64> {
+        self.attached.keys().copied()
+    }
+
+    /// The session of a body, if it is attached.
+    pub(crate) fn of(&self, body: Option<BodyId>) -> Option<&Session> {
+        self.attached.values().find(|session| Some(session.body()) == body)
+    }
+
+    /// The session whose body tools ask about: that of the student, whom the curriculum leads, or else the first.
+    pub(crate) fn shown(&self, student: Option<BodyId>) -> Option<&Session> {
+        self.of(student).or_else(|| self.attached.values().next())
+    }
+
+    /// How each body is that is attached, and how each was that has gone.
+    pub(crate) fn statuses(&self) -> Vec<Arc<BodyStatus>> {
+        self.attached.values().map(Session::status).chain(&self.gone).cloned().collect()
+    }
+}
