@@ -5,7 +5,7 @@
 //! of an answer is what `pschema --json` prints: field names are stable and carry their units. The folder `schema` has a
 //! JSON Schema for each of them.
 //!
-//! [`ask`] asks by whatever carries bytes; `pschema_protocol::client::Client` is what carries them to a daemon.
+//! [`ask()`] asks by whatever carries bytes; `pschema_protocol::client::Client` is what carries them to a daemon.
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
