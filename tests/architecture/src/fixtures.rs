@@ -122,6 +122,38 @@ fn an_import_through_a_reexport_leads_to_the_file_that_defines() {
 }
 
 #[test]
+fn a_glob_hands_on_only_names_that_can_be_seen() {
+    let files = [
+        ("lib.rs", "mod live; mod request; mod user; pub use live::*; pub use request::*;"),
+        ("live.rs", "use crate::Status; pub struct Live(Status);"),
+        ("request.rs", "pub struct Status;"),
+        ("user.rs", "use crate::Status; struct U(Status); mod within { use super::*; struct V(Status); }"),
+    ];
+    assert_eq!(arrows(&files), ["live > request", "user > request"]);
+}
+
+#[test]
+fn an_item_that_a_macro_makes_is_found_by_its_name() {
+    let files = [
+        ("lib.rs", "mod sets; mod status; mod user; pub use sets::*; pub use status::*;"),
+        ("sets.rs", "kinds! { Question: Status(u8) -> Status, } kinds! { Order { Say = 1 } }"),
+        ("status.rs", "pub struct Status;"),
+        ("user.rs", "use crate::{Order, Question, Status}; struct U(Order, Question, Status);"),
+    ];
+    // A type that is known elsewhere is not the macro's, though the macro has the word.
+    assert_eq!(arrows(&files), ["user > sets", "user > status"]);
+    let by_rules = [
+        ("lib.rs", "mod items; mod user;"),
+        (
+            "items.rs",
+            "macro_rules! items { ($($kind:ident)*) => { pub enum Item { $($kind),* } } } items! { A B }",
+        ),
+        ("user.rs", "use crate::items::Item; struct U(Item);"),
+    ];
+    assert_eq!(arrows(&by_rules), ["user > items"]);
+}
+
+#[test]
 fn a_face_that_defines_what_its_children_import_is_in_the_ring() {
     let hands_on = [
         ("lib.rs", "mod part; pub use part::Part; pub struct Whole;"),

@@ -73,12 +73,13 @@ struct Module {
     /// The folder in which the files of its child modules are.
     folder: PathBuf,
     names: BTreeMap<String, Vec<Meaning>>,
-    globs: Vec<Vec<String>>,
+    globs: Vec<Import>,
     mentions: Vec<Mention>,
     /// Whether its file defines anything here, beside modules and re-exports.
     defines: bool,
-    /// Whether a macro makes items here, so that names may be defined that the reader can't see.
-    has_item_macro: bool,
+    /// Words that may name items which macros make here: those outside of any bracket where a macro is used, and those
+    /// that follow `enum`, `struct` and the like in the rules of a macro.
+    words_of_macros: BTreeSet<String>,
 }
 
 /// What a name stands for within a module. One name may stand for a module and a function at once.
@@ -88,7 +89,15 @@ enum Meaning {
     /// Something that is defined in the module itself.
     Definition,
     /// Whatever this path leads to.
-    Import(Vec<String>),
+    Import(Import),
+}
+
+/// The path of an import, or of all the names that a glob imports.
+#[derive(Clone)]
+struct Import {
+    path: Vec<String>,
+    /// Whether it hands its names on. The names of a private import can be used in its own module and in those within it.
+    is_public: bool,
 }
 
 /// A path that the code of a module names.
@@ -109,15 +118,17 @@ enum Manner {
     Guess,
 }
 
-/// The names that were looked up on the way along a path, with the modules in which they were: nothing is looked up twice, so
-/// that globs which open each other come to an end.
-type Visited = BTreeSet<(usize, Vec<String>)>;
+/// The names that were looked up on the way along a path, with the modules in which they were, and whether from inside of
+/// them: nothing is looked up twice, so that globs which open each other come to an end.
+type Visited = BTreeSet<(usize, Vec<String>, bool)>;
 
 /// Where a path leads.
 #[derive(Debug, PartialEq, Eq)]
 enum Target {
     /// To definitions of these names in these modules; to none when the path names a module.
     Defined(Vec<(usize, String)>),
+    /// To what macros make, if they make it: where nothing else has the name.
+    Perhaps(Vec<(usize, String)>),
     /// To a name that no module of this crate has: that of another crate, or one that every module knows, such as `Vec`.
     Elsewhere(String),
     /// The path begins in this crate and breaks off.
@@ -154,7 +165,7 @@ impl Tree<'_> {
             globs: Vec::new(),
             mentions: Vec::new(),
             defines: false,
-            has_item_macro: false,
+            words_of_macros: BTreeSet::new(),
         });
         let mut reader = Reader { module: &mut self.modules[number], declared: Vec::new(), depth: 0 };
         items.iter().for_each(|item| reader.visit_item(item));
@@ -195,8 +206,8 @@ impl Tree<'_> {
     ) {
         let from = &self.modules[module].file;
         match self.target(module, &mention.path, &mut Visited::new()) {
-            Target::Defined(_) if mention.manner == Manner::Reexport => (),
-            Target::Defined(definitions) => {
+            Target::Defined(_) | Target::Perhaps(_) if mention.manner == Manner::Reexport => (),
+            Target::Defined(definitions) | Target::Perhaps(definitions) => {
                 imports.rooms.insert(from.clone());
                 for (defining, name) in definitions {
                     let to = &self.modules[defining].file;
@@ -222,78 +233,96 @@ impl Tree<'_> {
     fn target(&self, module: usize, path: &[String], visited: &mut Visited) -> Target {
         let Some((first, rest)) = path.split_first() else { return Target::Defined(Vec::new()) };
         match first.as_str() {
-            "crate" => self.within(0, rest, visited),
-            "self" => self.within(module, rest, visited),
+            "crate" => self.within(0, rest, module, visited),
+            "self" => self.within(module, rest, module, visited),
             "super" => match self.modules[module].parent {
                 Some(parent) if rest.first().is_some_and(|next| next == "super") => {
                     self.target(parent, rest, visited)
                 }
-                Some(parent) => self.within(parent, rest, visited),
+                Some(parent) => self.within(parent, rest, module, visited),
                 None => Target::Nowhere,
             },
-            _ => match self.within(module, path, visited) {
+            _ => match self.within(module, path, module, visited) {
                 Target::Nowhere => Target::Elsewhere(first.clone()),
                 target => target,
             },
         }
     }
 
-    /// Where a path leads whose first name is one of `module`.
-    fn within(&self, module: usize, path: &[String], visited: &mut Visited) -> Target {
+    /// Where a path leads whose first name is one of `module`, for code that stands in the module `asking`.
+    fn within(&self, module: usize, path: &[String], asking: usize, visited: &mut Visited) -> Target {
         let Some((first, rest)) = path.split_first() else { return Target::Defined(Vec::new()) };
-        if !visited.insert((module, path.to_vec())) {
+        let is_inside = self.is_inside(asking, module);
+        if !visited.insert((module, path.to_vec(), is_inside)) {
             return Target::Nowhere;
         }
         let place = &self.modules[module];
-        let meanings = place.names.get(first).map_or(&[][..], Vec::as_slice);
-        let mut reached = Vec::new();
+        let is_open = |import: &Import| import.is_public || is_inside;
+        let meanings = place.names.get(first).map_or(&[][..], Vec::as_slice).iter();
+        let meanings: Vec<&Meaning> = meanings
+            .filter(|meaning| !matches!(meaning, Meaning::Import(import) if !is_open(import)))
+            .collect();
+        let (mut reached, mut perhaps) = (Vec::new(), Vec::new());
         let (mut is_known, mut elsewhere) = (false, None);
         // Before another name a name stands for a module where it can: so `digest::digest` comes to an end when
         // `pub use digest::digest` stands beside `mod digest`.
-        let is_module = |meaning: &Meaning| matches!(meaning, Meaning::Module(_));
+        let is_module = |meaning: &&Meaning| matches!(meaning, Meaning::Module(_));
         let modules_only = !rest.is_empty() && meanings.iter().any(is_module);
         for meaning in meanings.iter().filter(|meaning| !modules_only || is_module(meaning)) {
             let target = match meaning {
-                Meaning::Module(child) => self.within(*child, rest, visited),
+                Meaning::Module(child) => self.within(*child, rest, asking, visited),
                 Meaning::Definition => Target::Defined(vec![(module, first.clone())]),
-                Meaning::Import(path) => self.target(module, &[path, rest].concat(), visited),
+                Meaning::Import(import) => self.target(module, &[&import.path, rest].concat(), visited),
             };
             match target {
                 Target::Defined(targets) => {
                     is_known = true;
                     reached.extend(targets);
                 }
+                Target::Perhaps(targets) => perhaps.extend(targets),
                 Target::Elsewhere(name) => elsewhere = Some(name),
                 Target::Nowhere => (),
             }
         }
         if meanings.is_empty() {
-            for glob in &place.globs {
-                let Some(opened) =
-                    self.module_at(module, glob, &mut Visited::new()).filter(|opened| *opened != module)
+            for glob in place.globs.iter().filter(|glob| is_open(glob)) {
+                let Some(opened) = self
+                    .module_at(module, &glob.path, &mut Visited::new())
+                    .filter(|opened| *opened != module)
                 else {
                     continue;
                 };
-                if let Target::Defined(targets) = self.within(opened, path, visited) {
-                    is_known = true;
-                    reached.extend(targets);
+                match self.within(opened, path, module, visited) {
+                    Target::Defined(targets) => {
+                        is_known = true;
+                        reached.extend(targets);
+                    }
+                    Target::Perhaps(targets) => perhaps.extend(targets),
+                    Target::Elsewhere(_) | Target::Nowhere => (),
                 }
             }
+            if place.words_of_macros.contains(first) {
+                perhaps.push((module, first.clone()));
+            }
         }
-        if meanings.is_empty() && !is_known && place.has_item_macro {
-            return Target::Defined(vec![(module, first.clone())]);
+        match elsewhere {
+            _ if is_known => Target::Defined(reached),
+            _ if !perhaps.is_empty() => Target::Perhaps(perhaps),
+            Some(name) => Target::Elsewhere(name),
+            None => Target::Nowhere,
         }
-        match (is_known, elsewhere) {
-            (true, _) => Target::Defined(reached),
-            (false, Some(name)) => Target::Elsewhere(name),
-            (false, None) => Target::Nowhere,
-        }
+    }
+
+    /// Whether a module is another one, or stands within it at any depth.
+    fn is_inside(&self, module: usize, outer: usize) -> bool {
+        std::iter::successors(Some(module), |module| self.modules[*module].parent)
+            .any(|module| module == outer)
     }
 
     /// The module that a path names, if it names one of this crate.
     fn module_at(&self, module: usize, path: &[String], visited: &mut Visited) -> Option<usize> {
         let Some((first, rest)) = path.split_first() else { return Some(module) };
-        if !visited.insert((module, path.to_vec())) {
+        if !visited.insert((module, path.to_vec(), true)) {
             return None;
         }
         match first.as_str() {
@@ -304,7 +333,7 @@ impl Tree<'_> {
         }
         self.modules[module].names.get(first)?.iter().find_map(|meaning| match meaning {
             Meaning::Module(child) => self.module_at(*child, rest, visited),
-            Meaning::Import(path) => self.module_at(module, &[path, rest].concat(), visited),
+            Meaning::Import(import) => self.module_at(module, &[&import.path, rest].concat(), visited),
             Meaning::Definition => None,
         })
     }
@@ -334,7 +363,7 @@ impl Reader<'_> {
     /// Reads a `use` tree under the path `before`.
     fn import(&mut self, before: &[String], tree: &UseTree, manner: Manner) {
         let leaf = |last: &Ident| if last == "self" { before.to_vec() } else { joined(before, last) };
-        let line = tree.span().start().line;
+        let (line, is_public) = (tree.span().start().line, manner == Manner::Reexport);
         let (name, path) = match tree {
             UseTree::Path(path) => return self.import(&joined(before, &path.ident), &path.tree, manner),
             UseTree::Group(group) => {
@@ -342,7 +371,7 @@ impl Reader<'_> {
             }
             UseTree::Glob(_) => {
                 self.mention(before.to_vec(), line, manner);
-                return self.module.globs.push(before.to_vec());
+                return self.module.globs.push(Import { path: before.to_vec(), is_public });
             }
             UseTree::Name(name) => (None, leaf(&name.ident)),
             UseTree::Rename(rename) => (Some(rename.rename.to_string()), leaf(&rename.ident)),
@@ -351,7 +380,7 @@ impl Reader<'_> {
         let name = name.or_else(|| path.last().cloned()).unwrap_or_default();
         // A name that is imported as itself, as `use serde;` does, begins outside of this module.
         if path.len() > 1 || path.first() != Some(&name) {
-            self.module.names.entry(name).or_default().push(Meaning::Import(path));
+            self.module.names.entry(name).or_default().push(Meaning::Import(Import { path, is_public }));
         }
     }
 
@@ -411,7 +440,11 @@ impl<'ast> Visit<'ast> for Reader<'_> {
                 item.attrs.iter().for_each(|attribute| self.visit_attribute(attribute));
                 return self.declared.push(item.clone());
             }
-            Item::Macro(item) if item.ident.is_none() && self.depth == 0 => self.module.has_item_macro = true,
+            Item::Macro(item) if self.depth == 0 => {
+                let tokens = item.mac.tokens.clone();
+                let words = if item.ident.is_some() { named_items(tokens) } else { words(tokens) };
+                self.module.words_of_macros.extend(words);
+            }
             _ => (),
         }
         self.module.defines = true;
@@ -460,6 +493,30 @@ impl<'ast> Visit<'ast> for Reader<'_> {
         }
     }
 }
+
+/// The words in tokens, those within brackets left out.
+fn words(tokens: TokenStream) -> Vec<String> {
+    let word = |token| if let TokenTree::Ident(word) = token { Some(word.to_string()) } else { None };
+    tokens.into_iter().filter_map(word).collect()
+}
+
+/// The words after `enum`, `struct` and the like in tokens, at any depth.
+fn named_items(tokens: TokenStream) -> Vec<String> {
+    let (mut named, mut follows) = (Vec::new(), false);
+    for token in tokens {
+        let makes = matches!(&token, TokenTree::Ident(word) if ITEMS.iter().any(|item| word == item));
+        match token {
+            TokenTree::Group(group) => named.extend(named_items(group.stream())),
+            TokenTree::Ident(word) if follows => named.push(word.to_string()),
+            TokenTree::Ident(_) | TokenTree::Literal(_) | TokenTree::Punct(_) => (),
+        }
+        follows = makes;
+    }
+    named
+}
+
+/// The words that come before the name of an item.
+const ITEMS: [&str; 8] = ["const", "enum", "fn", "static", "struct", "trait", "type", "union"];
 
 fn joined(before: &[String], last: &Ident) -> Vec<String> {
     before.iter().cloned().chain([last.to_string()]).collect()
