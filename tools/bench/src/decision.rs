@@ -1,5 +1,5 @@
 //! How long a step takes, learning included, as memory grows: frame in, action chosen. The learner lives in worlds of its
-//! own (`worlds.rs`), so that no body and no transport is in the figure.
+//! own (`tools/bench/worlds`), so that no body and no transport is in the figure.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::lives::{Lives, LivesArgs, OfLife, growth, lives, resident_bytes};
 use crate::times::Times;
-use crate::worlds::{Mix, World};
+use pschema_worlds::{Mix, World};
 
 /// Steps that are measured at each size.
 const STEPS: usize = 5_000;

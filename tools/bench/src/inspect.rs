@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use crate::lives::{ascending, size};
 use crate::times::Times;
-use crate::worlds::{Mix, World};
+use pschema_worlds::{Mix, World};
 
 /// Steps at a time, with and without questions in turn.
 const STEPS: usize = 500;

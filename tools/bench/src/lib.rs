@@ -14,7 +14,6 @@ mod scenes;
 mod sim;
 mod times;
 mod vision;
-pub mod worlds;
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! Lives in the worlds of `worlds.rs`, measured whenever memory has grown to one of the sizes asked for.
+//! Lives in the worlds of `pschema-worlds`, measured whenever memory has grown to one of the sizes asked for.
 
 use std::collections::BTreeMap;
 use std::process::{Command, Stdio};
@@ -9,7 +9,7 @@ use pschema_tools::kit::Failure;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::worlds::Mix;
+use pschema_worlds::Mix;
 
 /// The lives to measure.
 #[derive(Debug, Args)]

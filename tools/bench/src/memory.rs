@@ -1,5 +1,5 @@
 //! How many bytes a schema takes in RAM, everything included that makes it fast to ask, as memory grows: the lives of
-//! `worlds.rs`. Beside it what the same schemas take as plain structures that share nothing and that nothing finds again but
+//! `pschema-worlds`. Beside it what the same schemas take as plain structures that share nothing and that nothing finds again but
 //! by looking through all of them: what memory would be without an index. Both are measured as what the process grows by,
 //! so that what an allocator adds is in both.
 
@@ -12,7 +12,7 @@ use pschema_tools::kit::{Columns, Failure, show};
 use serde::{Deserialize, Serialize};
 
 use crate::lives::{Lives, LivesArgs, OfLife, growth, lives, resident_bytes};
-use crate::worlds::{Mix, World};
+use pschema_worlds::{Mix, World};
 
 /// Schemas that are copied into plain structures at most: those of a large memory, evenly chosen.
 const COPIED_MAX: usize = 50_000;

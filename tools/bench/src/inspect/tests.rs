@@ -9,7 +9,7 @@ use pschema_tools::kit::{explanation, notation, why_not};
 use serde_json::Value;
 
 use super::Life;
-use crate::worlds::Mix;
+use pschema_worlds::Mix;
 
 /// A decision and what is said of some schemas that it did not choose.
 fn told(life: &Life) -> Option<(Explanation, Vec<WhyNot>)> {

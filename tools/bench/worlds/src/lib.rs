@@ -1,5 +1,6 @@
 //! Small worlds that a learner can live in without a body, a camera or physics: what is measured in them is the learner
 //! alone. Each grows memory in another way.
+#![forbid(unsafe_code)]
 
 use pschema_learner::curriculum::{Afterwards, Curriculum, Lift, Stage};
 use pschema_learner::observation::{Observation, PropertyId, TypeId, Value};
@@ -9,6 +10,7 @@ use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, ValueKind,
 };
 use pschema_learner::{ActionOutcome, Frame, Learner, LearnerError, Output};
+use serde::{Deserialize, Serialize};
 
 /// The learner's observation types, as they are declared.
 const FINGER: TypeId = TypeId(0);
@@ -77,23 +79,23 @@ impl Mix {
 }
 
 /// An object on the table.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Object {
     kind: i64,
     field: i64,
 }
 
-/// A learner in a world.
-pub struct World {
-    mix: Mix,
-    learner: Learner,
-    body: BodyId,
-    random: Random,
+/// Everything in a world but the learner. A learner that is found again on disk goes on in it as if nothing had been.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Surroundings {
+    /// The state of the generator that decides where objects are put.
+    random: u64,
     finger: Option<i64>,
     objects: Vec<Object>,
     /// The object that was touched by the last action.
     touched: Option<usize>,
-    outcome: Option<ActionOutcome>,
+    /// Whether the last action was carried out, and the learner is still to be told so.
+    acted: bool,
     /// Actions since the last placement.
     since: i64,
     /// Placements so far.
@@ -102,32 +104,55 @@ pub struct World {
     alone: bool,
 }
 
+/// A learner in a world.
+pub struct World {
+    mix: Mix,
+    learner: Learner,
+    surroundings: Surroundings,
+}
+
+/// The only body in these worlds.
+const BODY: BodyId = BodyId(0);
+
 impl World {
     /// A learner that knows nothing, in a world that `seed` decides.
     ///
     /// # Errors
-    /// Never, as long as the curriculum and the declaration here are within the learner's limits.
+    /// Never, as long as the curriculum here is within the learner's limits.
+    ///
+    /// # Panics
+    /// Never, as long as the declaration here is within the learner's limits.
     pub fn new(mix: Mix, seed: u64) -> Result<Self, LearnerError> {
         let mut learner = Learner::new(seed, Parameters::default(), curriculum(mix))?;
-        // What is declared here is within every limit.
-        let body = learner.declare(declaration(mix.postures())).map_or(BodyId(u16::MAX), |(body, _)| body);
+        let declared = learner.declare(declaration(mix.postures()));
+        assert_eq!(declared.map(|(body, _)| body), Ok(BODY), "the learner takes the first body");
         let objects = match mix {
             Mix::Scenario1 | Mix::Scenario3 => vec![Object { kind: 0, field: 0 }],
             Mix::Wide => (0..CROWD).map(|kind| Object { kind, field: kind * 7 }).collect(),
         };
-        Ok(Self {
-            mix,
-            learner,
-            body,
-            random: Random::from_seed(seed),
+        let surroundings = Surroundings {
+            random: seed,
             finger: None,
             objects,
             touched: None,
-            outcome: None,
+            acted: false,
             since: 0,
             placements: 0,
             alone: mix != Mix::Scenario3,
-        })
+        };
+        Ok(Self { mix, learner, surroundings })
+    }
+
+    /// A learner that has lived in a world of this mix, and the surroundings that it had there.
+    #[must_use]
+    pub fn resume(mix: Mix, learner: Learner, surroundings: Surroundings) -> Self {
+        Self { mix, learner, surroundings }
+    }
+
+    /// Everything but the learner, to be kept beside its memory.
+    #[must_use]
+    pub fn surroundings(&self) -> &Surroundings {
+        &self.surroundings
     }
 
     /// The learner.
@@ -143,22 +168,24 @@ impl World {
 
     /// What is perceived now.
     pub fn frame(&mut self) -> Frame {
-        let seen = |of, kind, field| {
+        let Surroundings { finger, objects, touched, acted, alone, .. } = &mut self.surroundings;
+        let at = |of, kind, field| {
             Observation::new(of, [(KIND, Value::Integer(kind)), (FIELD, Value::Integer(field))])
         };
         // The end effector is of a kind that nothing else is of.
-        let mut observations: Vec<_> = self.finger.map(|field| seen(FINGER, -1, field)).into_iter().collect();
-        if !self.alone {
-            observations.extend(self.objects.iter().map(|object| seen(OBJECT, object.kind, object.field)));
+        let mut observations: Vec<_> = finger.map(|field| at(FINGER, -1, field)).into_iter().collect();
+        if !*alone {
+            observations.extend(objects.iter().map(|object| at(OBJECT, object.kind, object.field)));
         }
-        if let Some(object) = self.touched.and_then(|at| self.objects.get(at)) {
+        if let Some(object) = touched.and_then(|number| objects.get(number)) {
             observations.push(Observation::new(TOUCH, []));
             if self.mix != Mix::Scenario3 && object.kind >= SMOOTH {
                 let texture = Value::Integer(object.kind % TEXTURES);
                 observations.push(Observation::new(FEEL, [(TEXTURE, texture)]));
             }
         }
-        Frame { body: self.body, outcome: self.outcome.take(), observations }
+        let outcome = std::mem::take(acted).then_some(ActionOutcome::Done);
+        Frame { body: BODY, outcome, observations }
     }
 
     /// Schemas that the learner has.
@@ -169,43 +196,43 @@ impl World {
 
     /// Does what the learner says, and lets the world go on.
     pub fn follow(&mut self, output: &Output) {
-        self.touched = None;
+        let schemas = i64::try_from(self.schemas()).unwrap_or(i64::MAX);
+        let around = &mut self.surroundings;
+        around.touched = None;
         let Output::Act(primitive) = output else {
             return;
         };
-        self.outcome = Some(ActionOutcome::Done);
+        around.acted = true;
         let vocabulary = &self.learner.memory().content().vocabulary;
         let parameters = vocabulary.primitives().get(primitive.0 as usize).map(|known| &known.parameters[..]);
         let Some([Parameter::Integer(field)]) = parameters else {
             return;
         };
-        let field = *field;
-        self.finger = Some(field);
-        if self.alone {
-            let schemas = self.learner.memory().content().schemas.len();
-            self.alone = i64::try_from(schemas).unwrap_or(i64::MAX) < self.mix.postures();
-            if !self.alone {
-                // The table is laid by others: no action's doing either.
-                self.outcome = None;
-            }
+        around.finger = Some(*field);
+        if around.alone {
+            around.alone = schemas < self.mix.postures();
+            // The table is laid by others, and no action brings that about.
+            around.acted = around.alone;
             return;
         }
-        self.touched = self.objects.iter().position(|object| object.field == field);
-        self.since += 1;
-        if self.since >= self.mix.actions() {
-            self.place();
+        around.touched = around.objects.iter().position(|object| object.field == *field);
+        around.since += 1;
+        if around.since >= self.mix.actions() {
+            around.place(self.mix);
         }
     }
+}
 
-    /// Puts an object elsewhere. That is no action's doing, and nothing is learnt from it: what the next frame says of the last
-    /// action is that nothing was asked.
-    fn place(&mut self) {
+impl Surroundings {
+    /// Puts an object elsewhere. No action brings that about, and nothing is learnt from it: the next frame says that nothing was
+    /// asked of the body.
+    fn place(&mut self, mix: Mix) {
         self.since = 0;
         self.placements += 1;
-        let postures = self.mix.postures();
-        let mut draw =
-            |of: i64| i64::try_from(self.random.below(usize::try_from(of).unwrap_or(1))).unwrap_or(0);
-        match self.mix {
+        let postures = mix.postures();
+        let mut random = Random::from_seed(self.random);
+        let mut draw = |of: i64| i64::try_from(random.below(usize::try_from(of).unwrap_or(1))).unwrap_or(0);
+        match mix {
             Mix::Scenario1 => {
                 self.objects = vec![Object { kind: self.placements, field: draw(postures) }];
             }
@@ -215,19 +242,21 @@ impl World {
                 self.objects = vec![Object { kind, field: at * 389 % postures }];
             }
             Mix::Wide => {
-                let (field, at) = (draw(postures), self.random.below(self.objects.len()));
+                let (field, at) = (draw(postures), random.below(self.objects.len()));
                 if self.objects.iter().all(|object| object.field != field) {
                     self.objects[at] = Object { kind: CROWD + self.placements, field };
                 }
             }
         }
+        self.random = random.state();
         self.touched = None;
-        self.outcome = None;
+        self.acted = false;
     }
 }
 
-/// Free play with all senses.
-fn curriculum(mix: Mix) -> Curriculum {
+/// Free play with all senses: the curriculum of every life here.
+#[must_use]
+pub fn curriculum(mix: Mix) -> Curriculum {
     let stage = Stage {
         name: "free play".into(),
         lift: Lift::All,
