@@ -213,7 +213,8 @@ impl Mind {
         let Step { effects, decision, .. } = step;
         let memory = self.learner.memory();
         self.account.growth.count(memory.content().schemas.len(), latency);
-        self.account.trace.keep(memory, &effects, decision.as_ref(), session.perceived(), latency);
+        let (perceived, failure) = (session.perceived(), session.failure_at(memory.content().step));
+        self.account.trace.keep(memory, &effects, decision.as_ref(), perceived, failure, latency);
         log(memory.content(), &effects);
         if let Some(decision) = decision {
             let decisions = Arc::make_mut(&mut self.decisions);

@@ -67,7 +67,7 @@ fn status(json: &Value, text: &str) {
     has(json, &["step_latency_us_p50", "step_latency_us_p99", "memory_bytes", "memory_digest"]);
     has(json, &["saturation", "habituation", "trial"]);
     let body = &list(json, "bodies")[0];
-    has(body, &["id", "kind", "state", "frames", "frames_refused", "last_refusal"]);
+    has(body, &["id", "kind", "state", "frames", "frames_refused", "last_refusal", "last_failure"]);
     assert_eq!((&body["state"], &body["frames_refused"]), (&"attached".into(), &0.into()), "{body}");
     for figure in ["memory_digest", "stage"] {
         assert!(text.contains(json[figure].as_str().unwrap()), "{figure} is not in\n{text}");
