@@ -329,6 +329,12 @@ fn reply(bytes: &[u8]) {
     }
 }
 
+/// Whether a daemon can read `bytes` as a question or an order.
+#[must_use]
+pub fn is_request(bytes: &[u8]) -> bool {
+    codec::decode::<Request>(bytes).is_ok()
+}
+
 /// Questions and orders, as the daemon reads and answers them.
 fn request(bytes: &[u8]) {
     let Ok(request) = codec::decode::<Request>(bytes) else { return };
@@ -344,7 +350,7 @@ fn request(bytes: &[u8]) {
     }
     let answered = |run: &InProcess<Row>, question: &Question| {
         let reply = inspect::reply(&run.view(), question);
-        assert!(is_read(&reply), "{question:?}: a reply that no tool can read");
+        assert!(is_answer(&reply), "{question:?}: a reply that no tool can read");
     };
     match request {
         Request::Order(Order::Say(say)) => {
@@ -371,11 +377,11 @@ fn request(bytes: &[u8]) {
 
 /// Replies, as a tool reads them: which question they answer decides what they are read as.
 fn answer(bytes: &[u8]) {
-    is_read(bytes);
+    is_answer(bytes);
 }
 
 /// Whether a tool that asked one question or another can read `bytes` as the reply.
-fn is_read(bytes: &[u8]) -> bool {
+pub fn is_answer(bytes: &[u8]) -> bool {
     [
         reads::<StatusQuery>(bytes),
         reads::<SchemaQuery>(bytes),

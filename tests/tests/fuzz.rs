@@ -4,11 +4,12 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use std::sync::Mutex;
 use std::time::Instant;
 
 use pschema_tests::count;
-use pschema_tests::fuzz::{Target, corpus, target};
+use pschema_tests::fuzz::{Target, corpus, is_answer, is_request, target};
 
 use counted::{COUNTED, Counted};
 
@@ -61,6 +62,9 @@ mod counted {
         }
     }
 }
+
+/// The seed of every run, so that a run can be repeated.
+const SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Numbers from a seed.
 struct Draws(u64);
@@ -138,14 +142,50 @@ fn run(name: &str, rounds: u64) {
         read(&target, bytes, &format!("seed {number}"));
     }
     read(&target, &[], "nothing");
-    let seed = 0x9e37_79b9_7f4a_7c15;
-    println!("{name}: seed {seed:#x}, {rounds} rounds, {} inputs", inputs.len());
-    let mut draws = Draws(seed);
+    println!("{name}: seed {SEED:#x}, {rounds} rounds, {} inputs", inputs.len());
+    let mut draws = Draws(SEED);
     let (begin, seconds) = (Instant::now(), count("PSCHEMA_FUZZ_SECONDS", 0));
     for round in (0..).take_while(|round| *round < rounds || begin.elapsed().as_secs() < seconds) {
         let (from, other) = (draws.below(inputs.len()), draws.below(inputs.len()));
         let bytes = mutated(&inputs[from], &inputs[other], &mut draws);
         read(&target, &bytes, &format!("round {round}"));
+    }
+}
+
+/// The committed requests and answers were in a binary form that nothing read any more, so that the targets began from
+/// nothing. `UPDATE_GOLDEN=1` writes both corpora anew.
+#[test]
+fn the_sound_requests_and_answers_of_the_corpus_are_of_todays_types() {
+    let tools: [(&str, fn(&[u8]) -> bool); 2] = [("request", is_request), ("answer", is_answer)];
+    for (name, is_sound) in tools {
+        let seeds = (target(name).seeds)();
+        if std::env::var_os("UPDATE_GOLDEN").is_some() {
+            write_corpus(name, &seeds);
+        }
+        let sound =
+            |path: &Path| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"sound"));
+        let files: Vec<_> = corpus(name).into_iter().filter(|(path, _)| sound(path)).collect();
+        assert_eq!(files.len(), seeds.len(), "{name}: one file for each kind of message");
+        assert!(seeds.iter().all(|seed| is_sound(seed)), "{name}");
+        for (path, bytes) in files {
+            assert!(is_sound(&bytes), "{path:?} can't be read");
+        }
+    }
+}
+
+/// Writes the corpus of a target: its sound messages, and some that a fuzzer made of them.
+fn write_corpus(name: &str, seeds: &[Vec<u8>]) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus").join(name);
+    std::fs::remove_dir_all(&folder).unwrap();
+    std::fs::create_dir(&folder).unwrap();
+    for (number, seed) in seeds.iter().enumerate() {
+        std::fs::write(folder.join(format!("sound-{number:02}")), seed).unwrap();
+    }
+    let mut draws = Draws(SEED);
+    for number in 0..16 {
+        let (from, other) = (draws.below(seeds.len()), draws.below(seeds.len()));
+        let bytes = mutated(&seeds[from], &seeds[other], &mut draws);
+        std::fs::write(folder.join(format!("mutated-{number:02}")), bytes).unwrap();
     }
 }
 
