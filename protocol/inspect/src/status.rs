@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::closed_set::closed_set;
-use crate::{GoalSummary, HabituationStatus, SaturationStatus, StageState, TrialStatus};
+use crate::goals::GoalSummary;
+use crate::stage::{HabituationStatus, SaturationStatus, StageState, TrialStatus};
 
 /// How a daemon and its learner are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ObservationText, OrderFailure, Reason};
+use crate::decision::Reason;
+use crate::notation::ObservationText;
+use crate::status::OrderFailure;
 
 /// Some of the records that a daemon keeps of its learner's steps, in order. Holds everything a figure of a run
 /// is drawn from.
