@@ -1,5 +1,5 @@
-//! The fuzz targets as a test like others: the committed corpus, what a few thousand seeded mutations make of it, and a
-//! bound on memory. `PSCHEMA_FUZZ_SECONDS=60` goes on for so long with each; `fuzz/README.md` has the real fuzzer.
+//! The fuzz targets as tests: each reads the committed corpus and a few thousand seeded mutations of it, within a bound on
+//! memory. With `PSCHEMA_FUZZ_SECONDS=60` each target goes on for so long; `fuzz/README.md` has the real fuzzer.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
@@ -11,24 +11,24 @@ use std::time::Instant;
 use pschema_tests::count;
 use pschema_tests::fuzz::{Target, corpus, is_answer, is_request, target};
 
-use counted::{COUNTED, Counted};
+use counted::{COUNTED, CountingAllocator};
 
 #[global_allocator]
-static ALLOCATOR: Counted = Counted;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Memory is counted for all threads together.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// An allocator that counts what is taken.
+/// An allocator that counts the bytes that are allocated.
 mod counted {
     #![allow(unsafe_code)]
 
     use std::alloc::{GlobalAlloc, Layout, System};
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    pub(super) struct Counted;
+    pub(super) struct CountingAllocator;
 
-    /// Bytes taken now, and at most since last looked at.
+    /// The bytes that are allocated now, and the most since this was last reset.
     pub(super) static COUNTED: (AtomicUsize, AtomicUsize) = (AtomicUsize::new(0), AtomicUsize::new(0));
 
     fn taken(bytes: usize) {
@@ -40,8 +40,8 @@ mod counted {
         COUNTED.0.fetch_sub(bytes, Ordering::Relaxed);
     }
 
-    // SAFETY: all is done by the system's allocator; what is counted changes nothing of it.
-    unsafe impl GlobalAlloc for Counted {
+    // SAFETY: the system's allocator does all the work, and counting changes nothing of it.
+    unsafe impl GlobalAlloc for CountingAllocator {
         unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
             taken(layout.size());
             // SAFETY: the caller's promise is the system's.
@@ -82,7 +82,7 @@ impl Draws {
     }
 }
 
-/// What a fuzzer does to bytes.
+/// Bytes with some random changes, as a fuzzer makes them.
 fn mutated(from: &[u8], other: &[u8], draws: &mut Draws) -> Vec<u8> {
     let mut bytes = from.to_vec();
     for _ in 0..=draws.below(4) {
@@ -110,7 +110,7 @@ fn mutated(from: &[u8], other: &[u8], draws: &mut Draws) -> Vec<u8> {
     bytes
 }
 
-/// Reads one input; says what it was should it end in a panic or take too much.
+/// Reads one input. If that panics or takes too much memory, the test fails and the input is kept in a file.
 fn read(target: &Target, bytes: &[u8], what: &str) {
     let before = COUNTED.0.load(std::sync::atomic::Ordering::Relaxed);
     COUNTED.1.store(before, std::sync::atomic::Ordering::Relaxed);
@@ -156,8 +156,8 @@ fn run(name: &str, rounds: u64) {
 /// nothing. `UPDATE_GOLDEN=1` writes both corpora anew.
 #[test]
 fn the_sound_requests_and_answers_of_the_corpus_are_of_todays_types() {
-    let tools: [(&str, fn(&[u8]) -> bool); 2] = [("request", is_request), ("answer", is_answer)];
-    for (name, is_sound) in tools {
+    let is_request: fn(&[u8]) -> bool = is_request;
+    for (name, is_sound) in [("request", is_request), ("answer", is_answer)] {
         let seeds = (target(name).seeds)();
         if std::env::var_os("UPDATE_GOLDEN").is_some() {
             write_corpus(name, &seeds);
