@@ -53,7 +53,7 @@ mod motion;
 pub mod operator;
 mod path;
 mod priority;
-pub mod pulse;
+mod pulse;
 pub mod replay;
 pub mod sight;
 pub mod switch;
@@ -68,7 +68,6 @@ use config::ArmSetup;
 use controller::ControllerError;
 use line::recorder::LineRecorder;
 use operator::{Operator, OperatorError, OperatorPlace, Wish};
-use pulse::Pulse;
 use replay::ReplayError;
 use sight::{CameraSource, SightError};
 use watch::Beat;
@@ -138,6 +137,7 @@ pub enum AdeptTask {
 /// Why the Adept body could not run.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum AdeptError {
     /// A necessary argument is missing.
     #[error("{0}")]
@@ -147,12 +147,7 @@ pub enum AdeptError {
     ArmFile(#[from] FileError),
     /// The colours cannot be told apart.
     #[error("arm file {name}: {problem}")]
-    Colours {
-        /// Name of the file.
-        name: String,
-        /// The cause.
-        problem: String,
-    },
+    Colours { name: String, problem: String },
     /// The camera cannot be used.
     #[error(transparent)]
     Sight(#[from] SightError),
@@ -170,12 +165,7 @@ pub enum AdeptError {
     Domain(#[from] DomainError),
     /// The system refused something.
     #[error("cannot {doing}: {source}")]
-    System {
-        /// The action that was refused, after "cannot".
-        doing: String,
-        /// The cause.
-        source: std::io::Error,
-    },
+    System { doing: String, source: std::io::Error },
     /// The replay differs.
     #[error(transparent)]
     Replay(#[from] ReplayError),
@@ -272,7 +262,7 @@ pub fn run(args: &AdeptArgs) -> Result<Option<RunSummary>, AdeptError> {
     let mut body = build(args, stop.clone(), Some(beat.clone()))?;
     let silence_max = Duration::from_secs_f64(body.arm().setup().file.motion.heartbeat_ms.get() / 1000.0);
     enable(args, &mut body, &stop)?;
-    let _pulse = Pulse::begin(place.clone(), beat, silence_max).map_err(system("feel the daemon's pulse"))?;
+    let _pulse = pulse::begin(place.clone(), beat, silence_max).map_err(system("feel the daemon's pulse"))?;
     let options = RunOptions::new(place).exit_when_daemon_gone(args.exit_with_daemon).stop(stop);
     Ok(Some(pschema_protocol::body::run(body, &options)?))
 }

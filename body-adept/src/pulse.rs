@@ -2,12 +2,11 @@
 //! the sign of life that the [watch](crate::watch) looks at. A daemon that has gone, or is stopped or stuck, does not
 //! answer.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use pschema_inspect::{AskError, PursuitQuery, ask};
+use pschema_process::Worker;
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::Place;
 
@@ -16,33 +15,20 @@ use crate::watch::Beat;
 /// How often the daemon is asked within the longest silence.
 const SHARE: u32 = 5;
 
-/// Feels the pulse on a thread of its own, until dropped.
-#[derive(Debug)]
-pub struct Pulse {
-    closing: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Pulse {
-    /// Begins to feel the pulse of the daemon at a place, and renews `beat` with it.
-    ///
-    /// # Errors
-    /// When no thread can be started.
-    pub fn begin(place: Place, beat: Beat, silence_max: Duration) -> std::io::Result<Self> {
-        let closing = Arc::new(AtomicBool::new(false));
-        let thread = {
-            let closing = closing.clone();
-            std::thread::Builder::new().name("pulse".into()).spawn(move || {
-                let every = silence_max / SHARE;
-                let mut client = None;
-                while !closing.load(Ordering::SeqCst) {
-                    feel(&place, &mut client, &beat, silence_max);
-                    std::thread::park_timeout(every);
-                }
-            })?
-        };
-        Ok(Self { closing, thread: Some(thread) })
-    }
+/// Feels the pulse of the daemon at a place on a thread of its own, until the returned worker is dropped, and renews `beat`
+/// with it.
+///
+/// # Errors
+/// When no thread can be started.
+pub(crate) fn begin(place: Place, beat: Beat, silence_max: Duration) -> std::io::Result<Worker> {
+    let every = silence_max / SHARE;
+    Worker::start("pulse", move |stop| {
+        let mut client = None;
+        while !stop.load(Ordering::SeqCst) {
+            feel(&place, &mut client, &beat, silence_max);
+            std::thread::park_timeout(every);
+        }
+    })
 }
 
 fn feel(place: &Place, client: &mut Option<Client>, beat: &Beat, patience: Duration) {
@@ -59,18 +45,6 @@ fn feel(place: &Place, client: &mut Option<Client>, beat: &Beat, patience: Durat
         Err(error) => {
             tracing::debug!(%error, "no pulse");
             *client = None;
-        }
-    }
-}
-
-impl Drop for Pulse {
-    fn drop(&mut self) {
-        self.closing.store(true, Ordering::SeqCst);
-        if let Some(thread) = self.thread.take() {
-            thread.thread().unpark();
-            if thread.join().is_err() {
-                tracing::error!("the thread that felt the daemon's pulse had died");
-            }
         }
     }
 }

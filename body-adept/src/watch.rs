@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+
+use pschema_process::Worker;
 
 use crate::switch::{StopCause, StopSwitch};
 
@@ -68,8 +69,7 @@ pub struct Signs {
 pub struct Watch {
     signs: Signs,
     watching: Arc<AtomicU64>,
-    closing: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    thread: Worker,
 }
 
 impl Watch {
@@ -78,24 +78,22 @@ impl Watch {
     /// # Errors
     /// When no thread can be started.
     pub fn begin(signs: Signs, switch: StopSwitch) -> std::io::Result<Self> {
-        let (watching, closing) = (Arc::new(AtomicU64::new(NOTHING)), Arc::new(AtomicBool::new(false)));
-        let thread = {
-            let (signs, watching, closing) = (signs.clone(), watching.clone(), closing.clone());
-            std::thread::Builder::new().name("watch".into()).spawn(move || {
-                if let Err(error) = crate::priority::be_on_time() {
-                    tracing::debug!(%error, "the watch has no higher priority than the rest");
+        let watching = Arc::new(AtomicU64::new(NOTHING));
+        let (watched, over) = (signs.clone(), watching.clone());
+        let thread = Worker::start("watch", move |stop| {
+            if let Err(error) = crate::priority::be_on_time() {
+                tracing::debug!(%error, "the watch has no higher priority than the rest");
+            }
+            while !stop.load(Ordering::SeqCst) {
+                let guard = over.load(Ordering::SeqCst);
+                if guard % KINDS == NOTHING {
+                    std::thread::park_timeout(REST);
+                } else {
+                    watch(&watched, &over, guard, &switch);
                 }
-                while !closing.load(Ordering::SeqCst) {
-                    let guard = watching.load(Ordering::SeqCst);
-                    if guard % KINDS == NOTHING {
-                        std::thread::park_timeout(REST);
-                    } else {
-                        watch(&signs, &watching, guard, &switch);
-                    }
-                }
-            })?
-        };
-        Ok(Self { signs, watching, closing, thread: Some(thread) })
+            }
+        })?;
+        Ok(Self { signs, watching, thread })
     }
 
     /// The signs of life that it watches.
@@ -121,23 +119,15 @@ impl Watch {
         self.signs.driver.renew();
         let before = self.watching.load(Ordering::SeqCst);
         self.watching.store(before / KINDS * KINDS + KINDS + kind, Ordering::SeqCst);
-        if let Some(thread) = &self.thread {
-            thread.thread().unpark();
-        }
+        self.thread.wake();
         WatchGuard(self.watching.clone())
     }
 }
 
 impl Drop for Watch {
     fn drop(&mut self) {
+        // The thread, which ends when it is dropped after this, has nothing to watch over any more.
         drop(WatchGuard(self.watching.clone()));
-        self.closing.store(true, Ordering::SeqCst);
-        if let Some(thread) = self.thread.take() {
-            thread.thread().unpark();
-            if thread.join().is_err() {
-                tracing::error!("the watch over the arm had died");
-            }
-        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Who may attach: everything made is closed to other users, and what others made first is refused or of no account.
+//! Access of other users: every file that is made is closed to them, and files that they made first are refused or ignored.
 
 #![allow(clippy::unwrap_used)] // A test panics to fail.
 
@@ -14,7 +14,7 @@ use pschema_protocol::client::Client;
 use pschema_protocol::domain::{DomainError, LearnerName, OwnedDomain, Place, RuntimeDir, examine};
 use support::{Counter, Daemon, PATIENCE, Runtime, attach, echo, options, shared_files, until};
 
-/// A user who is not the one that runs the tests: `nobody`.
+/// Another user than the one that runs the tests: `nobody`.
 const STRANGER: u32 = 65534;
 
 /// Gives `path` to another user. Only root can; where these tests run as another, what needs it is not tested, which is
@@ -125,7 +125,7 @@ fn a_learners_files_that_others_prepared_are_refused() {
     assert!(error.contains("mode 770"), "{error}");
     fs::set_permissions(&directory, Permissions::from_mode(0o700)).unwrap();
 
-    // What a lock or a record would be written through is left as it is.
+    // The file behind the link, to which a lock or a record would be written, is left as it is.
     let victim = elsewhere.path().join("victim");
     fs::write(&victim, "precious").unwrap();
     for name in ["lock", "domain.new"] {
@@ -179,7 +179,7 @@ fn a_strangers_files_in_shared_memory_are_of_no_account() {
         strange,
         "what is ours is removed, what is not is left"
     );
-    // What a stranger prepares for the next start under names seen before is under another prefix.
+    // Files that a stranger prepares for the next start, under names seen before, have another prefix.
     let prepared = Path::new("/dev/shm").join(counts);
     File::create(&prepared).unwrap();
     fs::set_permissions(&prepared, Permissions::from_mode(0o666)).unwrap();

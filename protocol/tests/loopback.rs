@@ -1,4 +1,4 @@
-//! Bodies, tools and a daemon over real shared memory, in threads: what they exchange when all goes well.
+//! Bodies, tools and a daemon over real shared memory, in threads: their messages when all goes well.
 #![allow(clippy::unwrap_used)] // A test panics to fail.
 
 mod support;

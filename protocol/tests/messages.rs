@@ -1,4 +1,4 @@
-//! What is encoded decodes to itself; what is claimed wrongly is refused, and never panics.
+//! Every encoded message decodes to itself; a message with a wrong claim is refused, and never causes a panic.
 #![allow(clippy::unwrap_used)] // A test panics to fail.
 
 mod support;
@@ -377,7 +377,7 @@ fn the_reason_of_an_outcome_arrives_cut_to_its_limit_and_only_as_text() {
     assert_eq!(too_long.to_string(), "reason of the outcome: it claims 257 bytes of 256");
     let no_text = reported(Outcome::refused("why"), |raw| raw.reason.bytes[1] = 0xff).unwrap_err();
     assert!(no_text.to_string().contains("not UTF-8"), "{no_text}");
-    // What was carried out has no reason: whatever is there is not read.
+    // An order that was carried out has no reason: the bytes of the reason are not read.
     assert_eq!(reported(Outcome::Done, |raw| raw.reason.length = 257), Ok(Outcome::Done));
 }
 
@@ -476,7 +476,7 @@ fn a_body_is_driven_without_any_transport() {
         let directive = body.obey(&encode::reply(1, sequence, &order)).unwrap();
         assert_eq!(directive, Directive::Continue);
     }
-    // An order outside what was declared is not carried out.
+    // An order outside the declaration is not carried out.
     let wrong = Reply::Act(Action::new(ADD, [4]));
     let sequence = daemon.check(body.next_frame()).unwrap().sequence;
     let error = body.obey(&encode::reply(1, sequence, &wrong)).unwrap_err();

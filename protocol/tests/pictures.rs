@@ -1,4 +1,4 @@
-//! Pictures over shared memory: only for those who watch, and never at the cost of the body.
+//! Pictures over shared memory: they are sent only while a tool watches, and never delay the body.
 
 #![allow(clippy::unwrap_used)] // A test panics to fail.
 
@@ -21,7 +21,7 @@ const HEIGHT_PX: u32 = 10;
 const FIELDS: [FieldMark; 2] =
     [FieldMark { x_px: 5.0, y_px: 5.0, radius_px: 4.0 }, FieldMark { x_px: 15.0, y_px: 5.0, radius_px: 4.0 }];
 
-/// A counter that sees its count, in every byte of what it sees.
+/// A counter whose picture has the count in every byte.
 struct Painter {
     counter: Counter,
     rgb: Vec<u8>,
@@ -58,12 +58,12 @@ impl Body for Painter {
     }
 }
 
-struct Running {
+struct BodyThread {
     options: RunOptions,
     thread: std::thread::JoinHandle<()>,
 }
 
-impl Running {
+impl BodyThread {
     fn start(place: &Place, body: impl Body + Send + 'static) -> Self {
         let options = options(place);
         let given = options.clone();
@@ -93,7 +93,7 @@ fn whoever_watches_sees_what_the_body_sees_now() {
     let daemon = Daemon::start(place.clone(), u64::MAX, as_many);
     let painter = Painter::whole();
     let asked = painter.asked.clone();
-    let body = Running::start(&place, painter);
+    let body = BodyThread::start(&place, painter);
     until("frames", || daemon.frames.load(Ordering::Relaxed) > 20);
     assert_eq!(asked.load(Ordering::Relaxed), 0, "nobody watches");
     let watch = PictureWatch::open(&place).unwrap();
@@ -119,9 +119,9 @@ fn a_body_without_an_eye_is_watched_in_vain_and_one_with_a_wrong_picture_lives_o
         let daemon = Daemon::start(place.clone(), u64::MAX, as_many);
         let watch = PictureWatch::open(&place).unwrap();
         let body = if short {
-            Running::start(&place, Painter::new(7))
+            BodyThread::start(&place, Painter::new(7))
         } else {
-            Running::start(&place, Counter::new())
+            BodyThread::start(&place, Counter::new())
         };
         until("frames", || daemon.frames.load(Ordering::Relaxed) > 20);
         assert_eq!(watch.newest().unwrap(), None, "{learner}");
@@ -135,7 +135,7 @@ fn as_many_may_watch_as_there_are_places_and_the_next_is_told_so() {
     let runtime = Runtime::new();
     let place = runtime.place("places");
     let daemon = Daemon::start(place.clone(), u64::MAX, as_many);
-    let body = Running::start(&place, Painter::whole());
+    let body = BodyThread::start(&place, Painter::whole());
     let mut watches: Vec<_> = (0..WATCHERS_MAX).map(|_| PictureWatch::open(&place).unwrap()).collect();
     let error = PictureWatch::open(&place).unwrap_err();
     assert!(matches!(error, TransportError::Full { limit: WATCHERS_MAX, .. }), "{error}");

@@ -158,7 +158,7 @@ fn stopped_peers_do_not_keep_the_daemon_from_others() {
         tools.push(tool);
     }
     stopped.signal("STOP");
-    // Its last frame may still be under way.
+    // The last frame of the body may still be under way.
     let frames = daemon.frames.load(Ordering::Relaxed) + 1;
     let working = Process::start("part_body", &place);
     until("frames of the other body", || daemon.frames.load(Ordering::Relaxed) > frames + 200);

@@ -64,7 +64,7 @@ impl Filler {
     fn leaving(left: u64) -> Self {
         let file = tempfile::tempfile_in("/dev/shm").unwrap();
         let (begin, mut taken) = (Instant::now(), 0);
-        // Whoever left a moment ago may still be giving back what it had.
+        // A peer that left a moment ago may still be giving back its memory.
         while free() > left {
             assert!(begin.elapsed() < PATIENCE, "{} left", free());
             let more = free().saturating_sub(left);
@@ -131,7 +131,7 @@ fn part_full_memory() {
     assert!(error.to_string().contains("/dev/shm"), "{error}");
     drop(filler);
 
-    // However little there is, whoever comes is served or told. It would be this process that is killed.
+    // However little memory there is, each peer is served or told. If not, this process would be killed.
     let (mut served, mut told) = (0, 0);
     for step in 0..=40 {
         let filler = Filler::leaving(step * MIB / 8);

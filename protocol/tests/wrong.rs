@@ -1,4 +1,4 @@
-//! Bodies that send what they should not.
+//! Bodies that break the protocol.
 #![allow(clippy::unwrap_used)] // A test panics to fail.
 
 mod support;
@@ -39,8 +39,8 @@ fn a_body_that_is_always_wrong_gives_up() {
 
 #[test]
 fn a_description_that_is_not_allowed_is_refused_before_anything_is_sent() {
-    struct Wrong;
-    impl pschema_protocol::body::Body for Wrong {
+    struct DeclaringTwice;
+    impl pschema_protocol::body::Body for DeclaringTwice {
         fn describe(&self) -> pschema_protocol::description::Description {
             let mut description = counter_description();
             description.actions.push(description.actions[0].clone());
@@ -52,7 +52,7 @@ fn a_description_that_is_not_allowed_is_refused_before_anything_is_sent() {
         }
     }
     let runtime = Runtime::new();
-    let error = run(Wrong, &options(&runtime.place("none"))).unwrap_err();
+    let error = run(DeclaringTwice, &options(&runtime.place("none"))).unwrap_err();
     assert!(matches!(error, RunError::Description(Refusal::DuplicateName { .. })), "{error}");
 }
 
@@ -102,7 +102,7 @@ fn a_hostile_body_is_refused_each_time_and_disturbs_no_other() {
         assert_eq!(reply.kind, reply::REFUSED, "round {round}: {frame:?}");
         assert_ne!(reply.code, 0);
     }
-    // Its own good frame is still the next, and taken.
+    // The body's own sound frame is still the next, and is taken.
     assert_eq!(reply_to(&mut link, &good_frame).kind, reply::ACT);
     let frames = daemon.frames.load(Ordering::Relaxed);
     until("frames of the good body", || daemon.frames.load(Ordering::Relaxed) > frames + 100);

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use pschema_inspect::codec::{self, Problem, Reply as ToolReply};
-use pschema_inspect::{BodyState, Order, Request, StageOrder};
+use pschema_inspect::{BodyState, Order, OrderFailure, Request, StageOrder};
 use pschema_learner::effect::Effect;
 use pschema_learner::progress::StageCommand;
 use pschema_protocol::domain::{OwnedDomain, Place};
@@ -266,6 +266,13 @@ impl Daemon {
         }
         if let Some(step) = &served.step {
             let content = self.mind.learner().memory().content();
+            if let Some(failure) = session.failure_at(content.step)
+                && self.log.takes()
+            {
+                let OrderFailure { outcome, reason, step } = failure;
+                let (body, reason) = (&session.status().name, reason.as_deref().unwrap_or("none given"));
+                tracing::warn!(session = number, %body, step, %outcome, %reason, "an order was not carried out");
+            }
             self.batch = self.keeper.keep(Cause::Step(session.input()), &step.effects, content);
         }
         let decided = began.elapsed();

@@ -33,30 +33,22 @@ const SINGLE_STEPS_MAX: u32 = 8;
 
 /// Why words can't be said.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum SayError {
     /// No word was given.
     #[error("there is nothing to say: give at least one word")]
     Nothing,
     /// One of the texts is no word.
     #[error("{word:?} is no word: give 1 to {WORD_BYTES_MAX} bytes without spaces")]
-    Word {
-        /// The text.
-        word: String,
-    },
+    Word { word: String },
     /// Too many words would be waiting.
     #[error(
         "{waiting} words are waiting to be heard, and at most {WORDS_WAITING_MAX} can: is a body attached?"
     )]
-    Waiting {
-        /// How many there would be.
-        waiting: usize,
-    },
+    Waiting { waiting: usize },
     /// The learner takes no more steps.
     #[error("nobody would hear it: the learner is {state}; see `pschema stage`")]
-    Holding {
-        /// The state of the curriculum that makes it so.
-        state: StageState,
-    },
+    Holding { state: StageState },
     /// Memory has no room for another word.
     #[error("the learner knows {SYMBOLS_MAX} words and symbols, which is all it can hold")]
     Full,
@@ -64,6 +56,7 @@ pub enum SayError {
 
 /// Why a goal can't be taken up or called off.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum GoalError {
     /// One of the goal's patterns can't be read.
     #[error(transparent)]
@@ -73,21 +66,16 @@ pub enum GoalError {
     Pursue(#[from] PursueError),
     /// No goal has that number, or other goals were taken up since.
     #[error("goal {number} is over and forgotten, or never was")]
-    Unknown {
-        /// The number given.
-        number: u64,
-    },
+    Unknown { number: u64 },
 }
 
 /// Why a learner can't take a single action.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum SingleStepError {
     /// The curriculum can't go on.
     #[error("there is no step to take: the learner is stuck: {reason}")]
-    Stuck {
-        /// Why it can't.
-        reason: String,
-    },
+    Stuck { reason: String },
     /// No body is attached to carry the action out.
     #[error("{NO_BODY}")]
     NoBody,
@@ -213,7 +201,8 @@ impl Mind {
         let Step { effects, decision, .. } = step;
         let memory = self.learner.memory();
         self.account.growth.count(memory.content().schemas.len(), latency);
-        self.account.trace.keep(memory, &effects, decision.as_ref(), session.perceived(), latency);
+        let (perceived, failure) = (session.perceived(), session.failure_at(memory.content().step));
+        self.account.trace.keep(memory, &effects, decision.as_ref(), perceived, failure, latency);
         log(memory.content(), &effects);
         if let Some(decision) = decision {
             let decisions = Arc::make_mut(&mut self.decisions);

@@ -4,7 +4,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use pschema_inspect::{BodyState, BodyStatus};
+use pschema_inspect::{BodyState, BodyStatus, FailedOutcome, OrderFailure};
 use pschema_learner::curriculum::SceneCommand;
 use pschema_learner::effect::Effect;
 use pschema_learner::observation::Observation;
@@ -31,6 +31,7 @@ pub const WORD_BYTES_MAX: usize = 64;
 
 /// Why a body can't be attached.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum AttachError {
     /// The declaration can't be translated for the learner.
     #[error(transparent)]
@@ -42,12 +43,7 @@ pub enum AttachError {
     #[error(
         "the learner knows {known} symbols and the body brings {more}: more than the limit of {SYMBOLS_MAX}"
     )]
-    Symbols {
-        /// How many symbols the learner knows.
-        known: usize,
-        /// How many others the body declares.
-        more: usize,
-    },
+    Symbols { known: usize, more: usize },
 }
 
 /// Whether `text` can be heard as a word.
@@ -120,6 +116,7 @@ impl Session {
             frames: 0,
             frames_refused: 0,
             last_refusal: None,
+            last_failure: None,
         };
         let session = Self {
             checks: SessionChecks::new(number, description.clone()),
@@ -175,6 +172,12 @@ impl Session {
     #[must_use]
     pub fn perceived(&self) -> &[Observation] {
         &self.input.observations
+    }
+
+    /// The order that the body did not carry out, as the learner was told in this `step`; none if it was told of none.
+    #[must_use]
+    pub fn failure_at(&self, step: u64) -> Option<&OrderFailure> {
+        self.status.last_failure.as_ref().filter(|failure| failure.step == step)
     }
 
     /// Serves one frame. A frame that is refused changes nothing but the counters. If the learner takes a step on the frame,
@@ -248,6 +251,9 @@ impl Session {
         let input = Arc::new(Frame { body: self.body, outcome, observations });
         self.before = std::mem::replace(&mut self.input, input);
         let mut step = if single { learner.single_step(&self.input) } else { learner.step(&self.input) };
+        if let Some(report) = &frame.report {
+            self.count_failure(&report.outcome, learner.memory().content().step);
+        }
         // New words are part of what the frame changed in memory. In a single step they come after the effect that lets
         // the learner go.
         let first = usize::from(single);
@@ -260,6 +266,18 @@ impl Session {
             }
         };
         FrameOutcome { reply, step: Some(step), problem }
+    }
+
+    /// Keeps an outcome for the status if it is that of an order which the body did not carry out.
+    fn count_failure(&mut self, outcome: &Outcome, step: u64) {
+        let failed = match outcome {
+            Outcome::Done => return,
+            Outcome::Refused(_) => FailedOutcome::Refused,
+            Outcome::Failed(_) => FailedOutcome::Failed,
+            Outcome::TimedOut => FailedOutcome::TimedOut,
+        };
+        let failure = OrderFailure { outcome: failed, reason: outcome.reason().map(escaped), step };
+        Arc::make_mut(&mut self.status).last_failure = Some(failure);
     }
 
     fn reply(&mut self, output: &Output) -> Result<Reply, TranslateError> {
@@ -285,6 +303,18 @@ impl Session {
 
 fn wait() -> Reply {
     Reply::Wait { ms: HOLD_WAIT_MS }
+}
+
+/// A body's words with their control characters escaped, so that they steer no terminal and begin no line of a log.
+fn escaped(words: &str) -> String {
+    words.chars().fold(String::new(), |mut safe, c| {
+        if c.is_control() {
+            safe.extend(c.escape_default())
+        } else {
+            safe.push(c)
+        }
+        safe
+    })
 }
 
 fn outcome(reported: &Outcome) -> ActionOutcome {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use pschema_inspect::OrderFailure;
 use pschema_learner::decision::{Decision, Reason, Subject};
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::Memory;
@@ -34,6 +35,7 @@ pub(crate) struct Record {
     pub(crate) actions: u64,
     pub(crate) schemas_total: u32,
     pub(crate) schemas_generalised: u32,
+    pub(crate) failure: Option<Box<OrderFailure>>,
     pub(crate) perceived: Box<[Observation]>,
     pub(crate) decision: Option<Decided>,
     pub(crate) quiet_actions: u32,
@@ -64,16 +66,19 @@ pub(crate) struct Trace {
 }
 
 impl Trace {
-    /// Keeps a record of a step. `memory` is as the step left it; `perceived` is what the body reported.
+    /// Keeps a record of a step. `memory` is as the step left it; `perceived` is what the body reported, and `failure` the
+    /// order before, if the body did not carry it out.
     pub(crate) fn keep(
         &mut self,
         memory: &Memory,
         effects: &[Effect],
         decision: Option<&Decision>,
         perceived: &[Observation],
+        failure: Option<&OrderFailure>,
         latency: Duration,
     ) {
         let mut record = record(memory, decision, perceived, latency);
+        record.failure = failure.cloned().map(Box::new);
         // Memory has begun to count anew where the stage has ended; the streak that ended it is what is wanted.
         let mut streak = self.quiet;
         for effect in effects {
@@ -101,7 +106,7 @@ impl Trace {
         let nothing = |effect: &Effect| {
             matches!(effect, Effect::StepEnded { .. } | Effect::Stage(StageEffect::Held(_)))
         };
-        let idle = decision.is_none() && effects.iter().all(nothing);
+        let idle = decision.is_none() && failure.is_none() && effects.iter().all(nothing);
         if !idle {
             self.records.push(Arc::new(record));
         }
@@ -139,6 +144,7 @@ fn record(
         actions: 0,
         schemas_total: u32::try_from(content.schemas.len()).unwrap_or(u32::MAX),
         schemas_generalised: content.generalised_count,
+        failure: None,
         perceived: perceived.iter().take(PERCEIVED_MAX).cloned().collect(),
         decision: decision.and_then(|decision| decided(memory, decision)),
         quiet_actions: 0,

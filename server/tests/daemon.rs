@@ -23,7 +23,7 @@ use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_server::in_process::run_in_process;
 use pschema_server::{ServerError, Setup, serve};
 
-/// What any wait of these tests may take; a machine under load takes its time.
+/// The longest that any wait of these tests may take; a machine under load takes its time.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 struct Daemon {
@@ -93,12 +93,12 @@ impl Drop for Daemon {
 }
 
 /// A body in a thread.
-struct Running {
+struct BodyThread {
     stop: Arc<AtomicBool>,
     thread: JoinHandle<Result<RunSummary, RunError>>,
 }
 
-impl Running {
+impl BodyThread {
     fn start(place: &Place, body: Row) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let options = RunOptions::new(place.clone()).exit_when_daemon_gone(true).stop(stop.clone());
@@ -139,7 +139,7 @@ fn until(client: &mut Client, wanted: impl Fn(&Status) -> bool) -> Status {
 fn over_shared_memory_the_same_is_learnt_as_in_one_process() {
     let mut daemon = Daemon::start(setup(5, curriculum()));
     let mut client = daemon.client();
-    let body = Running::start(&daemon.place, Row::new("row"));
+    let body = BodyThread::start(&daemon.place, Row::new("row"));
     let status = until(&mut client, |status| status.stage_state == StageState::Finished);
     let alone = run_in_process(Row::new("row"), setup(5, curriculum()), &AtomicBool::new(false)).unwrap();
     assert_eq!((status.step, &status.memory_digest), (alone.step, &alone.memory_digest));
@@ -157,7 +157,7 @@ fn over_shared_memory_the_same_is_learnt_as_in_one_process() {
 fn a_tool_ends_the_daemon_and_gets_an_answer() {
     let mut daemon = Daemon::start(setup(1, free()));
     let mut client = daemon.client();
-    let body = Running::start(&daemon.place, Row::new("row"));
+    let body = BodyThread::start(&daemon.place, Row::new("row"));
     until(&mut client, |status| status.step > 10);
     ask(&mut client, ShutdownOrder {}).unwrap();
     daemon.thread.take().unwrap().join().unwrap().unwrap();
@@ -174,7 +174,7 @@ fn orders_of_tools_are_obeyed_and_mistakes_explained() {
     let step = problem(&mut client, StageOrder::Step);
     assert!(step.contains("body"), "{step}");
     assert_eq!(status(&mut client).stage_state, StageState::WaitingForBody);
-    let body = Running::start(&daemon.place, Row::new("row"));
+    let body = BodyThread::start(&daemon.place, Row::new("row"));
     until(&mut client, |status| status.step > 10);
     assert_eq!(report(&mut client, StageOrder::Hold).stage_state, StageState::Held);
     let held = status(&mut client);
@@ -212,10 +212,10 @@ fn orders_of_tools_are_obeyed_and_mistakes_explained() {
 fn one_step_is_taken_while_held_and_no_more() {
     let mut daemon = Daemon::start(setup(1, free()));
     let mut client = daemon.client();
-    let body = Running::start(&daemon.place, Row::new("row"));
+    let body = BodyThread::start(&daemon.place, Row::new("row"));
     until(&mut client, |status| status.step > 10);
     report(&mut client, StageOrder::Hold);
-    // What was under way is learnt from, and no action chosen.
+    // The learner learns from the action under way, and chooses no other.
     let resting = |client: &mut Client| {
         let mut last = live(client, u64::MAX);
         let start = Instant::now();
@@ -245,7 +245,7 @@ fn one_step_is_taken_while_held_and_no_more() {
     }
     report(&mut client, StageOrder::Resume);
     until(&mut client, |status| status.step > before.status.step + 10);
-    // What is asked for while it is free is one action more.
+    // An action that is asked for while the learner is free is one action more.
     report(&mut client, StageOrder::Step);
     assert_eq!(resting(&mut client).status.stage_state, StageState::Held);
     drop(client);
@@ -259,7 +259,7 @@ fn those_who_watch_are_shown_what_adds_up() {
     let mut client = daemon.client();
     let none = live(&mut client, 0);
     assert!(none.explanation.is_none() && none.status.world.is_empty() && none.newest.is_empty(), "{none:?}");
-    let body = Running::start(&daemon.place, Row::with_block("row", 3));
+    let body = BodyThread::start(&daemon.place, Row::with_block("row", 3));
     until(&mut client, |status| status.step > 50);
     report(&mut client, StageOrder::Hold);
     let status = until(&mut client, |status| status.stage_state == StageState::Held);
@@ -318,7 +318,7 @@ fn body_process() {
 fn a_body_that_is_killed_leaves_the_other_as_it_was_and_may_come_back() {
     let mut daemon = Daemon::start(setup(1, free()));
     let mut client = daemon.client();
-    let survivor = Running::start(&daemon.place, Row::new("survivor"));
+    let survivor = BodyThread::start(&daemon.place, Row::new("survivor"));
     let frames = |status: &Status, name: &str| {
         let body = status.bodies.iter().find(|body| body.name == name && body.state == BodyState::Attached);
         body.map_or(0, |body| body.frames)
@@ -358,9 +358,9 @@ fn a_second_daemon_of_the_same_name_is_refused_with_the_first_ones_process() {
 fn a_body_whose_name_is_taken_is_told_so() {
     let mut daemon = Daemon::start(setup(1, free()));
     let mut client = daemon.client();
-    let first = Running::start(&daemon.place, Row::new("twin"));
+    let first = BodyThread::start(&daemon.place, Row::new("twin"));
     until(&mut client, |status| status.step > 0);
-    let second = Running::start(&daemon.place, Row::new("twin"));
+    let second = BodyThread::start(&daemon.place, Row::new("twin"));
     let error = second.thread.join().unwrap().unwrap_err().to_string();
     assert!(error.contains("twin is attached already"), "{error}");
     first.stop.store(true, Ordering::Relaxed);

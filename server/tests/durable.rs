@@ -6,7 +6,7 @@ mod common;
 
 use std::path::Path;
 
-use common::process::{Daemon, Running, directory, place, recovered, served, status};
+use common::process::{BodyThread, Daemon, directory, place, recovered, served, status};
 use pschema_learner::random::Random;
 use rustix::process::{Resource, Rlimit, Signal, kill_process, prlimit};
 
@@ -16,7 +16,7 @@ fn one_memory_outlives_many_daemons_and_says_so() {
     let place = place(directory.path());
     let data = directory.path().join("data");
     let data = data.to_str().unwrap();
-    let body = Running::start(&place);
+    let body = BodyThread::start(&place);
     let mut random = Random::from_seed(3);
     for life in 0..6 {
         let acknowledged = body.acts();
@@ -95,7 +95,7 @@ fn it_goes_on_as_it_is_unless_it_is_told_to_change() {
     }
     let mut changed = started(&["--curriculum", "free", "--set", "learner.attention=false", "--change"]);
     changed.ready();
-    let body = Running::start(&place);
+    let body = BodyThread::start(&place);
     body.past(50);
     changed.kill();
     let acknowledged = body.acts();
@@ -121,7 +121,7 @@ fn when_no_more_can_be_written_nothing_is_done_any_more() {
     let data = directory.path().join("data");
     let mut daemon = served(directory.path(), data.to_str().unwrap(), 5, &[]);
     daemon.ready();
-    let body = Running::start(&place(directory.path()));
+    let body = BodyThread::start(&place(directory.path()));
     body.past(10);
     // The journal is made longer a megabyte at a time.
     let most = Some(1_100_000);
@@ -139,7 +139,7 @@ fn when_no_more_can_be_written_nothing_is_done_any_more() {
     // With room again it goes on.
     let mut daemon = served(directory.path(), data.to_str().unwrap(), 5, &[]);
     daemon.ready();
-    let body = Running::start(&place(directory.path()));
+    let body = BodyThread::start(&place(directory.path()));
     body.past(10);
     assert!(status(&place(directory.path())).durable_step >= Some(step + 10));
 }
@@ -150,7 +150,7 @@ fn a_directory_taken_away_under_it_ends_it() {
     let data = directory.path().join("data");
     let mut daemon = served(directory.path(), data.to_str().unwrap(), 5, &[]);
     daemon.ready();
-    let body = Running::start(&place(directory.path()));
+    let body = BodyThread::start(&place(directory.path()));
     body.past(10);
     std::fs::remove_dir_all(&data).unwrap();
     let said = daemon.failed();
@@ -195,7 +195,7 @@ fn an_end_in_the_middle_of_it_all_keeps_everything() {
         assert_eq!(now.step, step, "life {life}");
         // A clean end leaves a snapshot and nothing after it.
         assert_eq!(now.storage.unwrap().snapshot_step, (life > 0).then_some(step), "life {life}");
-        let body = Running::start(&place);
+        let body = BodyThread::start(&place);
         body.past(400);
         kill_process(daemon.pid(), Signal::TERM).unwrap();
         let (code, said) = daemon.ended();

@@ -182,7 +182,7 @@ fn goals_that_cannot_be_pursued_are_refused() {
     }
 }
 
-/// What any wait of these tests may take; a machine under load takes its time.
+/// The longest that any wait of these tests may take; a machine under load takes its time.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {

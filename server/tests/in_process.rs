@@ -65,7 +65,7 @@ fn holding_stops_the_steps_and_resuming_goes_on_to_the_same_end() {
         held.advance().unwrap();
     }
     held.stage(&StageCommand::Hold).unwrap();
-    // The outcome of what was asked before is still learnt from.
+    // The learner still learns from the outcome of the action that was asked for before.
     while held.advance().unwrap() == RunState::Running {}
     let step = held.learner().memory().content().step;
     for _ in 0..20 {

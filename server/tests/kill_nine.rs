@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use common::Row;
-use common::process::{BLOCK, Running, directory, place, recovered, served, setup};
+use common::process::{BLOCK, BodyThread, directory, place, recovered, served, setup};
 use pschema_learner::digest::digest;
 use pschema_learner::random::Random;
 use pschema_server::in_process::InProcess;
@@ -21,7 +21,7 @@ use pschema_server::in_process::InProcess;
 /// Lives led at the same time.
 const AT_ONCE: usize = 3;
 
-/// What the kills met.
+/// The states of the daemon in which the kills met it.
 #[derive(Debug, Default)]
 struct Met {
     kills: u64,
@@ -62,7 +62,7 @@ fn life(seed: u64, met: &Mutex<Met>) {
     let mut daemon = start();
     daemon.ready();
     let start_took = began.elapsed();
-    let body = Running::start(&place(directory.path()));
+    let body = BodyThread::start(&place(directory.path()));
     body.past(1 + random.below(300) as u64);
     if seed.is_multiple_of(4) {
         // Aimed: a snapshot is made every few steps.
@@ -97,7 +97,7 @@ fn life(seed: u64, met: &Mutex<Met>) {
     met.steps += acknowledged;
 }
 
-/// Compares what the disk has with what a body acted on; returns how many steps more it has.
+/// Compares the steps on disk with those that a body acted on. Returns how many more steps the disk has.
 fn check(data: &Path, seed: u64, acknowledged: u64) -> u64 {
     let memory = recovered(data, seed);
     let step = memory.content().step;
@@ -112,7 +112,7 @@ fn check(data: &Path, seed: u64, acknowledged: u64) -> u64 {
     step - acknowledged
 }
 
-/// Spends the time: what is waited for is an instant, not an event.
+/// Waits for an instant: there is no event to wait for.
 fn wait(time: Duration) {
     let began = Instant::now();
     while began.elapsed() < time {

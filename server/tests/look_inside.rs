@@ -205,7 +205,7 @@ fn why_not_agrees_with_what_was_weighed() {
     let mut seen = BTreeSet::new();
     while run.advance().unwrap() == RunState::Running {
         let Ok(told) = run.ask(&ExplanationQuery { step: None, candidates_max: 1000 }) else { continue };
-        // What was decided some steps ago was decided with another memory.
+        // A decision of some steps ago was made with another memory.
         let report = run.report();
         for schema in 0..report.schemas_total {
             match run.ask(&WhyNotQuery { schema, step: None }) {

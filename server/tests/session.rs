@@ -1,4 +1,4 @@
-//! What comes over the wire is an allegation: a frame that is not allowed changes nothing but a counter.
+//! A message that came over the wire is an allegation: a frame that is not allowed changes nothing but a counter.
 
 #![allow(clippy::unwrap_used)] // A test panics to fail.
 
@@ -44,7 +44,7 @@ fn serve(session: &mut Session, learner: &mut Learner, raw: &RawFrame) -> FrameO
     session.frame(learner, raw, &mut Vec::new(), false)
 }
 
-/// A way to spoil a frame, and what the refusal says of it.
+/// A way to spoil a frame, and words of the refusal.
 type Damage = (&'static str, fn(&mut RawFrame), &'static str);
 
 #[test]

@@ -1,4 +1,4 @@
-//! The record of every step: what a figure is drawn from has to agree with what the report says.
+//! The record of every step: the records that figures are drawn from have to agree with the report.
 
 #![allow(clippy::unwrap_used)] // A test panics to fail.
 

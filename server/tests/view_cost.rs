@@ -28,7 +28,7 @@ fn view(run: &InProcess<Row>) -> (AllocationInfo, View) {
     (cost, view.unwrap())
 }
 
-/// What a step allocates, beside what it would without a view: the mean of several of each.
+/// The bytes that a step allocates after a view, beyond those of a step without one: the mean of several of each.
 fn copied_after_a_view(run: &mut InProcess<Row>) -> u64 {
     const STEPS: u64 = 16;
     let (mut plain, mut viewed) = (0, 0);

@@ -1,5 +1,5 @@
-//! What comes from outside, given to what reads it: any bytes at all must be read or refused, and never panic, hang or
-//! take more memory than there are limits for. The targets of `fuzz/` and the test that runs with the others call this.
+//! The fuzz targets: each gives bytes from outside to the code that reads them. Any bytes must be read or refused; the reader
+//! must never panic, hang, or take more memory than its limit. The targets in `fuzz/` and the test `fuzz` call these functions.
 
 use std::cell::{OnceCell, RefCell};
 use std::fs;
@@ -27,26 +27,26 @@ use tempfile::TempDir;
 
 use crate::Row;
 
-/// Something that reads what comes from outside.
+/// A function that reads bytes from outside.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// Its name, and that of its folder in `fuzz/corpus`.
+    /// The target's name, which is also that of its folder in `fuzz/corpus`.
     pub name: &'static str,
-    /// Reads `bytes`, and whatever they are comes back.
+    /// Reads `bytes` and returns, whatever they are.
     pub read: fn(&[u8]),
-    /// Sound input to begin from.
+    /// Sound input, from which fuzzing begins.
     pub seeds: fn() -> Vec<Vec<u8>>,
-    /// Bytes of memory that reading may take at most.
+    /// The most memory that reading may take, in bytes.
     pub memory_max: usize,
 }
 
 const MIB: usize = 1024 * 1024;
-/// What is bounded by the longest answer of 16 MiB, as bytes and as values, and what a young learner has.
+/// Memory for the longest answer of 16 MiB, as bytes and as values, and for a young learner.
 const SMALL: usize = 64 * MIB;
-/// What is bounded by the longest value on disk, likewise.
+/// Memory for the longest value on disk, likewise.
 const LARGE: usize = 192 * MIB;
 
-/// All of them.
+/// All targets.
 pub const TARGETS: [Target; 11] = [
     Target { name: "hello", read: hello, seeds: edits, memory_max: SMALL },
     Target { name: "frames", read: frames, seeds: edits, memory_max: SMALL },
@@ -92,7 +92,7 @@ impl Draw<'_> {
         u64::from(self.u32()) | u64::from(self.u32()) << 32
     }
 
-    /// One of what is mostly of interest in a count or an index, or anything.
+    /// A number that is often of interest as a count or an index, or any number.
     fn count(&mut self) -> u32 {
         match self.byte() {
             value @ 0..=63 => value.into(),
@@ -147,7 +147,7 @@ impl Draw<'_> {
         }
     }
 
-    /// Changes the like of a hello here and there.
+    /// Changes one field of a hello.
     fn hello(&mut self, to: &mut RawHello) {
         let head = &mut *to.head;
         match self.byte() % 16 {
@@ -241,7 +241,7 @@ fn setup() -> Setup {
     Setup { seed: 1, parameters, curriculum }
 }
 
-/// Anything a description can be, taken as one body's: what passes the checks can be sent, and served.
+/// A body with any description: a description that passes the checks can be sent and served.
 struct Declared(Description);
 
 impl Body for Declared {
@@ -256,7 +256,7 @@ impl Body for Declared {
     }
 }
 
-/// Hellos: what passes is sound enough for a learner to live with.
+/// Hellos: a learner can live with the body of every hello that passes the checks.
 fn hello(bytes: &[u8]) {
     let mut draw = Draw(bytes);
     let mut raw = BodyLoop::new(Row::new("row")).hello().unwrap_or_else(|error| panic!("{error}"));
@@ -329,6 +329,12 @@ fn reply(bytes: &[u8]) {
     }
 }
 
+/// Whether a daemon can read `bytes` as a question or an order.
+#[must_use]
+pub fn is_request(bytes: &[u8]) -> bool {
+    codec::decode::<Request>(bytes).is_ok()
+}
+
 /// Questions and orders, as the daemon reads and answers them.
 fn request(bytes: &[u8]) {
     let Ok(request) = codec::decode::<Request>(bytes) else { return };
@@ -344,7 +350,7 @@ fn request(bytes: &[u8]) {
     }
     let answered = |run: &InProcess<Row>, question: &Question| {
         let reply = inspect::reply(&run.view(), question);
-        assert!(is_read(&reply), "{question:?}: a reply that no tool can read");
+        assert!(is_answer(&reply), "{question:?}: a reply that no tool can read");
     };
     match request {
         Request::Order(Order::Say(say)) => {
@@ -369,13 +375,13 @@ fn request(bytes: &[u8]) {
     }
 }
 
-/// Replies, as a tool reads them: which question they answer decides what they are read as.
+/// Replies, as a tool reads them: the question decides the type of the answer.
 fn answer(bytes: &[u8]) {
-    is_read(bytes);
+    is_answer(bytes);
 }
 
 /// Whether a tool that asked one question or another can read `bytes` as the reply.
-fn is_read(bytes: &[u8]) -> bool {
+pub fn is_answer(bytes: &[u8]) -> bool {
     [
         reads::<StatusQuery>(bytes),
         reads::<SchemaQuery>(bytes),
@@ -423,7 +429,7 @@ fn curriculum(bytes: &[u8]) {
     in_a_file("curriculum.toml", bytes, |path| {
         let read = config::lesson(&path.to_string_lossy(), Default::default(), &[]);
         if let Ok((curriculum, parameters)) = read {
-            // What is read can be begun with, or says why not.
+            // A learner can begin with every file that is read, or says why not.
             let setup = Setup { seed: 1, parameters, curriculum };
             if let Ok(mut run) = InProcess::new(Row::new("row"), setup) {
                 for _ in 0..3 {
@@ -642,7 +648,7 @@ fn domains() -> Vec<Vec<u8>> {
     vec![format!("protocol = {VERSION}\n{rest}").into_bytes()]
 }
 
-/// Files of the project, for those who build it; the tests have its folder beside them.
+/// The files of a folder of the project, which lies beside the tests.
 fn files(folder: &str) -> Vec<Vec<u8>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder);
     let entries = fs::read_dir(&root).into_iter().flatten().flatten();

@@ -1,34 +1,34 @@
-//! System tests on real processes: this is their harness.
+//! The harness of the system tests, which start real processes.
 //!
-//! Every test lives in a [`House`] of its own: a private runtime directory, so that tests run beside each other and
-//! beside daemons of yours. Nothing here sleeps in the hope that something has happened by then: [`until`] looks
-//! for it, again and again, up to a deadline.
+//! Every test lives in a [`Sandbox`] of its own: a private runtime directory, so that tests run beside each other and
+//! beside daemons of yours. No test sleeps in the hope that an event has happened by then: [`until`] looks
+//! for the event, again and again, up to a deadline.
 
-mod facts;
 pub mod fuzz;
-mod house;
+mod leftovers;
 mod page;
 mod process;
+mod resources;
 mod row;
-mod traces;
+mod sandbox;
 
 use std::thread;
 use std::time::{Duration, Instant};
 
-pub use facts::{descriptors, own_memory, prefix_of, shared_files};
-pub use house::House;
+pub use leftovers::{Leftovers, demo_directory, processes_with};
 pub use page::{Block, Page};
-pub use process::{Finished, Running, signal_process};
+pub use process::{ChildProcess, ProcessOutput, signal_process};
+pub use resources::{descriptors, own_memory, prefix_of, shared_files};
 pub use row::{FIELDS, Row};
-pub use traces::{Traces, demo_directory, processes_with};
+pub use sandbox::Sandbox;
 
 /// How long anything may take before a test gives up on it. Runs take seconds; this is for machines under load.
 pub const DEADLINE: Duration = Duration::from_secs(120);
 
-/// Looks until there is something to see, and returns it.
+/// Calls `look` again and again until it finds a value, and returns the value.
 ///
 /// # Panics
-/// With `what` when there is still nothing after [`DEADLINE`].
+/// With `what` in the message when there is no value after [`DEADLINE`].
 pub fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
     loop {
@@ -40,7 +40,7 @@ pub fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// How often a test does something: `by_default`, or what the environment variable `name` says for a run by hand.
+/// How often a test does something: `by_default`, or the number in the environment variable `name`, for a run by hand.
 ///
 /// # Panics
 /// When the variable is no number.

@@ -1,5 +1,5 @@
-//! A page of the documentation as somebody reads it who does what it says: its blocks of commands, and the files that it
-//! says to save.
+//! A page of the documentation, as a reader uses it who follows the page: its blocks of commands, and the files that the
+//! reader is to save.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 /// A block between fences.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Block {
-    /// What stands beside the opening fence: `sh`, `sh norun`, `toml`.
+    /// The words beside the opening fence: `sh`, `sh norun`, `toml`.
     pub info: String,
     /// The line of the page on which its text begins, from 1.
     pub line: usize,
-    /// Its text.
+    /// The text between the fences.
     pub text: String,
     /// The file that the sentence before it says to save it as.
     pub file: Option<String>,
@@ -20,9 +20,9 @@ pub struct Block {
 /// A page.
 #[derive(Clone, Debug)]
 pub struct Page {
-    /// Its path from the root of the repository.
+    /// The page's path from the root of the repository.
     pub path: PathBuf,
-    /// Its blocks, in order.
+    /// The blocks, in order.
     pub blocks: Vec<Block>,
 }
 
@@ -30,7 +30,7 @@ impl Page {
     /// Reads a page of the repository.
     ///
     /// # Panics
-    /// When there is none, or a fence is never closed.
+    /// When there is no such page, or a fence is never closed.
     #[must_use]
     pub fn read(path: &Path) -> Self {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -39,7 +39,7 @@ impl Page {
         Self { path: path.to_owned(), blocks: blocks(path, &text) }
     }
 
-    /// Every page there is.
+    /// Every page of the documentation.
     ///
     /// # Panics
     /// When the folder of pages can't be read.
@@ -57,7 +57,7 @@ impl Page {
         paths.iter().map(|path| Self::read(path)).collect()
     }
 
-    /// Its commands: those that are run, and those that are only shown where `shown` is set.
+    /// The commands of the page that are run; where `shown` is set, also those that are only shown.
     pub fn commands(&self, shown: bool) -> impl Iterator<Item = &Block> {
         self.blocks.iter().filter(move |block| block.info == "sh" || (shown && block.info == "sh norun"))
     }
@@ -98,7 +98,7 @@ fn blocks(path: &Path, text: &str) -> Vec<Block> {
     blocks
 }
 
-/// Of "Save this as `shelf.toml`" or "Put this into `src/main.rs`" the name.
+/// The file name in a sentence such as "Save this as `shelf.toml`" or "Put this into `src/main.rs`".
 fn saved_as(sentence: &str) -> Option<String> {
     let after = ["ave this as `", "ut this into `"].iter().find_map(|words| sentence.split_once(words))?.1;
     after.split_once('`').map(|(name, _)| name.to_owned())

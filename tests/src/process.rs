@@ -9,28 +9,28 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use crate::until;
 
-/// What a process left when it ended.
+/// The output and the exit status of a process that has ended.
 #[derive(Debug)]
-pub struct Finished {
-    /// How it ended.
+pub struct ProcessOutput {
+    /// The exit status.
     pub status: ExitStatus,
-    /// Its result.
+    /// The text on its stdout.
     pub stdout: String,
-    /// Its talk.
+    /// The text on its stderr.
     pub stderr: String,
 }
 
-impl Finished {
+impl ProcessOutput {
     /// The exit code; `None` when a signal ended it.
     #[must_use]
     pub fn code(&self) -> Option<i32> {
         self.status.code()
     }
 
-    /// Its result as JSON.
+    /// The text on its stdout as JSON.
     ///
     /// # Panics
-    /// When it failed or printed something else.
+    /// When the process failed, or printed something else.
     #[must_use]
     pub fn json(&self) -> serde_json::Value {
         assert_eq!(self.code(), Some(0), "{self:?}");
@@ -38,22 +38,22 @@ impl Finished {
     }
 }
 
-/// A process that runs until it ends or the test does: dropping it kills it.
+/// A process that a test has started. Dropping this kills the process.
 #[derive(Debug)]
-pub struct Running {
+pub struct ChildProcess {
     process: Child,
-    stdout: Heard,
-    stderr: Heard,
+    stdout: OutputReader,
+    stderr: OutputReader,
 }
 
-/// What a process said so far, read as it comes so that it never has to wait for a reader.
+/// Reads the output of a process as it comes, so that the process never has to wait for a reader.
 #[derive(Debug)]
-struct Heard {
+struct OutputReader {
     text: Arc<Mutex<String>>,
     reader: Option<JoinHandle<()>>,
 }
 
-impl Heard {
+impl OutputReader {
     fn listen(stream: Option<impl Read + Send + 'static>) -> Self {
         let text = Arc::new(Mutex::new(String::new()));
         let reader = stream.map(|stream| {
@@ -83,7 +83,7 @@ impl Heard {
     }
 }
 
-impl Running {
+impl ChildProcess {
     /// Starts a process.
     ///
     /// # Panics
@@ -92,71 +92,72 @@ impl Running {
     pub fn start(command: &mut Command) -> Self {
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut process = command.spawn().unwrap_or_else(|error| panic!("{command:?}: {error}"));
-        let (stdout, stderr) = (Heard::listen(process.stdout.take()), Heard::listen(process.stderr.take()));
+        let (stdout, stderr) =
+            (OutputReader::listen(process.stdout.take()), OutputReader::listen(process.stderr.take()));
         Self { process, stdout, stderr }
     }
 
-    /// Its number.
+    /// The process id.
     #[must_use]
     pub fn pid(&self) -> u32 {
         self.process.id()
     }
 
-    /// What it has said so far.
+    /// The text on its stderr so far.
     #[must_use]
     pub fn stderr(&self) -> String {
         self.stderr.so_far()
     }
 
-    /// What it has printed so far.
+    /// The text on its stdout so far.
     #[must_use]
     pub fn stdout(&self) -> String {
         self.stdout.so_far()
     }
 
-    /// Waits until it has said `text`, on stdout or stderr.
+    /// Waits until the process has written `text`, to stdout or stderr.
     ///
     /// # Panics
-    /// When it does not before the deadline.
+    /// When the text does not come before the deadline.
     pub fn says(&self, text: &str) {
         until(&format!("process {} says {text:?}", self.pid()), || {
             (self.stdout().contains(text) || self.stderr().contains(text)).then_some(())
         });
     }
 
-    /// Sends it a signal.
+    /// Sends the process a signal.
     ///
     /// # Panics
-    /// When it has ended already.
+    /// When the process has ended already.
     pub fn signal(&self, signal: Signal) {
         signal_process(self.pid(), signal);
     }
 
-    /// Waits for its end.
+    /// Waits for the end of the process.
     ///
     /// # Panics
-    /// When it does not end before the deadline.
+    /// When the process does not end before the deadline.
     #[must_use]
-    pub fn finished(mut self) -> Finished {
+    pub fn finished(mut self) -> ProcessOutput {
         let pid = self.pid();
         let status = until(&format!("process {pid} ends; it said {:?}", self.stderr()), || {
             self.process.try_wait().unwrap_or_else(|error| panic!("process {pid}: {error}"))
         });
-        Finished { status, stdout: self.stdout.finish(), stderr: self.stderr.finish() }
+        ProcessOutput { status, stdout: self.stdout.finish(), stderr: self.stderr.finish() }
     }
 
-    /// Asks it to end with SIGTERM and waits for that.
+    /// Asks the process to end with SIGTERM, and waits for its end.
     ///
     /// # Panics
-    /// As [`Running::finished`].
+    /// As [`ChildProcess::finished`].
     #[must_use]
-    pub fn ended(self) -> Finished {
+    pub fn ended(self) -> ProcessOutput {
         self.signal(Signal::TERM);
         self.finished()
     }
 }
 
-impl Drop for Running {
+impl Drop for ChildProcess {
     fn drop(&mut self) {
         // Both fail only for a process that has ended.
         drop(self.process.kill());

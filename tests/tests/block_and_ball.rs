@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use pschema_tests::{House, until};
+use pschema_tests::{Sandbox, until};
 use serde_json::Value;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
@@ -47,9 +47,9 @@ fn far_only(directory: &Path) -> PathBuf {
     path
 }
 
-/// Field of the object of this colour, as `status` prints what is perceived.
-fn field(house: &House, colour: &str) -> i64 {
-    let status = house.status("b");
+/// The field of the object of this colour, in the perceived world that `status` prints.
+fn field(sandbox: &Sandbox, colour: &str) -> i64 {
+    let status = sandbox.status("b");
     let world = status["world"].as_array().expect("a list");
     let start = format!("object{{colour={colour}, field=");
     let seen = world.iter().filter_map(Value::as_str).find_map(|seen| seen.strip_prefix(&start));
@@ -57,8 +57,8 @@ fn field(house: &House, colour: &str) -> i64 {
     field.unwrap_or_else(|| panic!("no {colour} object is seen: {status}"))
 }
 
-fn plan(house: &House, goal: &[&str]) -> Value {
-    let plan = house.run(&[&["plan", "--name", "b", "--json"], goal].concat()).json();
+fn plan(sandbox: &Sandbox, goal: &[&str]) -> Value {
+    let plan = sandbox.run(&[&["plan", "--name", "b", "--json"], goal].concat()).json();
     assert_eq!(plan["state"], "found", "{plan}");
     plan
 }
@@ -67,15 +67,15 @@ fn probability(plan: &Value) -> f64 {
     plan["probability"].as_f64().expect("a probability")
 }
 
-/// Whether any step of the plan relies on what is of this colour.
+/// Whether any step of the plan relies on an object of this colour.
 fn relies_on(plan: &Value, colour: &str) -> bool {
     let steps = plan["steps"].as_array().expect("steps").iter();
     let mut relied = steps.flat_map(|step| step["relies_on"].as_array().expect("a list"));
     relied.any(|relied| relied["observation"]["properties"]["colour"] == colour)
 }
 
-fn order(house: &House, order: &[&str]) {
-    let finished = house.run(&[&["--name", "b", "stage"], order].concat());
+fn order(sandbox: &Sandbox, order: &[&str]) {
+    let finished = sandbox.run(&[&["--name", "b", "stage"], order].concat());
     assert_eq!(finished.code(), Some(0), "{finished:?}");
 }
 
@@ -85,19 +85,19 @@ fn that_the_ball_may_fall_does_not_matter_to_who_moves_the_block() {
     let curriculum = directory.path().join("curriculum.toml");
     std::fs::write(&curriculum, CURRICULUM).expect("a directory to write to");
     let far_only = far_only(directory.path());
-    let house = House::new(BINARY);
-    let daemon = house.daemon("b", &["--curriculum", &curriculum.to_string_lossy(), "--seed", "1"]);
-    let body = house.body("b", &["--world", &far_only.to_string_lossy(), "--seed", "1"]);
-    house.curriculum_over("b");
+    let sandbox = Sandbox::new(BINARY);
+    let daemon = sandbox.daemon("b", &["--curriculum", &curriculum.to_string_lossy(), "--seed", "1"]);
+    let body = sandbox.body("b", &["--world", &far_only.to_string_lossy(), "--seed", "1"]);
+    sandbox.curriculum_over("b");
 
     // Held, in a stage in which they are seen: nothing is done, and plans can be made.
-    order(&house, &["hold"]);
-    order(&house, &["set", "pushing"]);
-    let (block, ball) = (field(&house, "blue"), field(&house, "red"));
+    order(&sandbox, &["hold"]);
+    order(&sandbox, &["set", "pushing"]);
+    let (block, ball) = (field(&sandbox, "blue"), field(&sandbox, "red"));
     let moved = format!("object{{colour=blue, field={}}}", block + 1);
     let stays = format!("object{{colour=red, field={ball}}}");
-    let alone = plan(&house, &[&moved]);
-    let both = plan(&house, &[&moved, &stays]);
+    let alone = plan(&sandbox, &[&moved]);
+    let both = plan(&sandbox, &[&moved, &stays]);
     let push = |plan: &Value| plan["steps"][0]["schema"]["action"].as_str().map(str::to_owned);
     assert_eq!(push(&alone), push(&both), "there is only the long push");
     assert!(push(&alone).is_some_and(|push| push.starts_with("push(")), "{alone}");
@@ -108,21 +108,21 @@ fn that_the_ball_may_fall_does_not_matter_to_who_moves_the_block() {
 
     // With the short push as well, whoever wants the ball to stay takes that.
     assert_eq!(body.ended().code(), Some(0));
-    let body = house.body("b", &["--world", "block-and-ball", "--seed", "1"]);
+    let body = sandbox.body("b", &["--world", "block-and-ball", "--seed", "1"]);
     until("the body is there", || {
-        let status = house.status("b");
+        let status = sandbox.status("b");
         let bodies = status["bodies"].as_array().expect("a list").clone();
         bodies.iter().any(|body| body["state"] == "attached").then_some(())
     });
-    order(&house, &["resume"]);
-    house.curriculum_over("b");
-    order(&house, &["hold"]);
-    order(&house, &["set", "pushing"]);
-    assert_eq!((field(&house, "blue"), field(&house, "red")), (block, ball));
-    let careful = plan(&house, &[&moved, &stays]);
+    order(&sandbox, &["resume"]);
+    sandbox.curriculum_over("b");
+    order(&sandbox, &["hold"]);
+    order(&sandbox, &["set", "pushing"]);
+    assert_eq!((field(&sandbox, "blue"), field(&sandbox, "red")), (block, ball));
+    let careful = plan(&sandbox, &[&moved, &stays]);
     assert_ne!(push(&careful), push(&both), "{careful}");
     assert!(probability(&careful) > probability(&both), "{careful}");
     assert_eq!(body.ended().code(), Some(0));
     assert_eq!(daemon.ended().code(), Some(0));
-    assert_eq!(house.left(), Vec::<String>::new());
+    assert_eq!(sandbox.left(), Vec::<String>::new());
 }

@@ -1,10 +1,10 @@
 //! Bodies and tools that are killed or stopped wherever they are: nothing of them stays, and nobody else notices.
 //!
-//! `PSCHEMA_DEATHS=200 cargo test -p pschema-tests --test body_dies` does by hand what is done 20 times otherwise.
+//! `PSCHEMA_DEATHS=200 cargo test -p pschema-tests --test body_dies` goes 200 rounds of deaths instead of 20.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
-use pschema_tests::{House, Running, count, descriptors, own_memory, prefix_of, shared_files, until};
+use pschema_tests::{ChildProcess, Sandbox, count, descriptors, own_memory, prefix_of, shared_files, until};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -23,11 +23,11 @@ const POINTS: [&str; 8] = [
     "reply received",
 ];
 
-fn body(house: &House, name: &str, point: Option<&str>) -> Running {
-    house.start_program(PEER, &[&["body", "default", name], point.as_slice()].concat())
+fn body(sandbox: &Sandbox, name: &str, point: Option<&str>) -> ChildProcess {
+    sandbox.start_program(PEER, &[&["body", "default", name], point.as_slice()].concat())
 }
 
-fn killed(process: Running) {
+fn killed(process: ChildProcess) {
     process.signal(Signal::KILL);
     assert_eq!(process.finished().code(), None);
 }
@@ -37,12 +37,12 @@ fn named<'a>(status: &'a Value, name: &str) -> Option<&'a Value> {
     bodies.iter().find(|body| body["name"] == name && body["state"] == "attached")
 }
 
-fn frames(house: &House, name: &str) -> u64 {
-    named(&house.status("default"), name).map_or(0, |body| body["frames"].as_u64().unwrap())
+fn frames(sandbox: &Sandbox, name: &str) -> u64 {
+    named(&sandbox.status("default"), name).map_or(0, |body| body["frames"].as_u64().unwrap())
 }
 
-fn attached(house: &House) -> usize {
-    let status = house.status("default");
+fn attached(sandbox: &Sandbox) -> usize {
+    let status = sandbox.status("default");
     let bodies = status["bodies"].as_array().unwrap();
     bodies.iter().filter(|body| body["state"] == "attached").count()
 }
@@ -50,22 +50,22 @@ fn attached(house: &House) -> usize {
 #[test]
 fn killed_at_any_point_it_leaves_nothing_and_another_goes_on() {
     let rounds = count("PSCHEMA_DEATHS", 20);
-    let house = House::new(BINARY);
-    let daemon = house.daemon("default", &[]);
-    let prefix = prefix_of(house.runtime(), "default");
-    let survivor = body(&house, "survivor", None);
-    until("the survivor moves", || (frames(&house, "survivor") > 50).then_some(()));
+    let sandbox = Sandbox::new(BINARY);
+    let daemon = sandbox.daemon("default", &[]);
+    let prefix = prefix_of(sandbox.runtime(), "default");
+    let survivor = body(&sandbox, "survivor", None);
+    until("the survivor moves", || (frames(&sandbox, "survivor") > 50).then_some(()));
     let files = until("only the survivor is there", || {
         let files = shared_files(&prefix);
         (files == shared_files(&prefix)).then_some(files)
     });
-    let session = named(&house.status("default"), "survivor").unwrap()["id"].clone();
+    let session = named(&sandbox.status("default"), "survivor").unwrap()["id"].clone();
     let (mut open, mut own, mut taught) = (0, 0, 0);
     for round in 0..rounds {
         for group in POINTS.chunks(4) {
-            let before = frames(&house, "survivor");
+            let before = frames(&sandbox, "survivor");
             let start =
-                |(number, point): (usize, &&str)| body(&house, &format!("victim-{number}"), Some(point));
+                |(number, point): (usize, &&str)| body(&sandbox, &format!("victim-{number}"), Some(point));
             let victims: Vec<_> = group.iter().enumerate().map(start).collect();
             for (victim, point) in victims.iter().zip(group) {
                 victim.says(&format!("at {point}"));
@@ -74,86 +74,88 @@ fn killed_at_any_point_it_leaves_nothing_and_another_goes_on() {
             until(&format!("round {round}: what {group:?} left is removed"), || {
                 (shared_files(&prefix) == files).then_some(())
             });
-            until(&format!("round {round}: {group:?} are missed"), || (attached(&house) == 1).then_some(()));
-            until("the survivor goes on", || (frames(&house, "survivor") > before + 20).then_some(()));
+            until(&format!("round {round}: {group:?} are missed"), || {
+                (attached(&sandbox) == 1).then_some(())
+            });
+            until("the survivor goes on", || (frames(&sandbox, "survivor") > before + 20).then_some(()));
         }
         if round == 2 {
             (open, own) = (descriptors(daemon.pid()), own_memory(daemon.pid()));
-            taught = frames(&house, "survivor");
+            taught = frames(&sandbox, "survivor");
         }
     }
-    let status = house.status("default");
+    let status = sandbox.status("default");
     assert_eq!(named(&status, "survivor").unwrap()["id"], session, "it was never disturbed");
     assert_eq!(named(&status, "survivor").unwrap()["frames_refused"], 0);
     assert_eq!(descriptors(daemon.pid()), open, "descriptors after {rounds} rounds");
     // A record is kept of each of the last 65,536 steps, which takes some 600 bytes. The place of one body is 300 KiB.
-    let steps = (frames(&house, "survivor") - taught).min(65_536);
+    let steps = (frames(&sandbox, "survivor") - taught).min(65_536);
     let grown = own_memory(daemon.pid()).saturating_sub(own);
     let limit = steps * 700 + 4 * 1024 * 1024;
     assert!(grown < limit, "{rounds} rounds, {steps} steps: {grown} bytes");
     println!("{} deaths; memory grew by {grown} bytes in {steps} steps", rounds * POINTS.len() as u64);
     drop(survivor);
     assert_eq!(daemon.ended().code(), Some(0));
-    assert_eq!(house.left(), Vec::<String>::new());
+    assert_eq!(sandbox.left(), Vec::<String>::new());
 }
 
 #[test]
 fn stopped_it_keeps_its_session_and_delays_nobody() {
-    let house = House::new(BINARY);
-    let daemon = house.daemon("default", &[]);
-    let (stopped, other) = (body(&house, "stopped", None), body(&house, "other", None));
+    let sandbox = Sandbox::new(BINARY);
+    let daemon = sandbox.daemon("default", &[]);
+    let (stopped, other) = (body(&sandbox, "stopped", None), body(&sandbox, "other", None));
     for name in ["stopped", "other"] {
-        until("both move", || (frames(&house, name) > 10).then_some(()));
+        until("both move", || (frames(&sandbox, name) > 10).then_some(()));
     }
-    let session = named(&house.status("default"), "stopped").unwrap()["id"].clone();
+    let session = named(&sandbox.status("default"), "stopped").unwrap()["id"].clone();
     for _ in 0..5 {
         stopped.signal(Signal::STOP);
         // One more may have been under way.
-        let (still, moving) = (frames(&house, "stopped") + 1, frames(&house, "other"));
-        until("the other goes on", || (frames(&house, "other") > moving + 100).then_some(()));
-        let status = house.status("default");
+        let (still, moving) = (frames(&sandbox, "stopped") + 1, frames(&sandbox, "other"));
+        until("the other goes on", || (frames(&sandbox, "other") > moving + 100).then_some(()));
+        let status = sandbox.status("default");
         assert!(named(&status, "stopped").unwrap()["frames"].as_u64().unwrap() <= still, "{status}");
         stopped.signal(Signal::CONT);
-        until("it goes on", || (frames(&house, "stopped") > still).then_some(()));
+        until("it goes on", || (frames(&sandbox, "stopped") > still).then_some(()));
     }
-    assert_eq!(named(&house.status("default"), "stopped").unwrap()["id"], session);
+    assert_eq!(named(&sandbox.status("default"), "stopped").unwrap()["id"], session);
     stopped.signal(Signal::STOP);
     killed(stopped);
-    until("a body killed while it was stopped is missed", || (attached(&house) == 1).then_some(()));
+    until("a body killed while it was stopped is missed", || (attached(&sandbox) == 1).then_some(()));
     drop(other);
     assert_eq!(daemon.ended().code(), Some(0));
-    assert_eq!(house.left(), Vec::<String>::new());
+    assert_eq!(sandbox.left(), Vec::<String>::new());
 }
 
-/// Tools that ask and never read take their own places and no time; who comes when all are taken is told.
+/// Tools that ask and never read take places of tools and no time; a tool that comes when all places are taken is told so.
 #[test]
 fn stopped_tools_delay_nobody_and_give_their_places_back() {
-    let house = House::new(BINARY);
-    let daemon = house.daemon("default", &[]);
-    let moving = body(&house, "moving", None);
-    until("it moves", || (frames(&house, "moving") > 10).then_some(()));
-    let prefix = prefix_of(house.runtime(), "default");
+    let sandbox = Sandbox::new(BINARY);
+    let daemon = sandbox.daemon("default", &[]);
+    let moving = body(&sandbox, "moving", None);
+    until("it moves", || (frames(&sandbox, "moving") > 10).then_some(()));
+    let prefix = prefix_of(sandbox.runtime(), "default");
     let files = shared_files(&prefix);
     let point = |number: u32| if number.is_multiple_of(2) { "request sent" } else { "page received" };
     let mut tools = Vec::new();
     for number in 0..15 {
-        let tool = house.start_program(PEER, &["tool", "default", "tool", point(number)]);
+        let tool = sandbox.start_program(PEER, &["tool", "default", "tool", point(number)]);
         tool.says(&format!("at {}", point(number)));
         tools.push(tool);
     }
-    let before = frames(&house, "moving");
-    until("the body goes on", || (frames(&house, "moving") > before + 100).then_some(()));
-    let last = house.start_program(PEER, &["tool", "default", "tool", "request sent"]);
+    let before = frames(&sandbox, "moving");
+    until("the body goes on", || (frames(&sandbox, "moving") > before + 100).then_some(()));
+    let last = sandbox.start_program(PEER, &["tool", "default", "tool", "request sent"]);
     last.says("at request sent");
-    let refused = house.run(&["status"]);
+    let refused = sandbox.run(&["status"]);
     assert_eq!(refused.code(), Some(1), "{refused:?}");
     assert!(refused.stderr.contains("already has 16 tools"), "{refused:?}");
     tools.push(last);
     tools.into_iter().for_each(killed);
     until("their places are free", || (shared_files(&prefix) == files).then_some(()));
-    let after = frames(&house, "moving");
-    until("the body goes on", || (frames(&house, "moving") > after).then_some(()));
+    let after = frames(&sandbox, "moving");
+    until("the body goes on", || (frames(&sandbox, "moving") > after).then_some(()));
     drop(moving);
     assert_eq!(daemon.ended().code(), Some(0));
-    assert_eq!(house.left(), Vec::<String>::new());
+    assert_eq!(sandbox.left(), Vec::<String>::new());
 }

@@ -1,8 +1,8 @@
-//! Asking a live daemon: what people read and the JSON that programs rely on (`docs/CLI.md`).
+//! Asking a live daemon: the text for people, and the JSON that programs rely on (`docs/CLI.md`).
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
-use pschema_tests::{House, until};
+use pschema_tests::{Sandbox, until};
 use serde_json::Value;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
@@ -23,13 +23,13 @@ fn real(value: &Value, field: &str) -> f64 {
 
 #[test]
 fn a_learner_that_has_been_through_scenario_1_answers_everything() {
-    let house = House::new(BINARY);
-    let _daemon = house.daemon("default", &["--curriculum", "exp1-s1", "--seed", "1"]);
-    let _body = house.body("default", &["--seed", "1"]);
-    house.curriculum_over("default");
-    let json = |arguments: &[&str]| house.run(&[arguments, &["--json"]].concat()).json();
+    let sandbox = Sandbox::new(BINARY);
+    let _daemon = sandbox.daemon("default", &["--curriculum", "exp1-s1", "--seed", "1"]);
+    let _body = sandbox.body("default", &["--seed", "1"]);
+    sandbox.curriculum_over("default");
+    let json = |arguments: &[&str]| sandbox.run(&[arguments, &["--json"]].concat()).json();
     let text = |arguments: &[&str]| {
-        let finished = house.run(arguments);
+        let finished = sandbox.run(arguments);
         assert_eq!(finished.code(), Some(0), "{arguments:?}: {finished:?}");
         let widest = finished.stdout.lines().map(|line| line.chars().count()).max().unwrap_or(0);
         assert!(widest <= 80, "{arguments:?} is {widest} columns wide:\n{}", finished.stdout);
@@ -53,7 +53,7 @@ fn a_learner_that_has_been_through_scenario_1_answers_everything() {
         (&["explain", "--step", "1"], "step 1"),
         (&["stage", "set", "no such stage"], "no such stage"),
     ] {
-        let finished = house.run(wrong);
+        let finished = sandbox.run(wrong);
         assert_eq!(finished.code(), Some(1), "{wrong:?}: {finished:?}");
         assert!(finished.stderr.contains(says) && finished.stdout.is_empty(), "{wrong:?}: {finished:?}");
     }
@@ -67,7 +67,7 @@ fn status(json: &Value, text: &str) {
     has(json, &["step_latency_us_p50", "step_latency_us_p99", "memory_bytes", "memory_digest"]);
     has(json, &["saturation", "habituation", "trial"]);
     let body = &list(json, "bodies")[0];
-    has(body, &["id", "kind", "state", "frames", "frames_refused", "last_refusal"]);
+    has(body, &["id", "kind", "state", "frames", "frames_refused", "last_refusal", "last_failure"]);
     assert_eq!((&body["state"], &body["frames_refused"]), (&"attached".into(), &0.into()), "{body}");
     for figure in ["memory_digest", "stage"] {
         assert!(text.contains(json[figure].as_str().unwrap()), "{figure} is not in\n{text}");
@@ -135,49 +135,49 @@ fn explanation(json: &Value, text: &str) {
 
 #[test]
 fn a_learner_can_be_held_and_resumed_and_hears_words() {
-    let house = House::new(BINARY);
-    let _daemon = house.daemon("default", &[]);
-    let _body = house.body("default", &[]);
-    let _moving = house.past("default", 5);
+    let sandbox = Sandbox::new(BINARY);
+    let _daemon = sandbox.daemon("default", &[]);
+    let _body = sandbox.body("default", &[]);
+    let _moving = sandbox.past("default", 5);
 
-    let held = house.run(&["stage", "hold", "--json"]).json();
+    let held = sandbox.run(&["stage", "hold", "--json"]).json();
     assert_eq!(held["stage_state"], "held", "{held}");
     let still = until("a held learner rests, its body not", || {
-        let (one, other) = (house.status("default"), house.status("default"));
+        let (one, other) = (sandbox.status("default"), sandbox.status("default"));
         let rests =
             one["step"] == other["step"] && one["bodies"][0]["frames"] != other["bodies"][0]["frames"];
         rests.then(|| other["step"].as_u64().unwrap())
     });
-    let resumed = house.run(&["stage", "resume", "--json"]).json();
+    let resumed = sandbox.run(&["stage", "resume", "--json"]).json();
     assert_ne!(resumed["stage_state"], "held", "{resumed}");
-    let _again = house.past("default", still);
+    let _again = sandbox.past("default", still);
 
-    let said = house.run(&["say", "touch"]);
+    let said = sandbox.run(&["say", "touch"]);
     assert_eq!(said.code(), Some(0), "{said:?}");
     assert!(said.stdout.contains("touch"), "{said:?}");
     // A word that was never met is no symbol to look for; this one is now.
     until("the word was heard", || {
-        (house.run(&["schemas", "--post", "word{text=touch}"]).code() == Some(0)).then_some(())
+        (sandbox.run(&["schemas", "--post", "word{text=touch}"]).code() == Some(0)).then_some(())
     });
 }
 
 #[test]
 fn a_curriculum_can_be_moved_by_hand() {
-    let house = House::new(BINARY);
+    let sandbox = Sandbox::new(BINARY);
     // Nobody acts without a body, so the curriculum stays where it is put.
-    let _daemon = house.daemon("default", &["--curriculum", "exp1-s1"]);
-    let _held = house.run(&["stage", "hold", "--json"]).json();
-    let _body = house.body("default", &[]);
+    let _daemon = sandbox.daemon("default", &["--curriculum", "exp1-s1"]);
+    let _held = sandbox.run(&["stage", "hold", "--json"]).json();
+    let _body = sandbox.body("default", &[]);
     until("the body is there", || {
-        (house.status("default")["bodies"][0]["state"] == "attached").then_some(())
+        (sandbox.status("default")["bodies"][0]["state"] == "attached").then_some(())
     });
     for (order, stage) in
         [(&["set", "out of reach"][..], "out of reach"), (&["next"], "probe"), (&["show"], "probe")]
     {
-        let report = house.run(&[&["stage"], order, &["--json"]].concat()).json();
+        let report = sandbox.run(&[&["stage"], order, &["--json"]].concat()).json();
         assert_eq!(report["stage"], stage, "{order:?}: {report}");
     }
-    let last = house.run(&["stage", "next"]);
+    let last = sandbox.run(&["stage", "next"]);
     assert_eq!(last.code(), Some(1), "{last:?}");
     assert!(last.stderr.contains("last stage"), "{last:?}");
 }

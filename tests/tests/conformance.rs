@@ -1,5 +1,5 @@
-//! What every body must do, written once. A new body is a [`Subject`] and a line in [`conform`] below; what it must then
-//! do is in `conformance/wire.rs` (what it says and obeys) and `conformance/life.rs` (how it comes and goes as a process).
+//! The duties of every body, written once. A new body is a [`Subject`] and a line in [`conform`] below. Its duties are in
+//! `conformance/wire.rs` (the messages of a body, and its obedience) and `conformance/life.rs` (the start and the end of its process).
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
@@ -7,7 +7,7 @@ mod conformance {
     pub(crate) mod life;
     pub(crate) mod wire;
 
-    pub(crate) use super::{Any, BINARY, Started, Subject};
+    pub(crate) use super::{Any, BINARY, StartedBody, Subject};
 }
 #[path = "../../protocol/examples/grid_world.rs"]
 #[expect(dead_code, reason = "as a program it is started elsewhere")]
@@ -25,7 +25,7 @@ use pschema_protocol::body::{Body, Outcome, Senses};
 use pschema_protocol::description::{Action, Description};
 use pschema_sim::body::SimBody;
 use pschema_sim::config::WorldFile;
-use pschema_tests::{House, Running, until};
+use pschema_tests::{ChildProcess, Sandbox, until};
 use pschema_vplus_emulator::{Emulator, EmulatorArgs};
 use tempfile::TempDir;
 
@@ -33,12 +33,12 @@ const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
 
 /// A body to be examined.
 pub(crate) trait Subject {
-    /// What to call it.
+    /// The body's name in messages of the test.
     fn name(&self) -> &'static str;
     /// The body itself; equal seeds give equal bodies.
     fn body(&self, seed: u64) -> Any;
     /// The body as a process that attaches to the learner `name`.
-    fn start(&self, house: &House, name: &str) -> Started;
+    fn start(&self, sandbox: &Sandbox, name: &str) -> StartedBody;
 }
 
 /// Any body.
@@ -68,11 +68,11 @@ impl Body for Any {
     }
 }
 
-/// A body's process, and what it needs beside it.
-pub(crate) struct Started {
-    pub(crate) process: Running,
+/// A body's process, and the processes that it needs beside it.
+pub(crate) struct StartedBody {
+    pub(crate) process: ChildProcess,
     /// Ends after the body.
-    _beside: Vec<Running>,
+    _beside: Vec<ChildProcess>,
 }
 
 /// The simulated arm.
@@ -88,8 +88,8 @@ impl Subject for Simulated {
         Any::new(SimBody::new("arm", file, "narrow", seed, false).unwrap())
     }
 
-    fn start(&self, house: &House, name: &str) -> Started {
-        Started { process: house.body(name, &["--world", "narrow"]), _beside: Vec::new() }
+    fn start(&self, sandbox: &Sandbox, name: &str) -> StartedBody {
+        StartedBody { process: sandbox.body(name, &["--world", "narrow"]), _beside: Vec::new() }
     }
 }
 
@@ -105,10 +105,10 @@ impl Subject for GridWorld {
         Any::new(grid_world::GridWorld::new())
     }
 
-    fn start(&self, house: &House, name: &str) -> Started {
+    fn start(&self, sandbox: &Sandbox, name: &str) -> StartedBody {
         let mut command = Command::new(env!("CARGO_BIN_EXE_pschema-grid-world"));
-        command.args(["--name", name]).env("PSCHEMA_RUNTIME_DIR", house.runtime()).env_remove("RUST_LOG");
-        Started { process: Running::start(&mut command), _beside: Vec::new() }
+        command.args(["--name", name]).env("PSCHEMA_RUNTIME_DIR", sandbox.runtime()).env_remove("RUST_LOG");
+        StartedBody { process: ChildProcess::start(&mut command), _beside: Vec::new() }
     }
 }
 
@@ -188,17 +188,17 @@ impl Subject for Adept {
         Any::new(AdeptOnEmulator { body, _emulator: emulator, _directory: directory })
     }
 
-    fn start(&self, house: &House, name: &str) -> Started {
-        let room = Room::within(house.runtime());
+    fn start(&self, sandbox: &Sandbox, name: &str) -> StartedBody {
+        let room = Room::within(sandbox.runtime());
         let (line, camera, operator) = (room.line.display(), room.camera.display(), room.operator.display());
         let places = format!("--link {line} --camera {camera} --operator {operator}");
         let emulator = format!("emulator {places} --fast 100000 --consent");
-        let emulator = house.start(&emulator.split(' ').collect::<Vec<_>>());
+        let emulator = sandbox.start(&emulator.split(' ').collect::<Vec<_>>());
         until("the emulated controller is ready", || room.line.exists().then_some(()));
         let arguments =
             [["adept", "--name", name].map(str::to_owned).to_vec(), room.body_arguments()].concat();
-        let process = house.start(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
-        Started { process, _beside: vec![emulator] }
+        let process = sandbox.start(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        StartedBody { process, _beside: vec![emulator] }
     }
 }
 

@@ -3,13 +3,13 @@
 
 use std::path::Path;
 
-use pschema_tests::{House, processes_with, until};
+use pschema_tests::{Sandbox, processes_with, until};
 use serde_json::Value;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
 
 fn experiment(name: &str, arguments: &[&str]) -> Value {
-    House::new(BINARY).run(&[&["experiment", name, "--json"], arguments].concat()).json()
+    Sandbox::new(BINARY).run(&[&["experiment", name, "--json"], arguments].concat()).json()
 }
 
 fn number(figures: &Value, field: &str) -> u64 {
@@ -46,22 +46,22 @@ fn what_was_learnt_in_simulation_is_used_by_the_emulated_arm_without_learning() 
 
 #[test]
 fn what_the_emulated_arm_cannot_do_is_explained() {
-    let house = House::new(BINARY);
+    let sandbox = Sandbox::new(BINARY);
     for mode in [&["--in-process"][..], &[]] {
         let wide = [&["experiment", "exp1-s1", "--body", "adept"], mode].concat();
-        let wide = house.run(&wide);
+        let wide = sandbox.run(&wide);
         assert_eq!(wide.code(), Some(2), "{wide:?}");
         assert!(wide.stderr.contains("--world narrow"), "{wide:?}");
     }
-    let nowhere = house.run(&["adept"]);
+    let nowhere = sandbox.run(&["adept"]);
     assert_eq!(nowhere.code(), Some(2), "{nowhere:?}");
     assert!(nowhere.stderr.contains("--port"), "{nowhere:?}");
 }
 
 #[test]
 fn the_demo_on_the_emulated_arm_tells_its_story_and_leaves_nothing() {
-    let house = House::new(BINARY);
-    let process = house.start(&["demo", "--body", "adept", "--seed", "3"]);
+    let sandbox = Sandbox::new(BINARY);
+    let process = sandbox.start(&["demo", "--body", "adept", "--seed", "3"]);
     let pid = process.pid();
     let own = format!("demo-{pid}");
     let directory = until("the demo has its directory", || pschema_tests::demo_directory(pid));

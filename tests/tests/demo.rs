@@ -2,40 +2,42 @@
 
 use std::path::{Path, PathBuf};
 
-use pschema_tests::{House, Running, Traces, demo_directory, processes_with, signal_process, until};
+use pschema_tests::{
+    ChildProcess, Leftovers, Sandbox, demo_directory, processes_with, signal_process, until,
+};
 use rustix::process::Signal;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
 
 /// A demo in the middle of things, and where it does them.
 struct Demo {
-    process: Running,
+    process: ChildProcess,
     pid: u32,
     directory: PathBuf,
-    traces: Traces,
+    leftovers: Leftovers,
 }
 
-fn started(house: &House) -> Demo {
-    let process = house.start(&["demo", "--seed", "5"]);
+fn started(sandbox: &Sandbox) -> Demo {
+    let process = sandbox.start(&["demo", "--seed", "5"]);
     let pid = process.pid();
     let directory = until("the demo has its directory", || demo_directory(pid));
-    let mut traces = Traces::of(&directory);
-    until("the demo's daemon has its epoch", || (traces.note() > 0).then_some(()));
-    Demo { process, pid, directory, traces }
+    let mut leftovers = Leftovers::of(&directory);
+    until("the demo's daemon has its epoch", || (leftovers.note() > 0).then_some(()));
+    Demo { process, pid, directory, leftovers }
 }
 
 /// Waits for everything to be gone that must go by itself.
-fn nothing_is_left(pid: u32, directory: &Path, traces: &Traces) {
+fn nothing_is_left(pid: u32, directory: &Path, leftovers: &Leftovers) {
     let name = format!("demo-{pid}");
     until(&format!("the processes of {name} end"), || processes_with(&name).is_empty().then_some(()));
     assert!(!directory.exists(), "{} is left", directory.display());
-    assert_eq!(traces.left(), Vec::<String>::new());
+    assert_eq!(leftovers.left(), Vec::<String>::new());
 }
 
 #[test]
 fn it_tells_what_the_robot_learns_and_leaves_nothing() {
-    let house = House::new(BINARY);
-    let Demo { process, pid, directory, traces } = started(&house);
+    let sandbox = Sandbox::new(BINARY);
+    let Demo { process, pid, directory, leftovers } = started(&sandbox);
     let demo = process.finished();
     assert_eq!(demo.code(), Some(0), "{demo:?}");
     for told in [
@@ -55,26 +57,26 @@ fn it_tells_what_the_robot_learns_and_leaves_nothing() {
         !learnt.contains('\x1b') && !demo.stderr.contains('\x1b'),
         "no colour where there is no terminal"
     );
-    nothing_is_left(pid, &directory, &traces);
+    nothing_is_left(pid, &directory, &leftovers);
 }
 
 #[test]
 fn ctrl_c_and_sigterm_end_it_early_and_cleanly() {
-    let house = House::new(BINARY);
+    let sandbox = Sandbox::new(BINARY);
     for signal in [Signal::INT, Signal::TERM] {
-        let Demo { process, pid, directory, traces } = started(&house);
+        let Demo { process, pid, directory, leftovers } = started(&sandbox);
         process.signal(signal);
         let demo = process.finished();
         assert_eq!(demo.code(), Some(1), "{signal:?}: {demo:?}");
         assert!(demo.stderr.contains("stopped before the end"), "{demo:?}");
-        nothing_is_left(pid, &directory, &traces);
+        nothing_is_left(pid, &directory, &leftovers);
     }
 }
 
 #[test]
 fn a_body_that_dies_is_reported_and_nothing_is_left() {
-    let house = House::new(BINARY);
-    let Demo { process, pid, directory, traces } = started(&house);
+    let sandbox = Sandbox::new(BINARY);
+    let Demo { process, pid, directory, leftovers } = started(&sandbox);
     let own = format!("demo-{pid}");
     let body = until("the demo's body runs", || {
         let bodies = processes_with("sim");
@@ -84,14 +86,14 @@ fn a_body_that_dies_is_reported_and_nothing_is_left() {
     let demo = process.finished();
     assert_eq!(demo.code(), Some(1), "{demo:?}");
     assert!(demo.stderr.contains("the body ended too early"), "{demo:?}");
-    nothing_is_left(pid, &directory, &traces);
+    nothing_is_left(pid, &directory, &leftovers);
 }
 
 #[test]
 fn a_demo_that_is_killed_takes_its_processes_with_it() {
-    let house = House::new(BINARY);
-    let Demo { process, pid, directory, traces } = started(&house);
+    let sandbox = Sandbox::new(BINARY);
+    let Demo { process, pid, directory, leftovers } = started(&sandbox);
     process.signal(Signal::KILL);
     assert_eq!(process.finished().code(), None);
-    nothing_is_left(pid, &directory, &traces);
+    nothing_is_left(pid, &directory, &leftovers);
 }

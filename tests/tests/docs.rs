@@ -9,14 +9,14 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::process::Command;
 
-use pschema_tests::{Block, House, Page, Running};
+use pschema_tests::{Block, ChildProcess, Page, Sandbox};
 use rustix::process::{Pid, Signal, kill_process};
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
 const GRID_WORLD: &str = env!("CARGO_BIN_EXE_pschema-grid-world");
 const LAMP: &str = env!("CARGO_BIN_EXE_pschema-lamp");
 
-/// Commands that need what a test has not: a build of their own, a person, an arm, or half an hour.
+/// Commands that need a build of their own, a person, an arm, or half an hour, which a test does not have.
 const NOT_RUN: [&str; 8] = [
     "cargo ",
     "export PATH=",
@@ -31,7 +31,7 @@ const NOT_RUN: [&str; 8] = [
 /// The ways in which pages call the program that measures.
 const BENCH: [&str; 2] = ["cargo run --release -p pschema-bench -- ", "target/release/pschema-bench "];
 
-/// What a page's commands run in: they stop at the first that fails, and leave no process.
+/// The shell in which a page's commands run: it stops at the first command that fails, and leaves no process.
 const PROLOGUE: &str = r#"
 set -euo pipefail
 set -m
@@ -46,7 +46,7 @@ plays() {
 }
 "#;
 
-/// In place of cargo: what it would build has been built, and is started.
+/// Stands in for cargo: starts the program that cargo would build, which has been built already.
 const CARGO: &str = r#"#!/usr/bin/env bash
 set -eu
 arguments="$*"
@@ -169,7 +169,7 @@ fn commands(block: &Block) -> Vec<(usize, String)> {
 fn words(command: &str) -> Vec<String> {
     let mut words = Vec::new();
     let (mut word, mut quote, mut begun) = (String::new(), None, false);
-    // What a shell would put in place of `$(…)` is one word.
+    // A shell puts one word in place of `$(…)`.
     let mut substituted = false;
     for letter in command.chars() {
         match (quote, letter) {
@@ -198,10 +198,10 @@ fn words(command: &str) -> Vec<String> {
     words
 }
 
-/// Runs a page's commands in order; what they printed.
+/// Runs a page's commands in order. Returns the text that they printed.
 fn follow(path: &str) -> String {
     let page = Page::read(Path::new(path));
-    let house = House::new(BINARY);
+    let sandbox = Sandbox::new(BINARY);
     let home = tempfile::Builder::new().prefix("psd-").tempdir_in("/tmp").unwrap();
     let (bin, work) = (home.path().join("bin"), home.path().join("pschema"));
     fs::create_dir(&bin).unwrap();
@@ -214,9 +214,9 @@ fn follow(path: &str) -> String {
     let mut command = Command::new("bash");
     let path_variable = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
     command.arg("-c").arg(&script).current_dir(&work).env("PATH", path_variable).env("HOME", home.path());
-    command.env("PSCHEMA_RUNTIME_DIR", house.runtime()).env_remove("RUST_LOG").env("NO_COLOR", "1");
+    command.env("PSCHEMA_RUNTIME_DIR", sandbox.runtime()).env_remove("RUST_LOG").env("NO_COLOR", "1");
     let _sweep = Sweep(work.display().to_string());
-    let finished = Running::start(&mut command).finished();
+    let finished = ChildProcess::start(&mut command).finished();
     assert!(
         finished.status.success(),
         "{path}: {}\n--- what it printed\n{}\n--- what it said\n{}",
@@ -224,11 +224,11 @@ fn follow(path: &str) -> String {
         finished.stdout,
         finished.stderr
     );
-    assert!(!script.contains(" &\n") || house.left().is_empty(), "{path} leaves {:?}", house.left());
+    assert!(!script.contains(" &\n") || sandbox.left().is_empty(), "{path} leaves {:?}", sandbox.left());
     finished.stdout
 }
 
-/// Ends what a page that failed left running in its directory: a shell that is killed does not.
+/// Ends the processes that a failed page left running in its directory: a shell that is killed does not end them.
 struct Sweep(String);
 
 impl Drop for Sweep {

@@ -1,20 +1,20 @@
 //! Experiment 1, scenario 1 of the paper (section IV-A) through the real thing: a daemon process, a body process,
 //! shared memory between them, physics, and blobs found in rendered pictures.
 
-use pschema_tests::House;
+use pschema_tests::Sandbox;
 use serde_json::Value;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
 
 fn experiment(arguments: &[&str]) -> Value {
-    House::new(BINARY).run(&[&["experiment", "exp1-s1", "--json"], arguments].concat()).json()
+    Sandbox::new(BINARY).run(&[&["experiment", "exp1-s1", "--json"], arguments].concat()).json()
 }
 
 fn number(figures: &Value, field: &str) -> u64 {
     figures[field].as_u64().unwrap_or_else(|| panic!("{field} is no number in {figures}"))
 }
 
-/// Within a tenth of what the paper reports.
+/// Within a tenth of the paper's figures.
 fn is_near(ours: u64, published: u64) -> bool {
     ours.abs_diff(published) * 10 <= published
 }
@@ -55,7 +55,7 @@ fn the_narrow_world_gives_about_half_as_many_schemas() {
 #[test]
 fn several_seeds_print_one_object_a_line_and_learn_different_memories() {
     let finished =
-        House::new(BINARY).run(&["experiment", "exp1-s1", "--seeds", "3..4", "--in-process", "--json"]);
+        Sandbox::new(BINARY).run(&["experiment", "exp1-s1", "--seeds", "3..4", "--in-process", "--json"]);
     assert_eq!(finished.code(), Some(0), "{finished:?}");
     let runs: Vec<Value> = finished.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(runs.iter().map(|run| number(run, "seed")).collect::<Vec<_>>(), [3, 4]);
@@ -66,7 +66,7 @@ fn several_seeds_print_one_object_a_line_and_learn_different_memories() {
 fn a_world_that_cannot_be_read_fails_with_the_bodys_reason() {
     for mode in [&["--in-process"][..], &[]] {
         let arguments = [&["experiment", "exp1-s1", "--world", "/nowhere/w.toml"], mode].concat();
-        let finished = House::new(BINARY).run(&arguments);
+        let finished = Sandbox::new(BINARY).run(&arguments);
         assert_eq!(finished.code(), Some(1), "{finished:?}");
         assert!(finished.stderr.contains("/nowhere/w.toml"), "{finished:?}");
         assert!(finished.stdout.is_empty(), "{finished:?}");

@@ -6,7 +6,7 @@
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-use pschema_tests::{House, Running, until};
+use pschema_tests::{ChildProcess, Sandbox, until};
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
 const PEER: &str = env!("CARGO_BIN_EXE_pschema-test-peer");
@@ -22,7 +22,7 @@ mount -o remount,size=64m "$1"
 exec "$0" server --data "$1"
 "#;
 
-fn orders(body: &Running) -> u64 {
+fn orders(body: &ChildProcess) -> u64 {
     let said = body.stdout();
     let last = said.lines().rev().find_map(|line| line.strip_suffix(" orders")?.parse().ok());
     last.unwrap_or(0)
@@ -40,11 +40,11 @@ fn a_full_disk_ends_the_daemon_with_a_reason_and_loses_nothing_acknowledged() {
         .unwrap();
         return;
     }
-    let house = House::new(BINARY);
-    let data = house.runtime().join("data");
+    let sandbox = Sandbox::new(BINARY);
+    let data = sandbox.runtime().join("data");
     let arguments = ["-rm", "sh", "-c", SCRIPT, BINARY, data.to_str().unwrap()];
-    let daemons = house.start_program("unshare", &arguments);
-    let body = house.start_program(PEER, &["body", "default", "row"]);
+    let daemons = sandbox.start_program("unshare", &arguments);
+    let body = sandbox.start_program(PEER, &["body", "default", "row"]);
     daemons.says("the first ended");
     let said = daemons.stderr();
     let error = said.lines().rev().find(|line| line.contains("No space left")).unwrap_or_default();
@@ -52,14 +52,14 @@ fn a_full_disk_ends_the_daemon_with_a_reason_and_loses_nothing_acknowledged() {
     let acknowledged = orders(&body);
     assert!(acknowledged > 100, "{acknowledged} orders before 2 MiB were full");
     let found = until("the second answers", || {
-        let status = house.run(&["status", "--json"]);
+        let status = sandbox.run(&["status", "--json"]);
         (status.code() == Some(0)).then(|| status.json()["storage"]["durable_step"].as_u64().unwrap())
     });
     assert!(found >= acknowledged, "{found} of {acknowledged} steps");
     until("the same body goes on", || (orders(&body) > acknowledged + 20).then_some(()));
     drop(body);
-    let daemon = house.status("default")["pid"].as_u64().unwrap();
+    let daemon = sandbox.status("default")["pid"].as_u64().unwrap();
     pschema_tests::signal_process(u32::try_from(daemon).unwrap(), rustix::process::Signal::TERM);
     assert_eq!(daemons.finished().code(), Some(0));
-    assert_eq!(house.left(), Vec::<String>::new());
+    assert_eq!(sandbox.left(), Vec::<String>::new());
 }

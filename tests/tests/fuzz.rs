@@ -1,33 +1,34 @@
-//! The fuzz targets as a test like others: the committed corpus, what a few thousand seeded mutations make of it, and a
-//! bound on memory. `PSCHEMA_FUZZ_SECONDS=60` goes on for so long with each; `fuzz/README.md` has the real fuzzer.
+//! The fuzz targets as tests: each reads the committed corpus and a few thousand seeded mutations of it, within a bound on
+//! memory. With `PSCHEMA_FUZZ_SECONDS=60` each target goes on for so long; `fuzz/README.md` has the real fuzzer.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use std::sync::Mutex;
 use std::time::Instant;
 
 use pschema_tests::count;
-use pschema_tests::fuzz::{Target, corpus, target};
+use pschema_tests::fuzz::{Target, corpus, is_answer, is_request, target};
 
-use counted::{COUNTED, Counted};
+use counted::{COUNTED, CountingAllocator};
 
 #[global_allocator]
-static ALLOCATOR: Counted = Counted;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Memory is counted for all threads together.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// An allocator that counts what is taken.
+/// An allocator that counts the bytes that are allocated.
 mod counted {
     #![allow(unsafe_code)]
 
     use std::alloc::{GlobalAlloc, Layout, System};
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    pub(super) struct Counted;
+    pub(super) struct CountingAllocator;
 
-    /// Bytes taken now, and at most since last looked at.
+    /// The bytes that are allocated now, and the most since this was last reset.
     pub(super) static COUNTED: (AtomicUsize, AtomicUsize) = (AtomicUsize::new(0), AtomicUsize::new(0));
 
     fn taken(bytes: usize) {
@@ -39,8 +40,8 @@ mod counted {
         COUNTED.0.fetch_sub(bytes, Ordering::Relaxed);
     }
 
-    // SAFETY: all is done by the system's allocator; what is counted changes nothing of it.
-    unsafe impl GlobalAlloc for Counted {
+    // SAFETY: the system's allocator does all the work, and counting changes nothing of it.
+    unsafe impl GlobalAlloc for CountingAllocator {
         unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
             taken(layout.size());
             // SAFETY: the caller's promise is the system's.
@@ -62,6 +63,9 @@ mod counted {
     }
 }
 
+/// The seed of every run, so that a run can be repeated.
+const SEED: u64 = 0x9e37_79b9_7f4a_7c15;
+
 /// Numbers from a seed.
 struct Draws(u64);
 
@@ -78,7 +82,7 @@ impl Draws {
     }
 }
 
-/// What a fuzzer does to bytes.
+/// Bytes with some random changes, as a fuzzer makes them.
 fn mutated(from: &[u8], other: &[u8], draws: &mut Draws) -> Vec<u8> {
     let mut bytes = from.to_vec();
     for _ in 0..=draws.below(4) {
@@ -106,7 +110,7 @@ fn mutated(from: &[u8], other: &[u8], draws: &mut Draws) -> Vec<u8> {
     bytes
 }
 
-/// Reads one input; says what it was should it end in a panic or take too much.
+/// Reads one input. If that panics or takes too much memory, the test fails and the input is kept in a file.
 fn read(target: &Target, bytes: &[u8], what: &str) {
     let before = COUNTED.0.load(std::sync::atomic::Ordering::Relaxed);
     COUNTED.1.store(before, std::sync::atomic::Ordering::Relaxed);
@@ -138,14 +142,50 @@ fn run(name: &str, rounds: u64) {
         read(&target, bytes, &format!("seed {number}"));
     }
     read(&target, &[], "nothing");
-    let seed = 0x9e37_79b9_7f4a_7c15;
-    println!("{name}: seed {seed:#x}, {rounds} rounds, {} inputs", inputs.len());
-    let mut draws = Draws(seed);
+    println!("{name}: seed {SEED:#x}, {rounds} rounds, {} inputs", inputs.len());
+    let mut draws = Draws(SEED);
     let (begin, seconds) = (Instant::now(), count("PSCHEMA_FUZZ_SECONDS", 0));
     for round in (0..).take_while(|round| *round < rounds || begin.elapsed().as_secs() < seconds) {
         let (from, other) = (draws.below(inputs.len()), draws.below(inputs.len()));
         let bytes = mutated(&inputs[from], &inputs[other], &mut draws);
         read(&target, &bytes, &format!("round {round}"));
+    }
+}
+
+/// The committed requests and answers were in a binary form that nothing read any more, so that the targets began from
+/// nothing. `UPDATE_GOLDEN=1` writes both corpora anew.
+#[test]
+fn the_sound_requests_and_answers_of_the_corpus_are_of_todays_types() {
+    let is_request: fn(&[u8]) -> bool = is_request;
+    for (name, is_sound) in [("request", is_request), ("answer", is_answer)] {
+        let seeds = (target(name).seeds)();
+        if std::env::var_os("UPDATE_GOLDEN").is_some() {
+            write_corpus(name, &seeds);
+        }
+        let sound =
+            |path: &Path| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"sound"));
+        let files: Vec<_> = corpus(name).into_iter().filter(|(path, _)| sound(path)).collect();
+        assert_eq!(files.len(), seeds.len(), "{name}: one file for each kind of message");
+        assert!(seeds.iter().all(|seed| is_sound(seed)), "{name}");
+        for (path, bytes) in files {
+            assert!(is_sound(&bytes), "{path:?} can't be read");
+        }
+    }
+}
+
+/// Writes the corpus of a target: its sound messages, and some that a fuzzer made of them.
+fn write_corpus(name: &str, seeds: &[Vec<u8>]) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus").join(name);
+    std::fs::remove_dir_all(&folder).unwrap();
+    std::fs::create_dir(&folder).unwrap();
+    for (number, seed) in seeds.iter().enumerate() {
+        std::fs::write(folder.join(format!("sound-{number:02}")), seed).unwrap();
+    }
+    let mut draws = Draws(SEED);
+    for number in 0..16 {
+        let (from, other) = (draws.below(seeds.len()), draws.below(seeds.len()));
+        let bytes = mutated(&seeds[from], &seeds[other], &mut draws);
+        std::fs::write(folder.join(format!("mutated-{number:02}")), bytes).unwrap();
     }
 }
 

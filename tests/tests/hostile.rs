@@ -1,4 +1,4 @@
-//! A body and a tool that send what they should not, to a daemon that keeps its memory on disk: each message is refused
+//! A body and a tool that send wrong messages to a daemon which keeps its memory on disk: each message is refused
 //! with its reason, all are counted by reason in `status`, and memory stays as it was.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
@@ -17,14 +17,14 @@ use pschema_protocol::transport::TransportError;
 use pschema_protocol::transport::body_link::BodyLink;
 use pschema_protocol::wire::message::RawFrame;
 use pschema_protocol::wire::{kind, outcome, purpose, reply};
-use pschema_tests::{DEADLINE, House, Row, until};
+use pschema_tests::{DEADLINE, Row, Sandbox, until};
 use serde_json::Value;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
 static NEVER: AtomicBool = AtomicBool::new(false);
 
-fn place(house: &House) -> Place {
-    Place::new(RuntimeDir::at(house.runtime()).unwrap(), LearnerName::new("default").unwrap())
+fn place(sandbox: &Sandbox) -> Place {
+    Place::new(RuntimeDir::at(sandbox.runtime()).unwrap(), LearnerName::new("default").unwrap())
 }
 
 fn refused(status: &Value) -> BTreeMap<String, u64> {
@@ -35,7 +35,7 @@ fn refused(status: &Value) -> BTreeMap<String, u64> {
         .collect()
 }
 
-/// What is done to a sound frame of [`Row`]: its records are the finger (an integer), the object (a symbol and an
+/// A change that makes a sound frame of [`Row`] wrong. The records of such a frame are the finger (an integer), the object (a symbol and an
 /// integer) and the extent (a real). Whether its number in the session is used up by that.
 type Damage = (u32, bool, fn(&mut RawFrame));
 
@@ -66,17 +66,17 @@ const DAMAGES: [Damage; 22] = [
 
 #[test]
 fn what_a_body_should_not_send_is_refused_counted_and_changes_nothing() {
-    let house = House::new(BINARY);
-    let data = house.runtime().join("data");
-    let daemon = house.daemon("default", &["--data", data.to_str().unwrap()]);
+    let sandbox = Sandbox::new(BINARY);
+    let data = sandbox.runtime().join("data");
+    let daemon = sandbox.daemon("default", &["--data", data.to_str().unwrap()]);
     let mut body = BodyLoop::new(Row::new("hostile"));
-    let mut link = BodyLink::attach(&place(&house), body.description(), &NEVER).unwrap();
+    let mut link = BodyLink::attach(&place(&sandbox), body.description(), &NEVER).unwrap();
     body.attached(link.session());
     for _ in 0..20 {
         let reply = link.exchange(body.next_frame(), &NEVER).unwrap();
         body.obey(&reply).unwrap();
     }
-    let before = house.status("default");
+    let before = sandbox.status("default");
     let mut sound = body.next_frame().clone();
     let mut expected = BTreeMap::new();
     for (number, (code, uses_its_number, damage)) in DAMAGES.into_iter().enumerate() {
@@ -90,7 +90,7 @@ fn what_a_body_should_not_send_is_refused_counted_and_changes_nothing() {
         *expected.entry(refusal::reason(code).to_owned()).or_insert(0) += 1;
         sound.header.sequence += u64::from(uses_its_number);
     }
-    let after = house.status("default");
+    let after = sandbox.status("default");
     assert_eq!(refused(&after), expected);
     assert_eq!(after["bodies"][0]["frames_refused"], DAMAGES.len());
     assert_eq!((&after["step"], &after["memory_digest"]), (&before["step"], &before["memory_digest"]));
@@ -99,21 +99,21 @@ fn what_a_body_should_not_send_is_refused_counted_and_changes_nothing() {
         reply::ACT,
         "the frame itself is taken after all of that"
     );
-    assert_eq!(house.status("default")["step"], before["step"].as_u64().unwrap() + 1);
+    assert_eq!(sandbox.status("default")["step"], before["step"].as_u64().unwrap() + 1);
     link.detach();
     assert_eq!(daemon.ended().code(), Some(0));
-    assert_eq!(house.left(), Vec::<String>::new());
+    assert_eq!(sandbox.left(), Vec::<String>::new());
 }
 
 /// Floods, one after the other: introductions, frames that are refused, requests that are none.
 #[test]
 fn floods_are_counted_and_neither_fill_the_log_nor_the_disk_nor_memory() {
     const FLOOD: u64 = 2_000;
-    let house = House::new(BINARY);
-    let data = house.runtime().join("data");
-    let daemon = house.daemon("default", &["--data", data.to_str().unwrap()]);
+    let sandbox = Sandbox::new(BINARY);
+    let data = sandbox.runtime().join("data");
+    let daemon = sandbox.daemon("default", &["--data", data.to_str().unwrap()]);
     let mut good = BodyLoop::new(Row::new("good"));
-    let mut link = BodyLink::attach(&place(&house), good.description(), &NEVER).unwrap();
+    let mut link = BodyLink::attach(&place(&sandbox), good.description(), &NEVER).unwrap();
     good.attached(link.session());
     let mut serve = |times: u32| {
         for _ in 0..times {
@@ -122,23 +122,23 @@ fn floods_are_counted_and_neither_fill_the_log_nor_the_disk_nor_memory() {
         }
     };
     serve(20);
-    let before = house.status("default");
+    let before = sandbox.status("default");
     let journal = |status: &Value| status["storage"]["journal_bytes"].as_u64().unwrap();
 
     let bodies = Row::new("again").describe();
     for round in 0..60 {
-        let again = BodyLink::attach(&place(&house), &bodies, &NEVER);
+        let again = BodyLink::attach(&place(&sandbox), &bodies, &NEVER);
         match again {
-            // Its end is noticed within a moment; until then its name is taken.
+            // The daemon notices the body's end within a moment; until then the body's name is taken.
             Err(TransportError::Refused { code: 21, .. }) | Ok(_) => {}
             Err(error) => panic!("round {round}: {error}"),
         }
     }
     let nameless = Row::new("").describe();
-    assert!(BodyLink::attach(&place(&house), &nameless, &NEVER).is_err());
+    assert!(BodyLink::attach(&place(&sandbox), &nameless, &NEVER).is_err());
 
     let mut wrong = BodyLoop::new(Row::new("wrong"));
-    let mut flooding = BodyLink::attach(&place(&house), wrong.description(), &NEVER).unwrap();
+    let mut flooding = BodyLink::attach(&place(&sandbox), wrong.description(), &NEVER).unwrap();
     wrong.attached(flooding.session());
     let mut raw = wrong.next_frame().clone();
     raw.header.purpose = purpose::OBSERVE;
@@ -147,7 +147,7 @@ fn floods_are_counted_and_neither_fill_the_log_nor_the_disk_nor_memory() {
         raw.records[2].values[0] = f64::NAN.to_bits();
         assert_eq!(flooding.exchange(&raw, &NEVER).unwrap().code, 12);
     }
-    let mut client = Client::connect(&place(&house), DEADLINE).unwrap();
+    let mut client = Client::connect(&place(&sandbox), DEADLINE).unwrap();
     for number in 0..FLOOD {
         let bytes: Vec<u8> = (0..number % 200).map(|at| (number * 31 + at * 7) as u8 | 0x80).collect();
         // No JSON begins with a byte of 0x80 or above.
@@ -155,7 +155,7 @@ fn floods_are_counted_and_neither_fill_the_log_nor_the_disk_nor_memory() {
         assert!(matches!(codec::decode(&answer), Ok(Reply::<()>::Problem(_))), "{number}");
     }
     serve(20);
-    let after = house.status("default");
+    let after = sandbox.status("default");
     let counts = refused(&after);
     assert_eq!((counts["value range"], counts["request"]), (FLOOD, FLOOD));
     // The good body's twenty steps and the others' declarations; nothing of thousands of messages.
@@ -166,12 +166,12 @@ fn floods_are_counted_and_neither_fill_the_log_nor_the_disk_nor_memory() {
     drop((client, flooding));
     link.detach();
     until("all have left", || {
-        let status = house.status("default");
+        let status = sandbox.status("default");
         status["bodies"].as_array().unwrap().iter().all(|body| body["state"] != "attached").then_some(())
     });
     let daemon = daemon.ended();
     assert_eq!(daemon.code(), Some(0));
     let lines = daemon.stderr.lines().count();
     assert!(lines < 120, "{lines} lines of log: {}", daemon.stderr);
-    assert_eq!(house.left(), Vec::<String>::new());
+    assert_eq!(sandbox.left(), Vec::<String>::new());
 }

@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
-use pschema_tests::{House, Running, until};
+use pschema_tests::{ChildProcess, Sandbox, until};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -14,103 +14,103 @@ fn attached(status: &Value) -> Vec<u64> {
     here.map(|body| body["pid"].as_u64().unwrap()).collect()
 }
 
-fn killed(process: Running) {
+fn killed(process: ChildProcess) {
     process.signal(Signal::KILL);
     assert_eq!(process.finished().code(), None);
 }
 
 #[test]
 fn sigterm_ends_daemon_and_body_cleanly_and_nothing_is_left() {
-    let house = House::new(BINARY);
-    let daemon = house.daemon("default", &[]);
-    let body = house.body("default", &[]);
-    let _moving = house.past("default", 3);
-    assert!(!house.left().is_empty(), "there is something to leave behind");
+    let sandbox = Sandbox::new(BINARY);
+    let daemon = sandbox.daemon("default", &[]);
+    let body = sandbox.body("default", &[]);
+    let _moving = sandbox.past("default", 3);
+    assert!(!sandbox.left().is_empty(), "there is something to leave behind");
     let body = body.ended();
     assert_eq!(body.code(), Some(0), "{body:?}");
     let daemon = daemon.ended();
     assert_eq!(daemon.code(), Some(0), "{daemon:?}");
-    assert_eq!(house.left(), Vec::<String>::new());
-    let gone = house.run(&["status"]);
+    assert_eq!(sandbox.left(), Vec::<String>::new());
+    let gone = sandbox.run(&["status"]);
     assert_eq!(gone.code(), Some(3), "{gone:?}");
 }
 
 #[test]
 fn a_body_that_is_killed_is_noticed_and_can_come_back() {
-    let house = House::new(BINARY);
-    let daemon = house.daemon("default", &[]);
-    let body = house.body("default", &[]);
-    let _moving = house.past("default", 3);
+    let sandbox = Sandbox::new(BINARY);
+    let daemon = sandbox.daemon("default", &[]);
+    let body = sandbox.body("default", &[]);
+    let _moving = sandbox.past("default", 3);
     killed(body);
-    until("the body is lost", || attached(&house.status("default")).is_empty().then_some(()));
-    let at = house.status("default")["step"].as_u64().unwrap();
-    let body = house.body("default", &[]);
-    let _on = house.past("default", at);
-    assert_eq!(attached(&house.status("default")), [u64::from(body.pid())]);
+    until("the body is lost", || attached(&sandbox.status("default")).is_empty().then_some(()));
+    let at = sandbox.status("default")["step"].as_u64().unwrap();
+    let body = sandbox.body("default", &[]);
+    let _on = sandbox.past("default", at);
+    assert_eq!(attached(&sandbox.status("default")), [u64::from(body.pid())]);
     drop(body);
     assert_eq!(daemon.ended().code(), Some(0));
-    assert_eq!(house.left(), Vec::<String>::new());
+    assert_eq!(sandbox.left(), Vec::<String>::new());
 }
 
 #[test]
 fn two_learners_live_side_by_side() {
-    let house = House::new(BINARY);
-    let daemons = [house.daemon("one", &["--seed", "1"]), house.daemon("two", &["--seed", "2"])];
-    let bodies = [house.body("one", &["--seed", "1"]), house.body("two", &["--seed", "2"])];
+    let sandbox = Sandbox::new(BINARY);
+    let daemons = [sandbox.daemon("one", &["--seed", "1"]), sandbox.daemon("two", &["--seed", "2"])];
+    let bodies = [sandbox.body("one", &["--seed", "1"]), sandbox.body("two", &["--seed", "2"])];
     for name in ["one", "two"] {
-        let _moving = house.past(name, 10);
-        assert_eq!(house.status(name)["name"], name);
+        let _moving = sandbox.past(name, 10);
+        assert_eq!(sandbox.status(name)["name"], name);
     }
     let [one, two] = bodies;
-    assert_eq!(attached(&house.status("one")), [u64::from(one.pid())]);
-    assert_eq!(attached(&house.status("two")), [u64::from(two.pid())]);
+    assert_eq!(attached(&sandbox.status("one")), [u64::from(one.pid())]);
+    assert_eq!(attached(&sandbox.status("two")), [u64::from(two.pid())]);
     drop((one, two));
     for daemon in daemons {
         assert_eq!(daemon.ended().code(), Some(0));
     }
-    assert_eq!(house.left(), Vec::<String>::new());
+    assert_eq!(sandbox.left(), Vec::<String>::new());
 }
 
 #[test]
 fn a_second_daemon_of_one_name_explains_itself_and_harms_nobody() {
-    let house = House::new(BINARY);
-    let first = house.daemon("default", &[]);
-    let _body = house.body("default", &[]);
-    let at = house.past("default", 3);
-    let second = house.run(&["server"]);
+    let sandbox = Sandbox::new(BINARY);
+    let first = sandbox.daemon("default", &[]);
+    let _body = sandbox.body("default", &[]);
+    let at = sandbox.past("default", 3);
+    let second = sandbox.run(&["server"]);
     assert_eq!(second.code(), Some(1), "{second:?}");
     assert!(second.stderr.contains(&first.pid().to_string()), "it names the first: {second:?}");
-    let _on = house.past("default", at);
+    let _on = sandbox.past("default", at);
 }
 
 #[test]
 fn a_body_outlives_a_daemon_that_is_killed_and_started_again() {
-    let house = House::new(BINARY);
-    let first = house.daemon("default", &[]);
-    let body = house.body("default", &[]);
-    let _moving = house.past("default", 3);
+    let sandbox = Sandbox::new(BINARY);
+    let first = sandbox.daemon("default", &[]);
+    let body = sandbox.body("default", &[]);
+    let _moving = sandbox.past("default", 3);
     killed(first);
-    assert_eq!(house.run(&["status"]).code(), Some(3), "nobody serves");
-    assert!(!house.left().is_empty(), "a killed daemon cannot clean up");
-    let doctor = house.run(&["doctor"]);
+    assert_eq!(sandbox.run(&["status"]).code(), Some(3), "nobody serves");
+    assert!(!sandbox.left().is_empty(), "a killed daemon cannot clean up");
+    let doctor = sandbox.run(&["doctor"]);
     assert_eq!(doctor.code(), Some(1), "{doctor:?}");
     assert!(doctor.stdout.contains("doctor --clean"), "{doctor:?}");
 
-    let second = house.daemon("default", &[]);
-    let _on = house.past("default", 3);
-    assert_eq!(attached(&house.status("default")), [u64::from(body.pid())]);
+    let second = sandbox.daemon("default", &[]);
+    let _on = sandbox.past("default", 3);
+    assert_eq!(attached(&sandbox.status("default")), [u64::from(body.pid())]);
     assert_eq!(body.ended().code(), Some(0));
     assert_eq!(second.ended().code(), Some(0));
-    assert_eq!(house.left(), Vec::<String>::new(), "the second swept what the first left");
+    assert_eq!(sandbox.left(), Vec::<String>::new(), "the second swept what the first left");
 }
 
 #[test]
 fn the_doctor_cleans_up_after_a_killed_daemon() {
-    let house = House::new(BINARY);
-    killed(house.daemon("default", &[]));
-    assert!(!house.left().is_empty());
-    let cleaned = house.run(&["doctor", "--clean", "--json"]);
+    let sandbox = Sandbox::new(BINARY);
+    killed(sandbox.daemon("default", &[]));
+    assert!(!sandbox.left().is_empty());
+    let cleaned = sandbox.run(&["doctor", "--clean", "--json"]);
     let findings: Value = serde_json::from_str(&cleaned.stdout).unwrap();
     assert!(!findings["cleaned"].as_array().unwrap().is_empty(), "{findings}");
-    assert_eq!(house.left(), Vec::<String>::new());
+    assert_eq!(sandbox.left(), Vec::<String>::new());
 }

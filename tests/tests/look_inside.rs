@@ -1,6 +1,6 @@
-//! Looking inside a learner that goes on living: steps long past, what was not chosen, the graph of what is known.
+//! Looking inside a learner that goes on living: at steps long past, at schemas that were not chosen, at the graph of all schemas.
 
-use pschema_tests::House;
+use pschema_tests::Sandbox;
 use serde_json::Value;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
@@ -10,14 +10,14 @@ const KEPT: u64 = 64;
 
 #[test]
 fn a_step_that_the_daemon_no_longer_keeps_is_explained_from_its_memory_on_disk_while_it_goes_on() {
-    let house = House::new(BINARY);
-    let life = house.runtime().join("life");
+    let sandbox = Sandbox::new(BINARY);
+    let life = sandbox.runtime().join("life");
     let life = life.to_str().unwrap();
-    let _daemon = house.daemon("default", &["--data", life, "--seed", "5", "--snapshot-every", "16KiB"]);
-    let _body = house.body("default", &["--seed", "5"]);
-    assert!(house.past("default", 3 * KEPT) > 0);
+    let _daemon = sandbox.daemon("default", &["--data", life, "--seed", "5", "--snapshot-every", "16KiB"]);
+    let _body = sandbox.body("default", &["--seed", "5"]);
+    assert!(sandbox.past("default", 3 * KEPT) > 0);
     let json = |arguments: &[&str]| -> Value {
-        let finished = house.run(&[arguments, &["--json"]].concat());
+        let finished = sandbox.run(&[arguments, &["--json"]].concat());
         assert_eq!(finished.code(), Some(0), "{arguments:?}: {finished:?}");
         finished.json()
     };
@@ -25,7 +25,7 @@ fn a_step_that_the_daemon_no_longer_keeps_is_explained_from_its_memory_on_disk_w
     let then = json(&["explain", "--candidates", "1000"]);
     let step = then["step"].to_string();
     for _ in 0..5 {
-        let now = house.past("default", then["step"].as_u64().unwrap() + 2 * KEPT);
+        let now = sandbox.past("default", then["step"].as_u64().unwrap() + 2 * KEPT);
         for early in [KEPT / 2, KEPT, 2 * KEPT] {
             let told = json(&["explain", "--step", &early.to_string(), "--candidates", "1000"]);
             let offline =
@@ -38,24 +38,24 @@ fn a_step_that_the_daemon_no_longer_keeps_is_explained_from_its_memory_on_disk_w
     assert_eq!((why["step"].to_string(), &why["schema"]), (step.clone(), &Value::from(3)));
     assert_eq!(why, json(&["explain", "--why-not", "3", "--step", &step, "--data", life]));
     assert!(why["verdict"].is_string() && why["chosen"]["terms"].is_array(), "{why}");
-    let text = house.run(&["explain", "--why-not", "3", "--step", &step]);
+    let text = sandbox.run(&["explain", "--why-not", "3", "--step", &step]);
     assert!(text.code() == Some(0) && text.stdout.starts_with("Schema 3 "), "{text:?}");
     // The latest decision can be asked about while the next is made.
     for _ in 0..5 {
         assert_eq!(json(&["explain", "--why-not", "3"])["schema"], 3);
     }
-    let beyond = house.run(&["explain", "--step", "100000000"]);
+    let beyond = sandbox.run(&["explain", "--step", "100000000"]);
     assert!(beyond.code() == Some(1) && beyond.stderr.contains("has not been taken yet"), "{beyond:?}");
     assert_eq!(json(&["verify", "--data", life])["sound"], true, "reading it changed nothing");
 }
 
 #[test]
 fn without_memory_on_disk_it_is_said_that_nothing_older_is_kept() {
-    let house = House::new(BINARY);
-    let _daemon = house.daemon("default", &["--seed", "5"]);
-    let _body = house.body("default", &["--seed", "5"]);
-    assert!(house.past("default", 2 * KEPT) > 0);
-    let gone = house.run(&["explain", "--step", "3"]);
+    let sandbox = Sandbox::new(BINARY);
+    let _daemon = sandbox.daemon("default", &["--seed", "5"]);
+    let _body = sandbox.body("default", &["--seed", "5"]);
+    assert!(sandbox.past("default", 2 * KEPT) > 0);
+    let gone = sandbox.run(&["explain", "--step", "3"]);
     assert_eq!(gone.code(), Some(1), "{gone:?}");
     assert!(gone.stderr.contains("in RAM only") && gone.stderr.contains("--data DIR"), "{gone:?}");
     assert!(gone.stderr.contains("not among the last 64 decisions"), "{gone:?}");
@@ -63,13 +63,13 @@ fn without_memory_on_disk_it_is_said_that_nothing_older_is_kept() {
 
 #[test]
 fn the_graph_is_drawn_live_and_from_disk_the_same() {
-    let house = House::new(BINARY);
-    let life = house.runtime().join("life");
+    let sandbox = Sandbox::new(BINARY);
+    let life = sandbox.runtime().join("life");
     let life = life.to_str().unwrap();
-    let daemon = house.daemon("default", &["--data", life, "--curriculum", "exp1-s1", "--seed", "1"]);
-    let body = house.body("default", &["--seed", "1"]);
-    house.curriculum_over("default");
-    let law = house.run(&["schemas", "--generalised", "--json"]).json()["schemas"][0]["id"].to_string();
+    let daemon = sandbox.daemon("default", &["--data", life, "--curriculum", "exp1-s1", "--seed", "1"]);
+    let body = sandbox.body("default", &["--seed", "1"]);
+    sandbox.curriculum_over("default");
+    let law = sandbox.run(&["schemas", "--generalised", "--json"]).json()["schemas"][0]["id"].to_string();
     let asked: [&[&str]; 4] = [
         &["graph"],
         &["graph", "--limit", "20"],
@@ -77,12 +77,12 @@ fn the_graph_is_drawn_live_and_from_disk_the_same() {
         &["graph", "--around", &law, "--format", "dot"],
     ];
     let written = |arguments: &[&str]| {
-        let finished = house.run(arguments);
+        let finished = sandbox.run(arguments);
         assert_eq!(finished.code(), Some(0), "{arguments:?}: {finished:?}");
         finished.stdout
     };
     let live: Vec<_> = asked.iter().map(|arguments| written(arguments)).collect();
-    let svg = house.runtime().join("around.svg");
+    let svg = sandbox.runtime().join("around.svg");
     assert_eq!(written(&["graph", "--limit", "20", "--out", svg.to_str().unwrap()]), "");
     assert_eq!(std::fs::read_to_string(&svg).unwrap(), live[1]);
     assert!(live[1].starts_with("<svg ") && live[3].starts_with("digraph "));
@@ -90,7 +90,7 @@ fn the_graph_is_drawn_live_and_from_disk_the_same() {
         serde_json::from_str(&written(&["graph", "--limit", "20", "--format", "json"])).unwrap();
     assert_eq!((&graph["shown"], &graph["truncated"]), (&Value::from(20), &Value::Bool(true)));
     assert!(graph["nodes_total"].as_u64() > Some(200), "{}", graph["nodes_total"]);
-    let nowhere = house.run(&["graph", "--around", "99999"]);
+    let nowhere = sandbox.run(&["graph", "--around", "99999"]);
     assert!(nowhere.code() == Some(1) && nowhere.stderr.contains("99999"), "{nowhere:?}");
     drop(body);
     drop(daemon);

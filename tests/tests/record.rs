@@ -4,7 +4,7 @@
 
 use std::fs;
 
-use pschema_tests::{House, until};
+use pschema_tests::{Sandbox, until};
 use serde_json::Value;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
@@ -18,20 +18,20 @@ fn lines(path: &str) -> Vec<Value> {
 
 #[test]
 fn every_step_is_written_down_in_order_until_the_daemon_ends() {
-    let house = House::new(BINARY);
-    let nobody = house.run(&["record", "--jsonl", "/tmp/never-made.jsonl"]);
+    let sandbox = Sandbox::new(BINARY);
+    let nobody = sandbox.run(&["record", "--jsonl", "/tmp/never-made.jsonl"]);
     assert_eq!(nobody.code(), Some(3), "{nobody:?}");
-    let daemon = house.daemon("default", &["--curriculum", "exp1-s1", "--seed", "1"]);
-    let body = house.body("default", &["--seed", "1"]);
-    let path = |name: &str| house.runtime().join(name).display().to_string();
+    let daemon = sandbox.daemon("default", &["--curriculum", "exp1-s1", "--seed", "1"]);
+    let body = sandbox.body("default", &["--seed", "1"]);
+    let path = |name: &str| sandbox.runtime().join(name).display().to_string();
     let (all, some) = (path("all.jsonl"), path("some.jsonl"));
-    let all_the_while = house.start(&["record", "--jsonl", &all, "--json"]);
-    let of_some = house.run(&["record", "--jsonl", &some, "--steps", "20", "--json"]).json();
+    let all_the_while = sandbox.start(&["record", "--jsonl", &all, "--json"]);
+    let of_some = sandbox.run(&["record", "--jsonl", &some, "--steps", "20", "--json"]).json();
     assert_eq!((&of_some["steps"], &of_some["first_step"]), (&Value::from(20), &Value::from(1)), "{of_some}");
     assert_eq!(lines(&some).iter().filter(|line| line.get("step").is_some()).count(), 20);
-    house.curriculum_over("default");
-    let status = house.status("default");
-    // What was recorded can be read while the recording goes on.
+    sandbox.curriculum_over("default");
+    let status = sandbox.status("default");
+    // The recording can be read while it goes on.
     let last = || Some(lines(&all).iter().rev().find_map(|line| line.get("step"))?["step"] == status["step"]);
     until("the last step is recorded", || last().filter(|last| *last));
     daemon.signal(rustix::process::Signal::TERM);
@@ -48,18 +48,18 @@ fn every_step_is_written_down_in_order_until_the_daemon_ends() {
         lines.iter().any(|line| line["step"]["stage_name"] == "first touches"),
         "stages have their names"
     );
-    let again = house.run(&["record", "--jsonl", &all]);
+    let again = sandbox.run(&["record", "--jsonl", &all]);
     assert_ne!(again.code(), Some(0), "a file that is there is not written over: {again:?}");
     drop(body);
 }
 
 #[test]
 fn what_was_left_out_of_this_build_is_said() {
-    let house = House::new(BINARY);
-    let _daemon = house.daemon("default", &[]);
-    let refused = house.run(&["record", "--rerun", "/tmp/never-made.rrd"]);
+    let sandbox = Sandbox::new(BINARY);
+    let _daemon = sandbox.daemon("default", &[]);
+    let refused = sandbox.run(&["record", "--rerun", "/tmp/never-made.rrd"]);
     assert_eq!(refused.code(), Some(1), "{refused:?}");
     assert!(refused.stderr.contains("--features rerun"), "{refused:?}");
-    let nothing = house.run(&["record"]);
+    let nothing = sandbox.run(&["record"]);
     assert_eq!(nothing.code(), Some(2), "{nothing:?}");
 }

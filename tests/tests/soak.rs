@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use pschema_protocol::body::{BodyLoop, Directive};
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_protocol::transport::body_link::BodyLink;
-use pschema_tests::{House, Row, count, own_memory};
+use pschema_tests::{Row, Sandbox, count, own_memory};
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
 
@@ -22,7 +22,7 @@ const RECORDS_FULL: u32 = 70_000;
 /// What may be added to memory in an hour, and what a page or two more or less are.
 const GROWTH_PER_HOUR: f64 = 1024.0 * 1024.0;
 const NOISE: f64 = 256.0 * 1024.0;
-/// What one interruption by the machine's other work takes, in milliseconds.
+/// The time that one interruption by other work of the machine takes, in milliseconds.
 const INTERRUPTION_MS: f64 = 2.0;
 
 struct Paced {
@@ -59,10 +59,10 @@ fn neither_memory_nor_reply_times_grow() {
             .unwrap();
         return;
     }
-    let house = House::new(BINARY);
-    let data = house.runtime().join("data");
-    let daemon = house.daemon("default", &["--data", data.to_str().unwrap(), "--durability", "relaxed"]);
-    let place = Place::new(RuntimeDir::at(house.runtime()).unwrap(), LearnerName::new("default").unwrap());
+    let sandbox = Sandbox::new(BINARY);
+    let data = sandbox.runtime().join("data");
+    let daemon = sandbox.daemon("default", &["--data", data.to_str().unwrap(), "--durability", "relaxed"]);
+    let place = Place::new(RuntimeDir::at(sandbox.runtime()).unwrap(), LearnerName::new("default").unwrap());
     let mut body = BodyLoop::new(Row::new("soaked"));
     let link = BodyLink::attach(&place, body.description(), &AtomicBool::new(false)).unwrap();
     body.attached(link.session());
@@ -103,7 +103,7 @@ fn neither_memory_nor_reply_times_grow() {
         p99.1
     );
     assert!(late - early < allowed, "memory grew by {} bytes in {hours} h", late - early);
-    // What else a machine does decides the slowest replies; they are judged only where it does nothing else.
+    // Other work of the machine decides the slowest replies, so they are judged only where there is none.
     let judged = count("PSCHEMA_SOAK_IDLE", 0) > 0;
     assert!(
         !judged || p99.1 <= 1.2 * p99.0 + INTERRUPTION_MS,
@@ -113,5 +113,5 @@ fn neither_memory_nor_reply_times_grow() {
     );
     paced.link.detach();
     assert_eq!(daemon.ended().code(), Some(0));
-    assert_eq!(house.left(), Vec::<String>::new());
+    assert_eq!(sandbox.left(), Vec::<String>::new());
 }

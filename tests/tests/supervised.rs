@@ -1,4 +1,4 @@
-//! The daemon under a service manager: what it tells, what it logs, and the unit that starts it.
+//! The daemon under a service manager: the messages to the manager, the log, and the unit that starts the daemon.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
@@ -9,7 +9,7 @@ use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::process::Command;
 use std::time::Duration;
 
-use pschema_tests::{DEADLINE, House, Running, until};
+use pschema_tests::{ChildProcess, DEADLINE, Sandbox, until};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -19,15 +19,15 @@ const PEER: &str = env!("CARGO_BIN_EXE_pschema-test-peer");
 /// How long the manager of these tests waits for a sign of life.
 const PATIENCE: Duration = Duration::from_millis(400);
 
-fn server(house: &House, variables: &[(&str, &OsStr)], arguments: &[&str]) -> Running {
+fn server(sandbox: &Sandbox, variables: &[(&str, &OsStr)], arguments: &[&str]) -> ChildProcess {
     let mut command = Command::new(BINARY);
     command
         .args(["server"])
         .args(arguments)
-        .env("PSCHEMA_RUNTIME_DIR", house.runtime())
+        .env("PSCHEMA_RUNTIME_DIR", sandbox.runtime())
         .env_remove("RUST_LOG");
     command.envs(variables.iter().copied());
-    Running::start(&mut command)
+    ChildProcess::start(&mut command)
 }
 
 /// The next message to the manager, or none within `wait`.
@@ -54,17 +54,17 @@ fn until_told(socket: &UnixDatagram, line: &str) -> String {
 
 #[test]
 fn the_manager_hears_that_it_answers_that_it_lives_and_that_it_ends() {
-    let house = House::new(BINARY);
-    let path = house.runtime().join("notify");
+    let sandbox = Sandbox::new(BINARY);
+    let path = sandbox.runtime().join("notify");
     let socket = UnixDatagram::bind(&path).unwrap();
     let patience = PATIENCE.as_micros().to_string();
     let variables = [("NOTIFY_SOCKET", path.as_os_str()), ("WATCHDOG_USEC", OsStr::new(&patience))];
-    let daemon = server(&house, &variables, &[]);
+    let daemon = server(&sandbox, &variables, &[]);
     let first = told(&socket, DEADLINE).unwrap();
     assert!(has(&first, "READY=1") && first.contains("STATUS=learner default: step 0"), "{first}");
     // No second try: that it is ready means that it answers.
-    assert_eq!(house.run(&["status"]).code(), Some(0));
-    let body = house.start_program(PEER, &["body", "default", "row"]);
+    assert_eq!(sandbox.run(&["status"]).code(), Some(0));
+    let body = sandbox.start_program(PEER, &["body", "default", "row"]);
     until("a message tells of the body's steps", || {
         let message = told(&socket, DEADLINE).unwrap();
         (message.contains("bodies attached: 1") && !message.contains("step 0,")).then_some(())
@@ -88,7 +88,7 @@ fn the_manager_hears_that_it_answers_that_it_lives_and_that_it_ends() {
 
 #[test]
 fn a_manager_on_an_abstract_socket_hears_it_and_one_that_does_not_watch_hears_no_pings() {
-    let house = House::new(BINARY);
+    let sandbox = Sandbox::new(BINARY);
     let name = format!("pschema-test-{}", std::process::id());
     let socket = UnixDatagram::bind_addr(&SocketAddr::from_abstract_name(&name).unwrap()).unwrap();
     let address = format!("@{name}");
@@ -98,7 +98,7 @@ fn a_manager_on_an_abstract_socket_hears_it_and_one_that_does_not_watch_hears_no
         ("WATCHDOG_USEC", OsStr::new("100000")),
         ("WATCHDOG_PID", OsStr::new("1")),
     ];
-    let daemon = server(&house, &variables, &[]);
+    let daemon = server(&sandbox, &variables, &[]);
     until_told(&socket, "READY=1");
     daemon.signal(Signal::TERM);
     let mut pings = 0;
@@ -113,21 +113,21 @@ fn a_manager_on_an_abstract_socket_hears_it_and_one_that_does_not_watch_hears_no
 
 #[test]
 fn a_manager_that_is_not_there_harms_nothing() {
-    let house = House::new(BINARY);
-    let nowhere = house.runtime().join("nobody");
-    let daemon = server(&house, &[("NOTIFY_SOCKET", nowhere.as_os_str())], &[]);
-    until("it answers", || (house.run(&["status"]).code() == Some(0)).then_some(()));
+    let sandbox = Sandbox::new(BINARY);
+    let nowhere = sandbox.runtime().join("nobody");
+    let daemon = server(&sandbox, &[("NOTIFY_SOCKET", nowhere.as_os_str())], &[]);
+    until("it answers", || (sandbox.run(&["status"]).code() == Some(0)).then_some(()));
     assert_eq!(daemon.ended().code(), Some(0));
 }
 
 #[test]
 fn json_logs_are_an_object_a_line_whatever_bodies_are_called() {
-    let house = House::new(BINARY);
-    let daemon = server(&house, &[], &["--log-json"]);
-    until("it answers", || (house.run(&["status"]).code() == Some(0)).then_some(()));
+    let sandbox = Sandbox::new(BINARY);
+    let daemon = server(&sandbox, &[], &["--log-json"]);
+    until("it answers", || (sandbox.run(&["status"]).code() == Some(0)).then_some(()));
     let hostile = r#"a"},{"level":"x\n"#;
-    let body = house.start_program(PEER, &["body", "default", hostile]);
-    until("it moves", || (house.status("default")["step"].as_u64() > Some(3)).then_some(()));
+    let body = sandbox.start_program(PEER, &["body", "default", hostile]);
+    until("it moves", || (sandbox.status("default")["step"].as_u64() > Some(3)).then_some(()));
     drop(body);
     daemon.says("body gone");
     let daemon = daemon.ended();
@@ -142,11 +142,11 @@ fn json_logs_are_an_object_a_line_whatever_bodies_are_called() {
 
 #[test]
 fn levels_of_the_log_are_chosen_and_a_refused_choice_is_told() {
-    let house = House::new(BINARY);
-    let quiet = server(&house, &[("RUST_LOG", OsStr::new("error"))], &["--name", "quiet"]);
-    let talking = server(&house, &[("RUST_LOG", OsStr::new("debug"))], &["--name", "talking"]);
+    let sandbox = Sandbox::new(BINARY);
+    let quiet = server(&sandbox, &[("RUST_LOG", OsStr::new("error"))], &["--name", "quiet"]);
+    let talking = server(&sandbox, &[("RUST_LOG", OsStr::new("debug"))], &["--name", "talking"]);
     for name in ["quiet", "talking"] {
-        until("it answers", || (house.run(&["status", "--name", name]).code() == Some(0)).then_some(()));
+        until("it answers", || (sandbox.run(&["status", "--name", name]).code() == Some(0)).then_some(()));
     }
     let (quiet, talking) = (quiet.ended(), talking.ended());
     assert_eq!(quiet.stderr, "");

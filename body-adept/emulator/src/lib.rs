@@ -42,7 +42,8 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::JoinHandle;
+
+use pschema_process::Worker;
 
 mod args;
 mod console;
@@ -84,9 +85,8 @@ pub fn run(args: &EmulatorArgs, stop: &AtomicBool, ready: impl FnOnce()) -> Resu
 /// An emulator in this process, in a thread of its own. Dropping it ends it.
 #[derive(Debug)]
 pub struct Emulator {
-    stop: Arc<AtomicBool>,
     record: Arc<Mutex<EmulatorRecord>>,
-    thread: Option<JoinHandle<()>>,
+    _thread: Worker,
 }
 
 impl Emulator {
@@ -95,16 +95,14 @@ impl Emulator {
     /// # Errors
     /// The same as of [`run`].
     pub fn start(args: EmulatorArgs) -> Result<Self, EmulatorError> {
-        let stop = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = std::sync::mpsc::channel();
-        let flag = Arc::clone(&stop);
-        let thread = std::thread::Builder::new().name("emulator".to_owned()).spawn(move || {
+        let thread = Worker::start("emulator", move |stop| {
             let mut rig = match rig::Rig::new(&args) {
                 Ok(rig) => rig,
                 Err(error) => return drop(sender.send(Err(error))),
             };
             drop(sender.send(Ok(rig.watched())));
-            while !flag.load(Ordering::Relaxed) {
+            while !stop.load(Ordering::Relaxed) {
                 if let Err(error) = rig.turn() {
                     return tracing::error!(%error, "the emulator ended");
                 }
@@ -114,23 +112,12 @@ impl Emulator {
         let record = receiver
             .recv()
             .map_err(|_| EmulatorError::Thread("it died before it was ready".to_owned()))??;
-        Ok(Self { stop, record, thread: Some(thread) })
+        Ok(Self { record, _thread: thread })
     }
 
     /// The record of the arm so far.
     #[must_use]
     pub fn record(&self) -> EmulatorRecord {
         self.record.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-}
-
-impl Drop for Emulator {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take()
-            && thread.join().is_err()
-        {
-            tracing::error!("the emulator's thread died");
-        }
     }
 }

@@ -35,8 +35,6 @@ pub enum MonitorCommand<'a> {
     ListGoal,
     /// Begins the motion to the goal.
     MoveToGoal,
-    /// Brakes.
-    Panic,
     /// Turns high power on or off.
     Power(bool),
     /// Asks to calibrate the arm, which moves it; the monitor asks back.
@@ -74,7 +72,6 @@ impl MonitorCommand<'_> {
             Self::SetGoal(joints) => format!("DO SET {GOAL}=#PPOINT({})", values(joints, ",")),
             Self::ListGoal => format!("LISTL {GOAL}"),
             Self::MoveToGoal => format!("DO MOVE {GOAL}"),
-            Self::Panic => "PANIC".to_owned(),
             Self::Power(true) => "ENABLE POWER".to_owned(),
             Self::Power(false) => "DISABLE POWER".to_owned(),
             Self::Calibrate => "CALIBRATE".to_owned(),

@@ -30,8 +30,6 @@ pub enum TouchGuard {
 pub enum ProgramRequest<'a> {
     /// Asks which program answers, and begins the numbering of motions anew.
     Hello,
-    /// Feeds the watchdog.
-    Ping,
     /// Asks for the controller's state.
     State,
     /// Asks for the joints of the arm.
@@ -69,7 +67,6 @@ impl ProgramRequest<'_> {
         let flag = |on: bool| u8::from(on);
         let text = match self {
             Self::Hello => format!("HELLO {number}"),
-            Self::Ping => format!("PING {number}"),
             Self::State => format!("STAT {number}"),
             Self::Where => format!("WHERE {number}"),
             Self::Via { speed, joints } => format!("VIA {number} {speed} {}", values(joints, " ")),
@@ -93,7 +90,7 @@ impl ProgramRequest<'_> {
     /// Whether asking again after a lost answer can do no harm.
     #[must_use]
     pub fn may_be_repeated(&self) -> bool {
-        matches!(self, Self::Hello | Self::Ping | Self::State | Self::Where | Self::Stop)
+        matches!(self, Self::Hello | Self::State | Self::Where | Self::Stop)
     }
 }
 

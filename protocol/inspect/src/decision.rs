@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::closed_set::closed_set;
-use crate::{DecisionGoal, NamedValues, ObservationText, SchemaForm};
+use crate::goals::DecisionGoal;
+use crate::notation::{NamedValues, ObservationText, SchemaForm};
 
 closed_set! {
     /// What made a choice.

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use crate::{NamedValues, StageState, ValueText};
+use crate::notation::{NamedValues, ValueText};
+use crate::stage::StageState;
 
 impl JsonSchema for NamedValues {
     fn schema_name() -> Cow<'static, str> {

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::closed_set::closed_set;
-use crate::{Condition, ObservationText, SchemaInUse};
+use crate::notation::{Condition, ObservationText};
+use crate::schema::SchemaInUse;
 
 /// What an action would do in the world as it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::closed_set::closed_set;
-use crate::{SchemaKind, SchemaSummary};
+use crate::schema::{SchemaKind, SchemaSummary};
 
 /// Schemas and what ties them together. Of the same memory always the same, and in the same order.
 ///

@@ -2,7 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Explanation, ObservationText, SchemaSummary, Status, TracePage};
+use crate::decision::Explanation;
+use crate::notation::ObservationText;
+use crate::schema::SchemaSummary;
+use crate::status::Status;
+use crate::trace::TracePage;
 
 /// A learner at one moment, for those who watch it. Cheap to answer at any size of memory: what takes a look at all of
 /// memory is left out ([`Status::memory_digest`]) or asked for apart ([`SchemaQuery`](crate::SchemaQuery), the most used).

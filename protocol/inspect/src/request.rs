@@ -4,10 +4,15 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::closed_set::closed_set;
-use crate::{
-    Explanation, Graph, Live, Plan, Prediction, Pursuit, Report, SchemaDetail, SchemaList, Status, TracePage,
-    WhyNot,
-};
+use crate::decision::Explanation;
+use crate::goals::{Plan, Prediction, Pursuit};
+use crate::graph::Graph;
+use crate::live::Live;
+use crate::schema::{SchemaDetail, SchemaList};
+use crate::stage::Report;
+use crate::status::Status;
+use crate::trace::TracePage;
+use crate::why_not::WhyNot;
 
 /// What a tool sends: a question or an order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

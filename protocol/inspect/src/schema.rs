@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::closed_set::closed_set;
-use crate::{Condition, NamedValues, ObservationText};
+use crate::notation::{Condition, NamedValues, ObservationText};
 
 closed_set! {
     /// What a schema is.

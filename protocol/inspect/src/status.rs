@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::closed_set::closed_set;
-use crate::{GoalSummary, HabituationStatus, SaturationStatus, StageState, TrialStatus};
+use crate::goals::GoalSummary;
+use crate::stage::{HabituationStatus, SaturationStatus, StageState, TrialStatus};
 
 /// How a daemon and its learner are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -160,4 +161,30 @@ pub struct BodyStatus {
     pub frames_refused: u64,
     /// Why the last one was refused.
     pub last_refusal: Option<String>,
+    /// The last order that the body did not carry out.
+    pub last_failure: Option<OrderFailure>,
+}
+
+closed_set! {
+    /// How an order ended that was not carried out.
+    FailedOutcome {
+        /// It was not begun.
+        Refused = "refused",
+        /// It was begun and not completed.
+        Failed = "failed",
+        /// It was not completed in the time that the body allows.
+        TimedOut = "timed-out",
+    }
+}
+
+/// An order that a body did not carry out.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct OrderFailure {
+    /// How it ended.
+    pub outcome: FailedOutcome,
+    /// The reason, in the body's words, with control characters escaped; none if the body gave none.
+    pub reason: Option<String>,
+    /// The step in which the learner was told.
+    pub step: u64,
 }

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ObservationText, Reason};
+use crate::decision::Reason;
+use crate::notation::ObservationText;
+use crate::status::OrderFailure;
 
 /// Some of the records that a daemon keeps of its learner's steps, in order. Holds everything a figure of a run
 /// is drawn from.
@@ -42,6 +44,8 @@ pub struct TraceRecord {
     pub schemas_total: u32,
     /// Generalised ones among them.
     pub schemas_generalised: u32,
+    /// The order before this step, if the body did not carry it out.
+    pub failure: Option<OrderFailure>,
     /// What was perceived, words included; at most 16 observations.
     pub perceived: Vec<ObservationText>,
     /// Words heard: their observations' symbols.

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::closed_set::closed_set;
-use crate::{Candidate, NamedValues, ObservationText, Reason, SchemaForm, SchemaInUse, SchemaKind};
+use crate::decision::{Candidate, Reason};
+use crate::notation::{NamedValues, ObservationText, SchemaForm};
+use crate::schema::{SchemaInUse, SchemaKind};
 
 /// Why a schema was not executed in a step, or that it was. The decision is weighed once more in memory as it was, and
 /// told only if it comes out as it was made.

@@ -1,5 +1,6 @@
 //! The parts that every program around a learner needs beside its work: a log on stderr ([`Log`]), a flag that signals
-//! raise ([`Stop`]), and the last line on stderr with the exit code that belongs to it ([`ended`]).
+//! raise ([`Stop`]), threads that end with their owner ([`Worker`]), and the last line on stderr with the exit code that
+//! belongs to it ([`ended`]).
 //!
 //! ```no_run
 //! use pschema_process::{LevelFilter, Log, SignalError, Stop, ended};
@@ -22,6 +23,7 @@
 
 mod log;
 mod stop;
+mod worker;
 
 use std::fmt::Display;
 use std::io::Write;
@@ -29,6 +31,7 @@ use std::process::ExitCode;
 
 pub use log::{LevelFilter, Log, colour_is_wanted};
 pub use stop::{Interrupted, SignalError, Stop};
+pub use worker::Worker;
 
 /// Writes one line to stderr. When nobody reads stderr any more, the line is lost and the process goes on; `eprintln!`
 /// would panic.

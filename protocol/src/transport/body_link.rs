@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::pending_response::PendingResponse;
 
+use super::debug::opaque_debug;
 use super::error::setup;
 use super::gone::has_gone;
 use super::payload::{write_frame, write_hello};
@@ -37,11 +38,7 @@ pub struct BodyLink {
     spin: Spin,
 }
 
-impl std::fmt::Debug for BodyLink {
-    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        to.debug_struct("BodyLink").field("session", &self.session).finish_non_exhaustive()
-    }
-}
+opaque_debug!(BodyLink);
 
 impl BodyLink {
     /// Introduces the body to the daemon that serves `place` now.

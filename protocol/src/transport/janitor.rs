@@ -16,8 +16,10 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{self, JoinHandle};
+use std::thread;
 use std::time::{Duration, Instant};
+
+use pschema_process::Worker;
 
 use super::error::setup;
 use super::{TransportError, services};
@@ -41,45 +43,19 @@ impl Janitor {
         let unfinished = Arc::new(AtomicBool::new(false));
         let told = unfinished.clone();
         let (nodes, prefix) = (place.epoch_root(record).join("nodes"), record.prefix.clone());
-        let sweeper = Worker::start("sweeper", move |stop| {
+        let sweep = move |stop: &AtomicBool| {
             let mut files = UnfinishedFiles::default();
             while !stop.load(Ordering::Acquire) {
                 told.store(files.sweep(&nodes, &prefix, Instant::now()), Ordering::Release);
                 thread::park_timeout(TICK);
             }
-        })?;
+        };
         let (place, record) = (place.clone(), record.clone());
-        let cleaner = Worker::start("cleaner", move |stop| clean(&place, &record, &unfinished, stop))?;
+        let clean = move |stop: &AtomicBool| clean(&place, &record, &unfinished, stop);
+        let failed = "start a janitor's thread";
+        let sweeper = Worker::start("sweeper", sweep).map_err(setup(failed))?;
+        let cleaner = Worker::start("cleaner", clean).map_err(setup(failed))?;
         Ok(Self { _cleaner: cleaner, _sweeper: sweeper })
-    }
-}
-
-/// A thread. When this is dropped, the thread is told to stop and waited for.
-#[derive(Debug)]
-struct Worker {
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Worker {
-    fn start(name: &str, run: impl FnOnce(&AtomicBool) + Send + 'static) -> Result<Self, TransportError> {
-        let stop = Arc::new(AtomicBool::new(false));
-        let told = stop.clone();
-        let thread = thread::Builder::new().name(name.to_owned()).spawn(move || run(&told));
-        let thread = thread.map_err(setup("start a janitor's thread"))?;
-        Ok(Self { stop, thread: Some(thread) })
-    }
-}
-
-impl Drop for Worker {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Release);
-        if let Some(thread) = self.thread.take() {
-            thread.thread().unpark();
-            if thread.join().is_err() {
-                tracing::error!("a janitor's thread panicked; the dead were not cleaned up since");
-            }
-        }
     }
 }
 

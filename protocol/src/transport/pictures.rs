@@ -7,6 +7,7 @@ use iceoryx2::port::subscriber::SubscriberCreateError;
 use iceoryx2::prelude::*;
 
 use super::TransportError;
+use super::debug::opaque_debug;
 use super::error::setup;
 use super::reserve::reserve;
 use super::services::{self, Ipc, PicturePublisher, PictureService, PictureSubscriber, Role};
@@ -105,11 +106,7 @@ pub struct PictureWatch {
     epoch: Membership,
 }
 
-impl std::fmt::Debug for PictureWatch {
-    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        to.debug_struct("PictureWatch").field("epoch", &self.epoch).finish_non_exhaustive()
-    }
-}
+opaque_debug!(PictureWatch);
 
 impl PictureWatch {
     /// Watches the bodies of the daemon that serves `place` now. From then on those that have an eye send pictures, some 30 a

@@ -14,9 +14,7 @@ use super::waker::{PeerWaker, REPLIED};
 use crate::limits::{ANSWER_BYTES_MAX, PAGE_BYTES, PAGES_MAX};
 use crate::refusal::Refusal;
 use crate::wire::message::Reply;
-use crate::wire::{
-    FrameHeader, MAGIC, Page, TOOLS_VERSION, Welcome, WireFrame, WireHello, WireReply, encode,
-};
+use crate::wire::{FrameHeader, Page, Welcome, WireFrame, WireHello, WireReply, encode};
 
 pub(super) type ActiveHello = ActiveRequest<Ipc, WireHello, (), Welcome, ()>;
 pub(super) type ActiveFrame = ActiveRequest<Ipc, WireFrame, FrameHeader, WireReply, ()>;
@@ -200,23 +198,9 @@ impl Outgoing {
 
     fn page(&self, pages: usize) -> Page {
         let rest = self.bytes.get(self.next * PAGE_BYTES..).unwrap_or_default();
-        let used = rest.get(..PAGE_BYTES).unwrap_or(rest);
-        let mut bytes = [0; PAGE_BYTES];
-        if let Some(to) = bytes.get_mut(..used.len()) {
-            to.copy_from_slice(used);
-        }
-        let number = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
-        Page {
-            magic: MAGIC,
-            version: TOOLS_VERSION,
-            request: self.request,
-            wake: 0,
-            page: number(self.next),
-            pages: number(pages),
-            length: number(used.len()),
-            code: self.code,
-            bytes,
-        }
+        let mut page = encode::page(self.request, (self.next, pages), rest);
+        page.code = self.code;
+        page
     }
 }
 

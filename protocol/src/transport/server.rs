@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::prelude::*;
 
+use super::debug::opaque_debug;
 use super::error::setup;
 use super::janitor::Janitor;
 pub use super::replies::{AttachReply, DeliveryError, FrameReply, RequestReply};
@@ -95,11 +96,7 @@ pub struct ServerTransport {
     domain: OwnedDomain,
 }
 
-impl std::fmt::Debug for ServerTransport {
-    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        to.debug_struct("ServerTransport").field("domain", &self.domain).finish_non_exhaustive()
-    }
-}
+opaque_debug!(ServerTransport);
 
 impl ServerTransport {
     /// Opens the services of a domain. From then on bodies and tools can connect.

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::debug::opaque_debug;
 use super::error::setup;
 use super::gone::has_gone;
 use super::services::{self, Role, ToolClient, client};
@@ -10,7 +11,7 @@ use super::{Spin, TransportError};
 use crate::domain::Place;
 use crate::limits::{PAGE_BYTES, PAGES_MAX, REQUEST_BYTES_MAX, TOOLS_MAX};
 use crate::refusal::Refusal;
-use crate::wire::{MAGIC, Page, TOOLS_VERSION, decode};
+use crate::wire::{Page, decode, encode};
 
 /// How often a waiting tool looks whether the daemon lives.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
@@ -22,11 +23,7 @@ pub struct ToolLink {
     requests: u64,
 }
 
-impl std::fmt::Debug for ToolLink {
-    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        to.debug_struct("ToolLink").field("epoch", &self.base.epoch).finish_non_exhaustive()
-    }
-}
+opaque_debug!(ToolLink);
 
 impl ToolLink {
     /// Connects to the daemon that serves `place` now.
@@ -48,7 +45,11 @@ impl ToolLink {
     /// `timeout`, [`TransportError::DaemonGone`], [`TransportError::TooLong`], or what the transport said.
     pub fn request(&mut self, bytes: &[u8], timeout: Duration) -> Result<Vec<u8>, TransportError> {
         self.requests = self.requests.wrapping_add(1);
-        let page = request_page(self.requests, self.base.wake, bytes)?;
+        if bytes.len() > REQUEST_BYTES_MAX {
+            return Err(TransportError::TooLong { length: bytes.len(), limit: REQUEST_BYTES_MAX });
+        }
+        let mut page = encode::page(self.requests, (0, 1), bytes);
+        page.wake = self.base.wake;
         let loan = self.client.loan_uninit().map_err(setup("send a request"))?;
         let pending = loan.write_payload(page).send().map_err(setup("send a request"))?;
         self.base.notify();
@@ -93,24 +94,6 @@ impl ToolLink {
     pub fn is_current(&self) -> bool {
         self.base.epoch.is_current()
     }
-}
-
-fn request_page(request: u64, wake: u64, from: &[u8]) -> Result<Page, TransportError> {
-    let too_long = || TransportError::TooLong { length: from.len(), limit: REQUEST_BYTES_MAX };
-    let mut bytes = [0; PAGE_BYTES];
-    bytes.get_mut(..from.len()).ok_or_else(too_long)?.copy_from_slice(from);
-    let length = u32::try_from(from.len()).map_err(|_| too_long())?;
-    Ok(Page {
-        magic: MAGIC,
-        version: TOOLS_VERSION,
-        request,
-        wake,
-        page: 0,
-        pages: 1,
-        length,
-        code: 0,
-        bytes,
-    })
 }
 
 /// An answer that is put together from its pages.
@@ -210,17 +193,7 @@ mod tests {
 
     fn page(number: u32, pages: u32, length: u32) -> Page {
         let bytes = [u8::try_from(number).unwrap(); PAGE_BYTES];
-        Page {
-            magic: MAGIC,
-            version: TOOLS_VERSION,
-            request: 7,
-            wake: 0,
-            page: number,
-            pages,
-            length,
-            code: 0,
-            bytes,
-        }
+        Page { page: number, pages, length, ..encode::page(7, (0, 1), &bytes) }
     }
 
     fn assembly() -> Assembly {

@@ -2,12 +2,12 @@
 //! says what is wrong.
 
 use super::layout::{
-    FrameHeader, HelloHead, MAGIC, Name, Reason, Record, Text, VERSION, Welcome, WireActionType,
-    WireObservationType, WireProperty, WireReply, flags, kind, outcome, reply,
+    FrameHeader, HelloHead, MAGIC, Name, Page, Reason, Record, TOOLS_VERSION, Text, VERSION, Welcome,
+    WireActionType, WireObservationType, WireProperty, WireReply, flags, kind, outcome, reply,
 };
 use super::message::{OrderReport, RawFrame, RawHello, Reply};
 use crate::description::{Action, ActionType, Description, ObservationType, Property, Value, ValueKind};
-use crate::limits::{PROPERTIES_MAX, SYMBOLS_MAX};
+use crate::limits::{PAGE_BYTES, PROPERTIES_MAX, SYMBOLS_MAX};
 use crate::outcome::Outcome;
 use crate::refusal::Refusal;
 
@@ -229,6 +229,24 @@ pub fn reply(session: u64, sequence: u64, from: &Reply) -> WireReply {
         reason: text(reason),
         reserved_end: 0,
     }
+}
+
+/// Page `number` of `pages` of request `request`, with as many of the bytes as one page carries.
+pub(crate) fn page(request: u64, (number, pages): (usize, usize), bytes: &[u8]) -> Page {
+    let length = bytes.len().min(PAGE_BYTES);
+    let mut page = Page {
+        magic: MAGIC,
+        version: TOOLS_VERSION,
+        request,
+        wake: 0,
+        page: saturating_u32(number),
+        pages: saturating_u32(pages),
+        length: saturating_u32(length),
+        code: 0,
+        bytes: [0; PAGE_BYTES],
+    };
+    page.bytes[..length].copy_from_slice(&bytes[..length]);
+    page
 }
 
 fn saturating_u32(number: usize) -> u32 {

@@ -58,7 +58,7 @@ pub(crate) fn until(what: &str, mut done: impl FnMut() -> bool) {
     }
 }
 
-/// A body of one sense and one action. It senses how often it acted and does what it is told.
+/// A body of one sense and one action. It senses how often it acted, and carries out every order.
 pub(crate) struct Counter {
     pub(crate) acted: i64,
     /// Reports a value outside its limits in every frame divisible by this.
@@ -88,7 +88,7 @@ pub(crate) fn counter_description() -> Description {
     description
 }
 
-/// What a [`Counter`] senses, and what it does.
+/// The sense and the action of a [`Counter`].
 pub(crate) const COUNT: SenseId = SenseId::from_index(0);
 pub(crate) const ADD: ActionId = ActionId::from_index(0);
 
@@ -117,7 +117,7 @@ impl Body for Counter {
     }
 }
 
-/// What came to a daemon by rote.
+/// Counts of the messages that came to a test's daemon.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     pub(crate) prefix: String,
@@ -277,7 +277,7 @@ pub(crate) fn assert_swept(runtime: &Path, prefix: &str) {
     assert!(!left.iter().any(|name| name.to_string_lossy().contains(prefix)), "{left:?}");
 }
 
-/// A body of its own making: sends what a correct one never would.
+/// A body that sends messages which a correct body never sends.
 pub(crate) fn attach(place: &Place) -> BodyLink {
     BodyLink::attach(place, &counter_description(), &AtomicBool::new(false)).unwrap()
 }

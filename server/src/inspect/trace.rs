@@ -15,7 +15,7 @@ use crate::view::View;
 /// Records in one page.
 pub(crate) const PAGE_MAX: usize = 256;
 /// No record is longer: 16 observations of 8 properties, each with names of at most 64 bytes, all of them words, and each
-/// of their letters a quotation mark, which JSON writes as two.
+/// of their letters a quotation mark, which JSON writes as two. The reason of a failure adds less than 2 KiB.
 const RECORD_BYTES_MAX: usize = 48 * 1024;
 
 // The rest is room for the names of the stages.
@@ -50,6 +50,7 @@ fn record(vocabulary: &Vocabulary, from: &Record) -> TraceRecord {
         actions: from.actions,
         schemas_total: from.schemas_total,
         schemas_generalised: from.schemas_generalised,
+        failure: from.failure.as_deref().cloned(),
         perceived: from.perceived.iter().map(|one| text::observation(vocabulary, one)).collect(),
         heard: from.perceived.iter().flat_map(|one| heard(vocabulary, one)).collect(),
         decision: from.decision.as_ref().map(|decided| decision(vocabulary, decided)),

@@ -1,4 +1,4 @@
-//! A daemon as a process of its own, and a body beside it that counts what it was told to do.
+//! A daemon as a process of its own, and a body beside it that counts its orders.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use std::io::{BufRead, BufReader, Read};
@@ -21,14 +21,14 @@ use pschema_store::Options;
 
 use super::Row;
 
-/// What any wait of these tests may take; a machine under load takes its time.
+/// The longest that any wait of these tests may take; a machine under load takes its time.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 pub(crate) const BLOCK: i64 = 5;
 
-/// A [`Row`] that counts what it was told to do: each order is a step that was acknowledged.
-pub(crate) struct Counted(Row, Arc<AtomicU64>);
+/// A [`Row`] that counts its orders: each order is a step that was acknowledged.
+pub(crate) struct CountingBody(Row, Arc<AtomicU64>);
 
-impl Body for Counted {
+impl Body for CountingBody {
     fn describe(&self) -> Description {
         self.0.describe()
     }
@@ -44,17 +44,17 @@ impl Body for Counted {
     }
 }
 
-pub(crate) struct Running {
+pub(crate) struct BodyThread {
     acts: Arc<AtomicU64>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Running {
+impl BodyThread {
     pub(crate) fn start(place: &Place) -> Self {
         let (acts, stop) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
         let options = RunOptions::new(place.clone()).stop(stop.clone());
-        let body = Counted(Row::with_block("row", BLOCK), acts.clone());
+        let body = CountingBody(Row::with_block("row", BLOCK), acts.clone());
         let run = move || pschema_protocol::body::run(body, &options).map(|_| ()).unwrap();
         let thread = std::thread::spawn(run);
         Self { acts, stop, thread: Some(thread) }
@@ -64,7 +64,7 @@ impl Running {
         self.acts.load(Ordering::SeqCst)
     }
 
-    /// Waits until it was told to do so much.
+    /// Waits until the body has had so many orders.
     pub(crate) fn past(&self, acts: u64) {
         let start = Instant::now();
         while self.acts() < acts {
@@ -74,7 +74,7 @@ impl Running {
     }
 }
 
-impl Drop for Running {
+impl Drop for BodyThread {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::SeqCst);
         if let Some(thread) = self.thread.take() {
@@ -97,7 +97,7 @@ impl Daemon {
         Self(child.unwrap(), None)
     }
 
-    /// Waits until it is ready, and goes on reading what it says.
+    /// Waits until the daemon is ready, and goes on reading its log.
     pub(crate) fn ready(&mut self) {
         let mut log = BufReader::new(self.0.stderr.take().unwrap());
         let mut said = String::new();
@@ -108,7 +108,7 @@ impl Daemon {
         self.1 = Some(std::thread::spawn(rest));
     }
 
-    /// Whether it has said by now that it is ready.
+    /// Whether the daemon has said by now that it is ready.
     pub(crate) fn said_ready(&mut self) -> bool {
         let mut log = self.0.stderr.take().unwrap();
         let flags = rustix::fs::fcntl_getfl(&log).unwrap();
@@ -124,7 +124,7 @@ impl Daemon {
         self.0.wait().unwrap();
     }
 
-    /// Everything that it says until it ends by itself, and with which code it does.
+    /// The exit code of the daemon, which ends by itself, and its whole log.
     pub(crate) fn ended(mut self) -> (Option<i32>, String) {
         let said = match self.1.take() {
             Some(rest) => rest.join().unwrap(),
@@ -137,14 +137,14 @@ impl Daemon {
         (self.0.wait().unwrap().code(), said)
     }
 
-    /// What it says when it ends by itself because it can't go on.
+    /// The log of a daemon that ends by itself because it can't go on.
     pub(crate) fn failed(self) -> String {
         let (code, said) = self.ended();
         assert_eq!(code, Some(1), "{said}");
         said
     }
 
-    /// How it is called by the kernel.
+    /// The daemon's process id.
     pub(crate) fn pid(&self) -> rustix::process::Pid {
         rustix::process::Pid::from_child(&self.0)
     }
@@ -173,7 +173,7 @@ impl Home {
 
 impl Drop for Home {
     fn drop(&mut self) {
-        // Whoever takes the domain sweeps what was there before; taken while a test fails, it may still be in use.
+        // Taking the domain sweeps the files of the epochs before. While a test fails the domain may still be in use.
         if self.path().join("run").is_dir() {
             drop(OwnedDomain::create(place(self.path())));
         }

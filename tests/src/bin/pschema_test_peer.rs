@@ -1,7 +1,7 @@
 //! A body or a tool for tests to stop and to kill: `pschema-test-peer (body|tool) LEARNER NAME [POINT]`.
 //!
 //! With a point it goes as far as there, says so on stdout, and does nothing any more. Points are what the protocol
-//! traces: `hello loaned`, `frame sent` and so on. A body says on stdout how many orders it has carried out.
+//! leftovers: `hello loaned`, `frame sent` and so on. A body says on stdout how many orders it has carried out.
 
 use std::fmt;
 use std::process::ExitCode;

@@ -14,7 +14,7 @@ use super::{Any, Subject};
 
 /// The session's number.
 const SESSION: u64 = 7;
-/// How many actions a body is asked for where it is about what it says in the long run.
+/// How many actions a body is asked for in tests of its messages in the long run.
 const ACTIONS: usize = 1_000;
 
 /// A frame that passed every check.
@@ -113,7 +113,7 @@ fn anything(description: &Description, random: &mut SplitMix) -> Reply {
     }
 }
 
-/// A body says the same of itself whenever it is asked, and offers what it can do.
+/// A body describes itself in the same way whenever it is asked, and offers only actions that it can carry out.
 pub(crate) fn it_describes_itself(subject: &dyn Subject) {
     let one = subject.body(1);
     assert_eq!(one.describe(), one.describe());
@@ -185,7 +185,7 @@ pub(crate) fn one_action_one_frame_one_report(subject: &dyn Subject) {
         );
         frame = rested;
     }
-    // What was refused is reported again, with the next frame.
+    // The outcome in a refused frame is reported again, with the next frame.
     assert_eq!(wire.reply(&frame, &Reply::Act(repertoire[0].clone())), Directive::Continue);
     let lost = wire.body.next_frame().clone();
     let refused =
@@ -210,7 +210,7 @@ pub(crate) fn a_new_session_begins_anew(subject: &dyn Subject) {
     assert_eq!(wire.body.obey(&farewell), Ok(Directive::Detach));
 }
 
-/// Whatever is done, what is sensed is what was declared, in the ranges declared.
+/// Whatever the body does, it senses only declared types, with values in their declared ranges.
 pub(crate) fn values_stay_within_what_is_declared(subject: &dyn Subject) {
     let mut wire = Wire::new(subject, 6);
     let mut random = SplitMix::new(6);

@@ -85,6 +85,11 @@ pub(super) fn a_status() -> Status {
             frames: 700,
             frames_refused: 1,
             last_refusal: Some("observation 3 (object): property field = 912 is outside 0..=460".to_owned()),
+            last_failure: Some(OrderFailure {
+                outcome: FailedOutcome::Refused,
+                reason: Some("the arm does not reach 0.1, 2.7".to_owned()),
+                step: 344,
+            }),
         }],
         steps_per_s: 61.25,
         step_latency_us_p50: 55.4,

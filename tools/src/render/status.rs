@@ -1,8 +1,8 @@
 //! `status` and `stage` for people.
 
 use pschema_inspect::{
-    BodyStatus, Durability, GrowthStatus, HabituationStatus, Report, SaturationStatus, StageState, Status,
-    TrialStatus,
+    BodyStatus, Durability, GrowthStatus, HabituationStatus, OrderFailure, Report, SaturationStatus,
+    StageState, Status, TrialStatus,
 };
 
 use super::goals;
@@ -161,6 +161,14 @@ fn bodies(bodies: &[BodyStatus]) -> String {
     for b in bodies {
         if let Some(refusal) = &b.last_refusal {
             let last = format!("The last frame of {} refused: {}", plain(&b.name), plain(refusal));
+            text.push_str(&format!("\n{}", wrapped(&last, "")));
+        }
+        if let Some(OrderFailure { outcome, reason, step }) = &b.last_failure {
+            let reason = reason.as_deref().map_or("no reason given".to_owned(), plain);
+            let last = format!(
+                "The last order that {} did not carry out ({outcome}, step {step}): {reason}",
+                plain(&b.name)
+            );
             text.push_str(&format!("\n{}", wrapped(&last, "")));
         }
     }

@@ -33,6 +33,7 @@ fn body(id: u64, name: &str, state: BodyState) -> BodyStatus {
         frames: 1_290,
         frames_refused: 0,
         last_refusal: None,
+        last_failure: None,
     }
 }
 
@@ -149,6 +150,7 @@ fn record(number: u64) -> TraceRecord {
         actions: number,
         schemas_total: 226 + u32::from(number >= 1_233),
         schemas_generalised: 1,
+        failure: None,
         perceived: touched,
         heard: if phase == 0 { vec!["touch".to_owned()] } else { Vec::new() },
         decision: Some(TraceDecision {

@@ -1,4 +1,4 @@
-//! A place of its own for a test: a runtime directory, and the command in it.
+//! A runtime directory for one test, and the `pschema` command in it.
 
 use std::cell::RefCell;
 use std::fs::Permissions;
@@ -9,20 +9,20 @@ use std::process::Command;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::process::{Finished, Running};
-use crate::traces::Traces;
+use crate::leftovers::Leftovers;
+use crate::process::{ChildProcess, ProcessOutput};
 use crate::until;
 
 /// A runtime directory that only one test uses.
 #[derive(Debug)]
-pub struct House {
+pub struct Sandbox {
     binary: &'static str,
     runtime: TempDir,
-    traces: RefCell<Traces>,
+    leftovers: RefCell<Leftovers>,
 }
 
-impl House {
-    /// With the command built as `binary`.
+impl Sandbox {
+    /// A sandbox in which `pschema` is the program `binary`.
     ///
     /// # Panics
     /// When no directory can be made.
@@ -32,11 +32,11 @@ impl House {
         // In /tmp whatever TMPDIR is: sockets need short paths.
         let runtime = tempfile::Builder::new().prefix("pst-").permissions(private).tempdir_in("/tmp");
         let runtime = runtime.unwrap_or_else(|error| panic!("a directory in /tmp: {error}"));
-        let traces = RefCell::new(Traces::of(runtime.path()));
-        Self { binary, runtime, traces }
+        let leftovers = RefCell::new(Leftovers::of(runtime.path()));
+        Self { binary, runtime, leftovers }
     }
 
-    /// Its runtime directory.
+    /// The runtime directory.
     #[must_use]
     pub fn runtime(&self) -> &Path {
         self.runtime.path()
@@ -44,46 +44,46 @@ impl House {
 
     /// Starts `pschema` with `arguments`.
     #[must_use]
-    pub fn start(&self, arguments: &[&str]) -> Running {
+    pub fn start(&self, arguments: &[&str]) -> ChildProcess {
         let mut command = Command::new(self.binary);
         command.args(arguments).env("PSCHEMA_RUNTIME_DIR", self.runtime.path()).env_remove("RUST_LOG");
-        Running::start(&mut command)
+        ChildProcess::start(&mut command)
     }
 
-    /// Starts another program with `arguments` in this house.
+    /// Starts another program with `arguments` in this sandbox.
     #[must_use]
-    pub fn start_program(&self, program: &str, arguments: &[&str]) -> Running {
+    pub fn start_program(&self, program: &str, arguments: &[&str]) -> ChildProcess {
         let mut command = Command::new(program);
         command.args(arguments).env("PSCHEMA_RUNTIME_DIR", self.runtime.path()).env_remove("RUST_LOG");
-        Running::start(&mut command)
+        ChildProcess::start(&mut command)
     }
 
     /// Runs `pschema` with `arguments` to its end.
     #[must_use]
-    pub fn run(&self, arguments: &[&str]) -> Finished {
+    pub fn run(&self, arguments: &[&str]) -> ProcessOutput {
         self.start(arguments).finished()
     }
 
     /// Starts the daemon of `name` and waits until it answers.
     #[must_use]
-    pub fn daemon(&self, name: &str, arguments: &[&str]) -> Running {
+    pub fn daemon(&self, name: &str, arguments: &[&str]) -> ChildProcess {
         let daemon = self.start(&[&["server", "--name", name], arguments].concat());
         // A daemon that serves under this name already would answer as well.
         until(&format!("daemon {name} answers"), || {
             let answer = self.run(&["status", "--name", name, "--json"]);
             (answer.code() == Some(0) && answer.json()["pid"] == daemon.pid()).then_some(())
         });
-        self.traces.borrow_mut().note();
+        self.leftovers.borrow_mut().note();
         daemon
     }
 
     /// Starts a simulated body of `name`.
     #[must_use]
-    pub fn body(&self, name: &str, arguments: &[&str]) -> Running {
+    pub fn body(&self, name: &str, arguments: &[&str]) -> ChildProcess {
         self.start(&[&["sim", "--name", name], arguments].concat())
     }
 
-    /// What `pschema status --json` says of `name`.
+    /// The status of the learner `name`, as `pschema status --json` prints it.
     #[must_use]
     pub fn status(&self, name: &str) -> Value {
         self.run(&["status", "--name", name, "--json"]).json()
@@ -104,20 +104,21 @@ impl House {
         });
     }
 
-    /// Everything that daemons here left, in this directory and in shared memory. Their processes must have ended.
+    /// The names of all files that the daemons of this sandbox left in its directory and in shared memory. The daemons must have
+    /// ended.
     #[must_use]
     pub fn left(&self) -> Vec<String> {
-        self.traces.borrow().left()
+        self.leftovers.borrow().left()
     }
 }
 
-impl Drop for House {
-    /// A test that fails leaves nothing either: its processes are killed by then, and what is in shared memory would
+impl Drop for Sandbox {
+    /// Removes the files that a failed test left: its processes are killed by then, and files in shared memory would
     /// stay for good.
     fn drop(&mut self) {
-        self.traces.borrow_mut().note();
-        for name in self.traces.borrow().left() {
-            // Directories are not in shared memory and go with the house.
+        self.leftovers.borrow_mut().note();
+        for name in self.leftovers.borrow().left() {
+            // Directories are not in shared memory and go with the sandbox.
             drop(std::fs::remove_file(Path::new("/dev/shm").join(name)));
         }
     }

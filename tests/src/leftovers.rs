@@ -1,4 +1,4 @@
-//! What processes leave on the machine: files in shared memory, directories, other processes.
+//! Leftovers of daemons on the machine: files in shared memory, directories, other processes.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -6,25 +6,25 @@ use std::path::{Path, PathBuf};
 
 /// The epochs of daemons seen in a runtime directory, to look later whether anything of them is left.
 #[derive(Debug)]
-pub struct Traces {
+pub struct Leftovers {
     runtime: PathBuf,
     prefixes: BTreeSet<String>,
 }
 
-impl Traces {
-    /// Of the daemons in `runtime`.
+impl Leftovers {
+    /// The leftovers of the daemons in `runtime`.
     #[must_use]
     pub fn of(runtime: &Path) -> Self {
         Self { runtime: runtime.to_owned(), prefixes: BTreeSet::new() }
     }
 
-    /// Notes the epochs that are there now, and says how many were ever noted.
+    /// Notes the epochs that are there now. Returns how many epochs were noted so far.
     pub fn note(&mut self) -> usize {
         self.prefixes.extend(epochs(&self.runtime));
         self.prefixes.len()
     }
 
-    /// Everything that is still there of the epochs noted, and of any other in the directory.
+    /// The names of all files that are left of the noted epochs, and of every other epoch in the directory.
     #[must_use]
     pub fn left(&self) -> Vec<String> {
         let of_ours = |name: &String| self.prefixes.iter().any(|prefix| name.starts_with(prefix));
@@ -43,13 +43,13 @@ fn epochs(runtime: &Path) -> Vec<String> {
         .collect()
 }
 
-/// Names of what is in a directory; none when it is not there.
+/// The names of the files in a directory; none when there is no such directory.
 fn names(directory: &Path) -> Vec<String> {
     let entries = fs::read_dir(directory).into_iter().flatten().flatten();
     entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
 }
 
-/// The runtime directory that a `pschema demo` of this number made for itself, once it has.
+/// The runtime directory that the `pschema demo` with this process id made for itself, once the directory is there.
 #[must_use]
 pub fn demo_directory(pid: u32) -> Option<PathBuf> {
     let own = names(Path::new("/tmp")).into_iter().filter(|name| name.starts_with("pschema-"));

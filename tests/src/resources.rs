@@ -1,4 +1,4 @@
-//! What the kernel says of a process, and what of a daemon's epoch is in shared memory.
+//! The resources of a process, as the kernel counts them, and the files of a daemon's epoch in shared memory.
 
 use std::fs;
 use std::path::Path;

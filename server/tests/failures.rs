@@ -1,0 +1,108 @@
+//! Orders that a body does not carry out: its reason is logged, shown by `status` and kept in the trace, and steers no
+//! terminal.
+
+#![allow(clippy::unwrap_used)] // A test panics to fail.
+
+mod common;
+
+use std::time::Instant;
+
+use common::process::{Daemon, PATIENCE, directory, place};
+use common::{Row, ask, free, setup};
+use pschema_inspect::{FailedOutcome, OrderFailure, ShutdownOrder, Status, StatusQuery, TraceQuery};
+use pschema_protocol::body::{Body, Outcome, RunOptions, Senses, run};
+use pschema_protocol::client::Client;
+use pschema_protocol::description::{Action, Description};
+use pschema_server::in_process::InProcess;
+
+/// A body that carries nothing out.
+struct Faulty(Row, Outcome);
+
+impl Faulty {
+    fn new(outcome: Outcome) -> Self {
+        Self(Row::new("row"), outcome)
+    }
+}
+
+impl Body for Faulty {
+    fn describe(&self) -> Description {
+        self.0.describe()
+    }
+    fn sense(&mut self, frame: &mut Senses) {
+        self.0.sense(frame);
+    }
+    fn act(&mut self, _: &Action) -> Outcome {
+        self.1.clone()
+    }
+}
+
+#[test]
+fn each_kind_of_failure_is_told_with_its_reason_and_its_step() {
+    let cases = [
+        (Outcome::refused("the lid is shut"), FailedOutcome::Refused, Some("the lid is shut")),
+        (
+            Outcome::failed("a\\b\x1b[2J\r\n\u{9b}é"),
+            FailedOutcome::Failed,
+            Some("a\\b\\u{1b}[2J\\r\\n\\u{9b}é"),
+        ),
+        (Outcome::failed(""), FailedOutcome::Failed, None),
+        (Outcome::TimedOut, FailedOutcome::TimedOut, None),
+    ];
+    for (told, outcome, reason) in cases {
+        let mut run = InProcess::new(Faulty::new(told), setup(1, free())).unwrap();
+        let last = |run: &InProcess<Faulty>| run.ask(&StatusQuery {}).unwrap().bodies[0].last_failure.clone();
+        run.advance().unwrap();
+        assert_eq!(last(&run), None, "no order was answered yet");
+        run.advance().unwrap();
+        let failure = OrderFailure { outcome, reason: reason.map(str::to_owned), step: 2 };
+        assert_eq!(last(&run).as_ref(), Some(&failure));
+        let trace = run.ask(&TraceQuery { from: 0 }).unwrap();
+        let failures: Vec<_> = trace.records.into_iter().map(|record| record.failure).collect();
+        assert_eq!(failures, [None, Some(failure)]);
+    }
+}
+
+#[test]
+fn a_carried_out_order_leaves_no_failure_in_its_record() {
+    let mut run = InProcess::new(Row::new("row"), setup(1, free())).unwrap();
+    for _ in 0..5 {
+        run.advance().unwrap();
+    }
+    let trace = run.ask(&TraceQuery { from: 0 }).unwrap();
+    assert!(trace.records.len() == 5 && trace.records.iter().all(|record| record.failure.is_none()));
+}
+
+/// The reason was checked when it came to the daemon, and then dropped.
+#[test]
+fn a_daemon_logs_the_reasons_of_a_failing_body_and_no_flood_of_them() {
+    let home = directory();
+    let (begun, place) = (Instant::now(), place(home.path()));
+    let mut daemon = Daemon::start(home.path(), &["--name", "one"]);
+    daemon.ready();
+    let options = RunOptions::new(place.clone());
+    let body =
+        std::thread::spawn(move || run(Faulty::new(Outcome::failed("\x1b[2J\nERROR all is lost")), &options));
+    let mut client = Client::connect(&place, PATIENCE).unwrap();
+    let status = loop {
+        let status: Status = ask(&mut client, StatusQuery {}).unwrap();
+        if status.step > 200 {
+            break status;
+        }
+        assert!(begun.elapsed() < PATIENCE, "only {} steps were taken", status.step);
+    };
+    let failure = status.bodies[0].last_failure.as_ref().unwrap();
+    assert_eq!(failure.reason.as_deref(), Some("\\u{1b}[2J\\nERROR all is lost"));
+    ask(&mut client, ShutdownOrder {}).unwrap();
+    body.join().unwrap().unwrap();
+    let (code, log) = daemon.ended();
+    assert_eq!(code, Some(0), "{log}");
+    assert!(log.chars().all(|c| c == '\n' || !c.is_control()), "{log:?}");
+    let lines: Vec<_> = log.lines().filter(|line| line.contains("all is lost")).collect();
+    let first = lines.first().unwrap();
+    assert!(
+        first.contains("WARN") && first.contains("not carried out") && first.contains("failed"),
+        "{first}"
+    );
+    let windows = usize::try_from(begun.elapsed().as_secs() / 60).unwrap() + 1;
+    assert!(lines.len() <= 60 * windows, "{} lines", lines.len());
+}
