@@ -1,9 +1,13 @@
-//! The schema learner: pure, deterministic, no I/O.
+#![doc = include_str!("../README.md")]
 //!
-//! Three storeys, each of which imports only from itself and from those below it: [`nouns`](self#reexports), the things that
-//! learning is about, as plain data; `memory`, what is known and what makes it fast to ask, with the only place that
-//! changes it; `cycle`, what is done with a frame, in the order of the paper.
+//! # Inside
+//!
+//! Three storeys, each of which imports only from itself and from those below it. `nouns` has the things that learning is about,
+//! as plain data. `memory` has what is known and the indexes that make it fast to ask, with the only place that changes it.
+//! `cycle` has what is done with a frame, in the order of the paper. Section numbers in this documentation (II-C, IV-A) and
+//! equation (1) are those of the paper.
 #![forbid(unsafe_code)]
+#![deny(missing_docs)]
 
 mod cycle;
 pub mod memory;

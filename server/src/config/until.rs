@@ -1,6 +1,7 @@
 //! What ends a trial, as written: `touch{}`, `object{colour=blue, field=4}`.
 
 use pschema_learner::curriculum::{Argument, NamedObservation};
+use pschema_learner::notation::{NotationPart, words};
 
 /// Properties that may be asked for.
 const PROPERTIES_MAX: usize = 8;
@@ -12,27 +13,18 @@ const PROPERTIES_MAX: usize = 8;
 pub(super) fn parse(text: &str) -> Result<NamedObservation, String> {
     let example =
         "write a type and the properties it must have, such as `touch{}` or `object{colour=blue, field=4}`";
-    let body = text.trim().strip_suffix('}').and_then(|rest| rest.split_once('{'));
-    let Some((kind, inside)) = body else {
-        return Err(format!("{text:?} is no observation: {example}"));
-    };
+    let (kind, parts) = words(text).ok_or_else(|| format!("{text:?} is no observation: {example}"))?;
     let kind = name(kind).ok_or_else(|| format!("{text:?} has no type: {example}"))?;
     let mut properties: Vec<(String, Argument)> = Vec::new();
-    if !inside.trim().is_empty() {
-        for pair in inside.split(',') {
-            let Some((property, value)) = pair.split_once('=') else {
-                return Err(format!("{pair:?} is no property with a value: {example}"));
-            };
-            let property =
-                name(property).ok_or_else(|| format!("{pair:?} has no property name: {example}"))?;
-            if properties.iter().any(|(known, _)| *known == property) {
-                return Err(format!("property {property} is given twice"));
-            }
-            properties.push((
-                property,
-                argument(value).ok_or_else(|| format!("{pair:?} has no value: {example}"))?,
-            ));
+    for NotationPart { text, pair } in parts {
+        let (property, value) =
+            pair.ok_or_else(|| format!("{text:?} is no property with a value: {example}"))?;
+        let property = name(property).ok_or_else(|| format!("{text:?} has no property name: {example}"))?;
+        if properties.iter().any(|(known, _)| *known == property) {
+            return Err(format!("property {property} is given twice"));
         }
+        let value = argument(value).ok_or_else(|| format!("{text:?} has no value: {example}"))?;
+        properties.push((property, value));
     }
     if properties.len() > PROPERTIES_MAX {
         return Err(format!("{} properties, at most {PROPERTIES_MAX} are allowed", properties.len()));
@@ -41,7 +33,6 @@ pub(super) fn parse(text: &str) -> Result<NamedObservation, String> {
 }
 
 fn name(text: &str) -> Option<String> {
-    let text = text.trim();
     (!text.is_empty() && !text.contains(['{', '}', '=', ',', '$', '"'])).then(|| text.to_owned())
 }
 

@@ -180,7 +180,7 @@ pub(super) fn chain(content: &Content, links: &[ChainLink]) -> Vec<SchemaInUse> 
 /// A schema under its binding; none if memory has no such schema. Its action is `action` if given, else that of its carrier.
 fn in_use(content: &Content, link: &ChainLink, action: Option<PrimitiveId>) -> Option<SchemaInUse> {
     let schema = content.schema(link.schema)?;
-    let concrete = || content.schema(link.carrier.unwrap_or(link.schema))?.concrete();
+    let concrete = || content.concrete(link.carrier.unwrap_or(link.schema));
     let action = action.or_else(|| concrete().map(|concrete| concrete.action));
     Some(SchemaInUse {
         id: link.schema.0,

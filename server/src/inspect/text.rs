@@ -81,7 +81,7 @@ pub(super) fn form(content: &Content, schema: &Schema) -> SchemaForm {
 /// The values of a generalised schema's variables. How a value prints depends on its property, which is looked up where the
 /// variable occurs.
 pub(super) fn binding(content: &Content, id: SchemaId, from: &Substitution) -> NamedValues {
-    let Some(generalised) = content.schema(id).and_then(|schema| schema.generalised()) else {
+    let Some(generalised) = content.generalised(id) else {
         return NamedValues::default();
     };
     let shown = from.bindings().iter().filter_map(|(variable, bound)| {

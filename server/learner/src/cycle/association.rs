@@ -25,7 +25,7 @@ fn is_strong(memory: &Memory, schema: SchemaId, observation: &Observation, count
     if count.interval().0 >= memory.parameters().association_low_min {
         return true;
     }
-    if !memory.rules().transient(observation.kind()) {
+    if !memory.rules().of(observation.kind()).transient {
         return false;
     }
     let id = memory.index().id(observation);
@@ -43,7 +43,7 @@ fn is_strong(memory: &Memory, schema: SchemaId, observation: &Observation, count
 pub(crate) fn happened(memory: &Memory, before: &WorldState, after: &WorldState) -> Option<Effect> {
     let rules = memory.rules();
     let all = before.observations().iter().chain(after.observations());
-    let events = all.filter(|o| rules.transient(o.kind()) && !rules.own(o.kind()));
+    let events = all.filter(|o| rules.of(o.kind()).transient && !rules.of(o.kind()).own);
     let events = WorldState::new(events.cloned());
     (!events.observations().is_empty()).then(|| Effect::Happened(events.observations().to_vec()))
 }
@@ -70,7 +70,7 @@ pub(crate) fn associate(
             Some(standing) => standing.iter().any(|(_, _, known)| known == observation),
             None => known.iter().any(|a| content.observation(a.observation) == observation),
         };
-        let candidate = !memory.rules().own(observation.kind())
+        let candidate = !memory.rules().of(observation.kind()).own
             && !explained.iter().flatten().any(|bound| bound.mentions(observation))
             && !is_known;
         if !candidate {

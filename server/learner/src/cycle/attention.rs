@@ -25,10 +25,12 @@ pub(crate) fn attend<'a>(
         .flat_map(|(schema, bound)| references(memory, schema, bound))
         .filter(|observation| {
             // An event holds for its frame only: one that came before is not perceived any more.
-            let event = memory.rules().transient(observation.kind());
+            let event = memory.rules().of(observation.kind()).transient;
             after.contains(observation) || !event && before.contains(observation)
         })
-        .filter(|observation| memory.parameters().heard_decays || !memory.rules().heard(observation.kind()))
+        .filter(|observation| {
+            memory.parameters().heard_decays || !memory.rules().of(observation.kind()).heard
+        })
         .collect();
     attended.sort_unstable();
     attended.dedup();

@@ -31,7 +31,7 @@ pub(crate) fn achiever<'a>(
     id: SchemaId,
     target: &[ObservationId],
 ) -> Option<Achiever<'a>> {
-    let concrete = memory.content().schema(id)?.concrete()?;
+    let concrete = memory.content().concrete(id)?;
     let sure = achieves(memory, concrete, target)?;
     memory.content().vocabulary.can_do(body, concrete.action).then_some((id, concrete, sure))
 }

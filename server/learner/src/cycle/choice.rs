@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::cell::OnceCell;
 
 use crate::cycle::babbling;
-use crate::cycle::chaining::{self, Access, Reach, achieve};
+use crate::cycle::chaining::{Access, Achievement, Reach, achieve};
 use crate::cycle::excitation::{self, LawExcitation, PairCounts, Percepts, Resemblance};
 use crate::cycle::match_cache::MatchCache;
 use crate::memory::Memory;
@@ -297,16 +297,12 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
         return found;
     }
     let seen = Percepts::new(memory, world, perceived);
-    for id in index.generalised() {
-        let Some(generalised) = memory.content().schema(*id).and_then(|s| s.generalised()) else { continue };
-        let Some(generally) = LawExcitation::new(memory, *id, world, &seen) else { continue };
-        for (binding, places) in matched.of(index, *id, generalised, world) {
-            let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
-            let Some(chaining::Achievement { carrier, access }) =
-                target.and_then(|target| achieve(memory, reach, body, &target))
-            else {
-                continue;
-            };
+    for (id, law) in memory.laws(index.generalised()) {
+        let Some(generally) = LawExcitation::new(memory, id, world, &seen) else { continue };
+        for (binding, places) in matched.of(index, id, law, world) {
+            let achieved =
+                law.target_under(&binding).and_then(|target| achieve(memory, reach, body, &target));
+            let Some(Achievement { carrier, access }) = achieved else { continue };
             let Some(action) = index.outline(carrier).map(|outline| outline.action) else { continue };
             let groups = index.groups();
             let known = || groups.exact(groups.with_pre(&seen.ids(&places)?)?, action);
@@ -317,19 +313,17 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
             let sum = generally.sum(&binding, &places, reliability);
             let distance = access.preceding + 1;
             let excitation = sum / f64::from(distance);
-            let (subject, carrier, access) = (Subject::Schema(*id), Some(carrier), Some(access));
             if sum > 0.0 {
-                let drive = None;
                 found.push(Contender {
-                    subject,
+                    subject: Subject::Schema(id),
                     binding,
                     places: Some(places),
-                    carrier,
-                    access,
+                    carrier: Some(carrier),
+                    access: Some(access),
                     distance,
                     excitation,
                     reliability,
-                    drive,
+                    drive: None,
                 });
             }
         }
@@ -372,7 +366,7 @@ fn begin(memory: &Memory, world: &WorldState, mut chain: Vec<ChainLink>) -> Opti
         return None;
     }
     let ChainLink { schema, binding, carrier } = chain.remove(0);
-    let action = memory.content().schema(carrier.unwrap_or(schema))?.concrete()?.action;
+    let action = memory.content().concrete(carrier.unwrap_or(schema))?.action;
     let before = world.clone();
     Some(Execution { schema: Some(schema), binding, carrier, action, before, chain, for_goal: false })
 }
@@ -387,8 +381,7 @@ pub(crate) fn continue_chain(
     let holds = |schema: SchemaId, binding: &Substitution| {
         Instance::new(memory.content(), schema, binding).is_some_and(|b| situation.world.satisfies(&b.pre))
     };
-    let retired =
-        memory.content().schema(next.schema)?.generalised().is_some_and(|generalised| generalised.retired);
+    let retired = memory.content().generalised(next.schema).is_some_and(|generalised| generalised.retired);
     let allowed = !retired
         && holds(next.schema, &next.binding)
         && next.carrier.is_none_or(|carrier| holds(carrier, &Substitution::new()));

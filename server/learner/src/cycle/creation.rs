@@ -6,7 +6,7 @@ use crate::memory::instance::Instance;
 use crate::nouns::effect::{Effect, Score};
 use crate::nouns::execution::Execution;
 use crate::nouns::observation::{Observation, Substitution, TypeId};
-use crate::nouns::schema::{Form, POST_CONDITIONS_MAX, SchemaId};
+use crate::nouns::schema::{POST_CONDITIONS_MAX, SchemaId};
 use crate::nouns::world_state::WorldState;
 
 /// What happened that the executed schema does not know.
@@ -32,17 +32,17 @@ pub(crate) fn surprise(
     let known = |observation: &Observation, absent: bool| {
         bound.is_some_and(|b| b.post.iter().any(|p| p.absent == absent && p.what == *observation))
     };
-    let lasted = |o: &Observation| !rules.transient(o.kind()) && before.contains(o);
+    let lasted = |o: &Observation| !rules.of(o.kind()).transient && before.contains(o);
     let appeared = after
         .observations()
         .iter()
-        .filter(|o| rules.postcondition(o.kind()) && !lasted(o) && !known(o, false))
+        .filter(|o| rules.of(o.kind()).postcondition && !lasted(o) && !known(o, false))
         .cloned()
         .collect();
     let vanished = before
         .observations()
         .iter()
-        .filter(|o| rules.precondition(o.kind()) && !after.contains(o) && !known(o, true))
+        .filter(|o| rules.of(o.kind()).precondition && !after.contains(o) && !known(o, true))
         .cloned()
         .collect();
     let missing = bound.is_some_and(|b| {
@@ -71,74 +71,48 @@ pub(crate) fn create(
     lifted: &dyn Fn(TypeId) -> bool,
 ) -> Creation {
     let memory = draft.memory();
-    let context = execution.before.context(memory.rules());
-    let Some(executed) = execution.schema else {
-        return create_first(draft, execution, &context, after, lifted);
-    };
-    let generalised =
-        memory.content().schema(executed).is_some_and(|s| matches!(s.form, Form::Generalised(_)));
-    let contradicts = (generalised && surprise.missing).then_some(executed);
-    if surprise.appeared.is_empty() && surprise.vanished.is_empty() && contradicts.is_none() {
+    let contradicts = execution
+        .schema
+        .filter(|executed| surprise.missing && memory.content().generalised(*executed).is_some());
+    let nothing_new = surprise.appeared.is_empty() && surprise.vanished.is_empty() && contradicts.is_none();
+    if execution.schema.is_some() && nothing_new {
         return Creation::default();
     }
     // "If the observations present prior to the execution of the schema are the same as the
     // pre-conditions to the schema then the new outcome is added" (II-D). What a generalised schema did
     // not predict concerns this binding only, so it always goes to a concrete schema.
+    let context = execution.before.context(memory.rules());
     let pre: Vec<_> = context.observations().iter().collect();
-    let exact = memory.index().exact(&pre, execution.action);
-    if exact == Some(executed) {
-        add_outcomes(draft, executed, surprise);
-        return Creation::default();
-    }
-    if let Some(existing) = exact {
+    if let Some(existing) = memory.index().exact(&pre, execution.action) {
+        if execution.schema == Some(existing) {
+            add_outcomes(draft, existing, surprise);
+            return Creation::default();
+        }
+        // The outcome of a primitive that no schema covered goes here too: another body tried the same in the meantime.
         update(draft, existing, execution, after, lifted);
         return Creation { updated: Some(existing), ..Creation::default() };
     }
     if memory.is_full() {
         return Creation::default();
     }
-    let post = outcome(memory, &context, after, after.observations().iter());
+    let seen = after.observations().iter();
+    let post = match execution.schema {
+        Some(_) => outcome(memory, &context, after, seen),
+        // The first schema of a primitive that no schema covered here is about what is new in this context.
+        None => {
+            let lasting = execution.before.lasting(memory.rules());
+            outcome(memory, &context, after, seen.filter(|o| !lasting.contains(o) || context.contains(o)))
+        }
+    };
     let created = memory.next_id();
     draft.emit(Effect::Created {
         pre: context.observations().to_vec(),
         action: execution.action,
         post,
-        parent: Some(executed),
+        parent: execution.schema,
         contradicts,
     });
     Creation { created: Some(created), updated: None, counter_example: contradicts.is_some() }
-}
-
-/// A primitive that no schema covered here: its first schema is what is new, in this context.
-fn create_first(
-    draft: &mut Draft<'_>,
-    execution: &Execution,
-    context: &WorldState,
-    after: &WorldState,
-    lifted: &dyn Fn(TypeId) -> bool,
-) -> Creation {
-    let memory = draft.memory();
-    let pre: Vec<_> = context.observations().iter().collect();
-    if let Some(existing) = memory.index().exact(&pre, execution.action) {
-        // Another body tried the same in the meantime.
-        update(draft, existing, execution, after, lifted);
-        return Creation { updated: Some(existing), ..Creation::default() };
-    }
-    if memory.is_full() {
-        return Creation::default();
-    }
-    let lasting = execution.before.lasting(memory.rules());
-    let new = after.observations().iter().filter(|o| !lasting.contains(o) || context.contains(o));
-    let post = outcome(memory, context, after, new);
-    let created = memory.next_id();
-    draft.emit(Effect::Created {
-        pre: context.observations().to_vec(),
-        action: execution.action,
-        post,
-        parent: None,
-        contradicts: None,
-    });
-    Creation { created: Some(created), ..Creation::default() }
 }
 
 /// `seen` as post-conditions, and what is gone from the context as absences, in canonical order.
@@ -150,7 +124,7 @@ fn outcome<'a>(
 ) -> Vec<(Observation, bool)> {
     let gone = context.observations().iter().filter(|o| !after.contains(o));
     let mut post: Vec<_> = seen
-        .filter(|o| memory.rules().postcondition(o.kind()))
+        .filter(|o| memory.rules().of(o.kind()).postcondition)
         .map(|o| (o.clone(), false))
         .chain(gone.map(|o| (o.clone(), true)))
         .collect();
@@ -179,8 +153,7 @@ fn update(
 }
 
 fn add_outcomes(draft: &mut Draft<'_>, schema: SchemaId, surprise: &Surprise) {
-    let known =
-        draft.memory().content().schema(schema).and_then(|s| s.concrete()).map_or(0, |c| c.post.len());
+    let known = draft.memory().content().concrete(schema).map_or(0, |c| c.post.len());
     let room = POST_CONDITIONS_MAX.saturating_sub(known);
     let appeared = surprise.appeared.iter().map(|o| (o, false));
     let vanished = surprise.vanished.iter().map(|o| (o, true));

@@ -24,7 +24,7 @@ pub(crate) struct Hypothesis {
 /// Effects that follow from the new concrete schema `seed`: generalised schemas that now have one more
 /// example, and the generalisation of `seed`, if it holds.
 pub(crate) fn generalise(memory: &Memory, seed: SchemaId) -> Vec<Effect> {
-    let Some(concrete) = memory.content().schema(seed).and_then(|s| s.concrete()) else {
+    let Some(concrete) = memory.content().concrete(seed) else {
         return Vec::new();
     };
     let mut effects = supported(memory, seed, concrete);
@@ -56,7 +56,7 @@ fn supported(memory: &Memory, seed: SchemaId, concrete: &Concrete) -> Vec<Effect
     }
     let (case, achieved) = (case(memory, concrete), achieved(memory, concrete));
     let known = |id: &SchemaId| {
-        let generalised = memory.content().schema(*id).and_then(|s| s.generalised());
+        let generalised = memory.content().generalised(*id);
         generalised.is_some_and(|law| is_example(memory, *id, law, &case, &achieved))
     };
     laws.iter()
@@ -81,7 +81,7 @@ fn is_shared(memory: &Memory, concrete: &Concrete, class: ClassId) -> bool {
     };
     let similar = index.classes().newest(class).take(SIMILAR_MAX);
     let (mut all, mut saying) = (0, 0);
-    for other in similar.filter_map(|id| memory.content().schema(id)?.concrete()) {
+    for other in similar.filter_map(|id| memory.content().concrete(id)) {
         all += 1;
         saying += usize::from(says(other));
     }
@@ -114,7 +114,7 @@ fn is_example(
 /// instead"), and founds no rival to it. Else two objects out of reach would make a law of pointing, which
 /// from then on would hold as much as that of touching wherever something is within reach.
 fn is_exception(memory: &Memory, concrete: &Concrete) -> bool {
-    let law = concrete.contradicts.and_then(|law| memory.content().schema(law)?.generalised());
+    let law = concrete.contradicts.and_then(|law| memory.content().generalised(law));
     law.is_some_and(|law| !law.retired)
 }
 
@@ -134,7 +134,7 @@ fn examples(memory: &Memory, lifted: &Hypothesis, class: ClassId) -> Option<Vec<
     let mut budget = ATTEMPTS_MAX;
     let mut found = Vec::new();
     for (rest, id) in (0..similar.len()).rev().zip(&similar) {
-        let concrete = memory.content().schema(*id).and_then(|s| s.concrete());
+        let concrete = memory.content().concrete(*id);
         let represented = concrete.is_some_and(|concrete| {
             let case = case(memory, concrete);
             // What the action achieves elsewhere is looked for only where it matters.
@@ -206,12 +206,8 @@ fn predicted<'a>(
     memory: &'a Memory,
     concrete: &'a Concrete,
 ) -> impl Iterator<Item = PostCondition<Observation>> + 'a {
-    let parameters = memory.parameters();
-    concrete.post.iter().filter(|p| parameters.predicts(p.count)).map(|p| PostCondition {
-        what: memory.content().observation(p.what).clone(),
-        absent: p.absent,
-        count: p.count,
-    })
+    let predicted = concrete.post.iter().filter(|p| memory.parameters().predicts(p.count));
+    predicted.map(|p| p.of(memory.content().observation(p.what).clone()))
 }
 
 /// Attempts at matching one pattern with one observation that the search for the examples of one new schema may make, and
@@ -234,7 +230,7 @@ impl Hypothesis {
         let post = self.post.iter().map(|(what, absent)| (what, *absent));
         let alike = memory.index().with_shape(&Shape::new(&self.pre, &self.target, post));
         alike.iter().any(|id| {
-            let known = memory.content().schema(*id).and_then(|s| s.generalised());
+            let known = memory.content().generalised(*id);
             known.is_some_and(|known| self.equals(known))
         })
     }

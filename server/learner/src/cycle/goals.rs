@@ -112,7 +112,7 @@ pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: Primit
         .index()
         .with_action(action)
         .iter()
-        .filter_map(|id| Some((*id, content.schema(*id)?.concrete()?)))
+        .filter_map(|id| Some((*id, content.concrete(*id)?)))
         .filter(|(_, concrete)| world.satisfies(concrete.pre.iter().map(|o| content.observation(*o))))
         .collect();
     let none = Substitution::new();
@@ -120,14 +120,13 @@ pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: Primit
         .iter()
         .filter_map(|(id, _)| Some((*id, none.clone(), Instance::new(content, *id, &none)?)))
         .collect();
-    for id in memory.index().generalised() {
-        let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
-        for binding in memory.index().bindings(*id, generalised, world.observations()) {
-            let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
+    for (id, law) in memory.laws(memory.index().generalised()) {
+        for binding in memory.index().bindings(id, law, world.observations()) {
+            let target = law.target_under(&binding);
             let achieved =
                 target.is_some_and(|target| here.iter().any(|(_, c)| predicts(memory, c, &target)));
-            if let Some(bound) = achieved.then(|| Instance::new(content, *id, &binding)).flatten() {
-                known.push((*id, binding, bound));
+            if let Some(bound) = achieved.then(|| Instance::new(content, id, &binding)).flatten() {
+                known.push((id, binding, bound));
             }
         }
     }

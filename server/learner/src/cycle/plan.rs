@@ -146,7 +146,7 @@ fn concrete_finals(
 ) -> Vec<ChainLink> {
     let content = memory.content();
     let has_part = |id: &SchemaId| {
-        let concrete = content.schema(*id).and_then(|schema| schema.concrete());
+        let concrete = content.concrete(*id);
         concrete.is_some_and(|concrete| {
             let mut caused = concrete.post.iter().filter(|post| !post.absent);
             caused.any(|post| {
@@ -167,21 +167,20 @@ fn generalised_finals(
 ) -> Vec<ChainLink> {
     let content = memory.content();
     let mut found = Vec::new();
-    for id in memory.index().generalised() {
-        let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
-        for binding in memory.index().bindings(*id, generalised, reach.context(access).observations()) {
-            let Some(bound) = Instance::new(content, *id, &binding) else { continue };
+    for (id, law) in memory.laws(memory.index().generalised()) {
+        for binding in memory.index().bindings(id, law, reach.context(access).observations()) {
+            let Some(bound) = Instance::new(content, id, &binding) else { continue };
             if !has_part(memory, &bound, goal) {
                 continue;
             }
-            let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
-            let carried = target.and_then(|target| reach.carrier(memory, body, &target, access));
+            let carried =
+                law.target_under(&binding).and_then(|target| reach.carrier(memory, body, &target, access));
             let Some((carrier, _)) = carried else { continue };
             let pre: Vec<_> = bound.pre.iter().collect();
-            let action = content.schema(carrier).and_then(|s| s.concrete()).map(|c| c.action);
+            let action = content.concrete(carrier).map(|c| c.action);
             // An example or counter-example stands in for it (IV-A).
             if action.is_some_and(|action| memory.index().exact(&pre, action).is_none()) {
-                found.push(link(*id, binding, Some(carrier)));
+                found.push(link(id, binding, Some(carrier)));
             }
         }
     }
@@ -247,18 +246,18 @@ fn place(memory: &Memory, start: &WorldState, chain: &[ChainLink]) -> Option<Vec
     let mut placed = Vec::new();
     for link in chain {
         let bound = Instance::new(content, link.schema, &link.binding)?;
-        let carrier = content.schema(link.carrier.unwrap_or(link.schema))?.concrete()?;
+        let carrier = content.concrete(link.carrier.unwrap_or(link.schema))?;
         let mut pre = bound.pre.clone();
         if link.carrier.is_some() {
             pre.extend(carrier.pre.iter().map(|o| content.observation(*o).clone()));
         }
         let mut through = Vec::new();
-        if let Some(generalised) = content.schema(link.schema)?.generalised() {
+        if let Some(generalised) = content.generalised(link.schema) {
             for pattern in generalised.target.iter() {
                 let wanted = pattern.apply(&link.binding)?;
                 let id = memory.index().id(&wanted)?;
                 let post = carrier.post.iter().find(|post| post.what == id && !post.absent)?;
-                through.push(PostCondition { what: wanted, absent: false, count: post.count });
+                through.push(post.of(wanted));
             }
         }
         let after = after(memory, &context, &bound);
@@ -273,7 +272,7 @@ fn place(memory: &Memory, start: &WorldState, chain: &[ChainLink]) -> Option<Vec
 /// The context after `bound` in `context`, if all comes about that it predicts.
 fn after(memory: &Memory, context: &WorldState, bound: &Instance) -> WorldState {
     let mut after = context.observations().to_vec();
-    let precondition = |post: &&PostCondition<Observation>| memory.rules().precondition(post.what.kind());
+    let precondition = |post: &&PostCondition<Observation>| memory.rules().of(post.what.kind()).precondition;
     for post in bound.predicted(memory.parameters()).filter(precondition) {
         match (post.absent, context.contains(&post.what)) {
             (true, true) => after.retain(|o| *o != post.what),

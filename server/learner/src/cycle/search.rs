@@ -260,17 +260,13 @@ impl Search<'_> {
     fn along_generalised(&mut self, at: usize, groups: &[GroupId]) {
         let memory = self.memory;
         let content = memory.content();
-        for id in memory.index().generalised_changing() {
-            let Some(generalised) = content.schema(*id).and_then(|s| s.generalised()) else { continue };
-            let node = &self.found.nodes[at];
-            let bindings = memory.index().bindings(*id, generalised, node.context.observations());
+        for (id, law) in memory.laws(memory.index().generalised_changing()) {
+            let bindings = memory.index().bindings(id, law, self.found.nodes[at].context.observations());
             for (number, binding) in bindings.into_iter().enumerate() {
-                let target: Option<Vec<_>> = generalised.target.iter().map(|p| p.apply(&binding)).collect();
-                let (Some(target), Some(bound)) = (target, Instance::new(content, *id, &binding)) else {
-                    continue;
-                };
-                let link = |carrier| ChainLink { schema: *id, binding, carrier: Some(carrier) };
-                self.along_binding((at, true, *id, number), groups, &target, &bound, link);
+                let bound = Instance::new(content, id, &binding);
+                let Some((target, bound)) = law.target_under(&binding).zip(bound) else { continue };
+                let link = |carrier| ChainLink { schema: id, binding, carrier: Some(carrier) };
+                self.along_binding((at, true, id, number), groups, &target, &bound, link);
             }
         }
     }
@@ -314,7 +310,7 @@ impl Search<'_> {
     fn changes(&mut self, bound: &Instance) -> Vec<Change> {
         let memory = self.memory;
         let predicted = bound.predicted(memory.parameters());
-        let changes = predicted.filter(|post| memory.rules().precondition(post.what.kind())).map(|post| {
+        let changes = predicted.filter(|post| memory.rules().of(post.what.kind()).precondition).map(|post| {
             let what = self.number(&post.what);
             Change { what, absent: post.absent, probability: post.count.ratio() }
         });

@@ -140,16 +140,18 @@ fn as_observation(vocabulary: &Vocabulary, heard: &NamedObservation) -> Option<O
     let properties: Option<Vec<_>> = heard
         .properties
         .iter()
-        .map(|(name, argument)| {
-            let value = match argument {
-                Argument::Integer(value) => Value::Integer(*value),
-                Argument::Symbol(symbol) => Value::Symbol(vocabulary.symbol_named(symbol)?),
-                Argument::Draw(_) => return None,
-            };
-            Some((vocabulary.property_named(name)?, value))
-        })
+        .map(|(name, argument)| Some((vocabulary.property_named(name)?, value(vocabulary, argument)?)))
         .collect();
     Some(Observation::new(kind, properties?))
+}
+
+/// The value that an argument is; none of a symbol that was never met, and of a number that is still to be drawn.
+fn value(vocabulary: &Vocabulary, argument: &Argument) -> Option<Value> {
+    match argument {
+        Argument::Integer(number) => Some(Value::Integer(*number)),
+        Argument::Symbol(symbol) => vocabulary.symbol_named(symbol).map(Value::Symbol),
+        Argument::Draw(_) => None,
+    }
 }
 
 /// Counts an action of the student and ends the trial if it is over.
@@ -287,13 +289,8 @@ fn observed(vocabulary: &Vocabulary, until: &NamedObservation, observations: &[O
     let Some(kind) = vocabulary.type_named(&until.kind) else { return false };
     let has = |observation: &Observation| {
         until.properties.iter().all(|(name, argument)| {
-            let wanted = match argument {
-                Argument::Integer(value) => Some(Value::Integer(*value)),
-                Argument::Symbol(symbol) => vocabulary.symbol_named(symbol).map(Value::Symbol),
-                Argument::Draw(_) => None,
-            };
-            let property = vocabulary.property_named(name);
-            wanted.zip(property).is_some_and(|(value, p)| observation.properties().contains(&(p, value)))
+            let wanted = vocabulary.property_named(name).zip(value(vocabulary, argument));
+            wanted.is_some_and(|pair| observation.properties().contains(&pair))
         })
     };
     observations.iter().any(|observation| observation.kind() == kind && has(observation))

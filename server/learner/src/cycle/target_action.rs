@@ -25,7 +25,7 @@ pub(crate) fn achieved<'a>(
     memory: &'a Memory,
     seed: &Concrete,
 ) -> impl Iterator<Item = &'a Observation> + 'a {
-    let known = simplest(memory, seed).and_then(|id| memory.content().schema(id)?.concrete());
+    let known = simplest(memory, seed).and_then(|id| memory.content().concrete(id));
     let post = known.map_or(&[][..], |known| &known.post).iter();
     let predicted = post.filter(|post| !post.absent && memory.parameters().predicts(post.count));
     predicted.map(|post| memory.content().observation(post.what))

@@ -2,7 +2,7 @@
 //! made by, and told from the side of one schema.
 
 use crate::cycle::babbling::executable;
-use crate::cycle::chaining::{Access, Reach, achieve};
+use crate::cycle::chaining::{Access, Achievement, Reach, achieve};
 use crate::cycle::excitation::{self, PairCounts};
 use crate::cycle::habituation::unhabituated;
 use crate::cycle::stages;
@@ -12,7 +12,7 @@ use crate::memory::matching::can_match;
 use crate::nouns::curriculum::Curriculum;
 use crate::nouns::decision::{Candidate, Decision, Reason, Role, Subject};
 use crate::nouns::execution::ChainLink;
-use crate::nouns::observation::{Observation, Pattern, Substitution};
+use crate::nouns::observation::{Observation, Pattern, Substitution, Term};
 use crate::nouns::schema::{Concrete, Form, Generalised, SchemaId};
 use crate::nouns::terms::{Drive, TermSource};
 use crate::nouns::vocabulary::PrimitiveId;
@@ -111,10 +111,6 @@ pub fn weigh(
         Form::Concrete(concrete) => scale.concrete(id, concrete),
         Form::Generalised(generalised) => scale.generalised(id, generalised),
     };
-    weighed.habituated = match &schema.form {
-        Form::Concrete(_) => scale.wanting.as_ref().map(|wanting| wanting.binary_search(&id).is_err()),
-        Form::Generalised(_) => None,
-    };
     weighed.search_truncated = scale.reach.truncated;
     if let Some(verdict) = scale.beyond_weighing(id) {
         weighed.verdict = verdict;
@@ -142,19 +138,18 @@ impl Scale<'_> {
 
     /// Every candidate that was kept must weigh what it weighed.
     fn check(&self) -> Result<(), WeighError> {
-        let followed = matches!(self.decision.reason, Reason::Chain | Reason::Goal);
         let same = |candidate: &Candidate| {
             let Subject::Schema(id) = candidate.subject else { return true };
             let Some(schema) = self.memory.content().schema(id) else { return false };
             let action = match &schema.form {
+                // What is followed is not searched for, so that nothing need lead there any more.
+                _ if self.is_followed() => Some((self.decision.action, None)),
                 Form::Concrete(concrete) => Some((concrete.action, self.access(id))),
-                Form::Generalised(known) => {
-                    self.achieved(known, &candidate.binding).map(|a| (a.0, Some(a.1)))
-                }
+                Form::Generalised(known) => self
+                    .achieved(known, &candidate.binding)
+                    .map(|(action, found)| (action, Some(found.access))),
             };
-            // What is followed is not searched for, so that nothing need lead there any more.
-            let followed = followed.then_some((self.decision.action, None));
-            let Some((action, access)) = followed.or(action) else { return false };
+            let Some((action, access)) = action else { return false };
             let distance = access.map_or(1, |access| access.preceding + 1);
             let excitation = self.excitation(id, &candidate.binding, action, distance);
             distance == candidate.distance && excitation.to_bits() == candidate.excitation.to_bits()
@@ -170,16 +165,10 @@ impl Scale<'_> {
         if subject == id {
             return Some(Verdict::Chosen);
         }
-        let followed = matches!(self.decision.reason, Reason::Chain | Reason::Goal);
-        let content = self.memory.content();
-        let (carrier, access) = match content.schema(subject).map(|schema| &schema.form) {
-            Some(Form::Generalised(known)) => {
-                let target: Option<Vec<_>> = known.target.iter().map(|p| p.apply(&chosen.binding)).collect();
-                let achieved =
-                    target.and_then(|target| achieve(self.memory, &self.reach, self.decision.body, &target));
-                achieved.map_or((None, None), |a| (Some(a.carrier), Some(a.access)))
-            }
-            _ => (None, self.access(subject)),
+        let followed = self.is_followed();
+        let (carrier, access) = match self.memory.content().generalised(subject) {
+            Some(known) => self.achieved(known, &chosen.binding).map(|(_, a)| (a.carrier, a.access)).unzip(),
+            None => (None, self.access(subject)),
         };
         let chain = access.filter(|_| !followed).map_or_else(Vec::new, |access| self.reach.chain(access));
         let first = chain.first();
@@ -190,26 +179,29 @@ impl Scale<'_> {
         followed.then_some(Verdict::NotWeighed)
     }
 
+    /// Whether the decision followed a chain or a plan.
+    fn is_followed(&self) -> bool {
+        matches!(self.decision.reason, Reason::Chain | Reason::Goal)
+    }
+
     fn access(&self, id: SchemaId) -> Option<Access> {
         let outline = self.memory.index().outline(id)?;
         let can = self.memory.content().vocabulary.can_do(self.decision.body, outline.action);
         can.then(|| self.reach.way(outline.group)).flatten()
     }
 
-    /// What would carry the target out under a binding, and from where.
-    fn achieved(&self, known: &Generalised, binding: &Substitution) -> Option<(PrimitiveId, Access)> {
-        let target: Option<Vec<_>> = known.target.iter().map(|pattern| pattern.apply(binding)).collect();
-        let achieved = achieve(self.memory, &self.reach, self.decision.body, &target?)?;
-        let carrier = self.memory.content().schema(achieved.carrier)?.concrete()?;
-        Some((carrier.action, achieved.access))
+    /// What would carry the target out under a binding, and from where; and its action.
+    fn achieved(&self, known: &Generalised, binding: &Substitution) -> Option<(PrimitiveId, Achievement)> {
+        let target = known.target_under(binding)?;
+        let achieved = achieve(self.memory, &self.reach, self.decision.body, &target)?;
+        Some((self.memory.content().concrete(achieved.carrier)?.action, achieved))
     }
 
     fn drive(&self, id: SchemaId, reliability: f64) -> Option<f64> {
         let wanting = self.wanting.as_ref()?.binary_search(&id).is_ok();
         let drive = self.memory.parameters().babbling_excitation * reliability;
         // What is followed is done without any drive.
-        let followed = matches!(self.decision.reason, Reason::Chain | Reason::Goal);
-        (wanting && !followed).then_some(drive)
+        (wanting && !self.is_followed()).then_some(drive)
     }
 
     fn excitation(&self, id: SchemaId, binding: &Substitution, action: PrimitiveId, distance: u32) -> f64 {
@@ -255,7 +247,8 @@ impl Scale<'_> {
             let lacking = wanted.filter(|wanted| !context.contains(wanted)).map(|o| self.lacking(o.into()));
             out(Verdict::PreConditions(lacking.collect()), Substitution::new())
         };
-        Reweighing { action: Some(concrete.action), ..weighed }
+        let habituated = self.wanting.as_ref().map(|wanting| wanting.binary_search(&id).is_err());
+        Reweighing { action: Some(concrete.action), habituated, ..weighed }
     }
 
     /// The binding that came nearest: the most exciting; else one that was stood in for, then one that excites nothing,
@@ -290,7 +283,7 @@ impl Scale<'_> {
     }
 
     fn bound(&self, id: SchemaId, known: &Generalised, binding: Substitution) -> Reweighing {
-        let Some((action, access)) = self.achieved(known, &binding) else {
+        let Some((action, Achievement { access, .. })) = self.achieved(known, &binding) else {
             let target = known.target.iter().filter_map(|pattern| pattern.apply(&binding)).collect();
             return out(Verdict::TargetNotAchievable(target), binding);
         };
@@ -316,11 +309,10 @@ impl Scale<'_> {
 
     fn lacking(&self, wanted: Pattern) -> UnmetCondition {
         let alike = |seen: &Observation| {
-            let same =
-                wanted.terms().iter().zip(seen.properties()).filter(|((property, term), (other, value))| {
-                    property == other
-                        && !matches!(term, crate::nouns::observation::Term::Constant(c) if c != value)
-                });
+            let pairs = wanted.terms().iter().zip(seen.properties());
+            let same = pairs.filter(|((property, term), (other, value))| {
+                property == other && !matches!(term, Term::Constant(constant) if constant != value)
+            });
             same.count()
         };
         let of_type = self.decision.world.observations().iter().filter(|seen| seen.kind() == wanted.kind());

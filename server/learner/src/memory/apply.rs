@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use crate::memory::check::Check;
-use crate::memory::chunks::Chunks;
 use crate::memory::content::Content;
 use crate::memory::index::Index;
 use crate::memory::outline::Basis;
@@ -34,20 +33,7 @@ impl Memory {
     /// Knows nothing. `seed` is where its randomness begins.
     #[must_use]
     pub fn new(seed: u64, parameters: Parameters) -> Self {
-        let content = Content {
-            vocabulary: Arc::default(),
-            schemas: Chunks::default(),
-            observations: Chunks::default(),
-            attention: Chunks::default(),
-            happened: Chunks::default(),
-            attempts: Chunks::default(),
-            pending: Vec::new(),
-            progress: Arc::default(),
-            pursuit: None,
-            random: Random::from_seed(seed),
-            step: 0,
-            generalised_count: 0,
-        };
+        let content = Content { random: Random::from_seed(seed), ..Content::default() };
         Self { content, index: Index::default(), rules: TypeRules::default(), parameters }
     }
 
@@ -82,6 +68,11 @@ impl Memory {
     #[must_use]
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// Those of the schemas `ids` that are generalised, each with what it says.
+    pub(crate) fn laws(&self, ids: &[SchemaId]) -> impl Iterator<Item = (SchemaId, &Generalised)> {
+        ids.iter().filter_map(|id| Some((*id, self.content.generalised(*id)?)))
     }
 
     /// N(x).

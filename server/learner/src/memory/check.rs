@@ -85,11 +85,11 @@ impl Check<'_> {
     }
 
     fn concrete(&self, id: SchemaId) -> Result<&Concrete, EffectError> {
-        self.schema(id)?.concrete().ok_or(EffectError::Schema(id.0))
+        self.content.concrete(id).ok_or(EffectError::Schema(id.0))
     }
 
     fn generalised(&self, id: SchemaId) -> Result<&Generalised, EffectError> {
-        self.schema(id)?.generalised().ok_or(EffectError::Schema(id.0))
+        self.content.generalised(id).ok_or(EffectError::Schema(id.0))
     }
 
     fn primitive(&self, id: PrimitiveId) -> Result<(), EffectError> {

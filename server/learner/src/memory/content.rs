@@ -9,12 +9,12 @@ use crate::nouns::probability::Count;
 use crate::nouns::progress::Progress;
 use crate::nouns::pursuit::Pursuit;
 use crate::nouns::random::Random;
-use crate::nouns::schema::{ObservationId, Schema, SchemaId};
+use crate::nouns::schema::{Concrete, Generalised, ObservationId, Schema, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId, Vocabulary};
 
 /// What is known, without the indexes that make it fast to ask. Cheap to clone, for those who inspect it: a clone shares
 /// what it is of, and a change after it copies the part that changes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Content {
     /// What can be perceived and done; shared, for it seldom changes.
     pub vocabulary: Arc<Vocabulary>,
@@ -47,6 +47,18 @@ impl Content {
     #[must_use]
     pub fn schema(&self, id: SchemaId) -> Option<&Schema> {
         self.schemas.get(id.index())
+    }
+
+    /// The concrete schema of this number; none when there is none, or it is generalised.
+    #[must_use]
+    pub fn concrete(&self, id: SchemaId) -> Option<&Concrete> {
+        self.schema(id)?.concrete()
+    }
+
+    /// The generalised schema of this number; none when there is none, or it is concrete.
+    #[must_use]
+    pub fn generalised(&self, id: SchemaId) -> Option<&Generalised> {
+        self.schema(id)?.generalised()
     }
 
     /// The observation of this number. Numbers come from memory itself, so there always is one.

@@ -6,7 +6,7 @@ use crate::nouns::execution::{ChainLink, Execution};
 use crate::nouns::observation::{Observation, Pattern, Substitution, Term, Value};
 use crate::nouns::probability::Count;
 use crate::nouns::pursuit::{Ending, PlanCause};
-use crate::nouns::schema::{Form, Schema, SchemaId};
+use crate::nouns::schema::{Form, ObservationId, PostCondition, Schema, SchemaId};
 use crate::nouns::vocabulary::Parameter;
 
 /// Version of what is digested and how; part of the digest.
@@ -66,9 +66,14 @@ impl Sink {
     fn list(&mut self, len: usize) {
         self.number(len as u64);
     }
+    /// A list: how many items it has, then each of them.
+    fn each<'a, T: 'a>(&mut self, items: &'a [T], one: impl Fn(&mut Self, &'a T)) {
+        self.list(items.len());
+        items.iter().for_each(|item| one(self, item));
+    }
     fn text(&mut self, text: &str) {
         self.list(text.len());
-        self.0.update(text.as_bytes());
+        self.bytes(text.as_bytes());
     }
     fn flag(&mut self, flag: bool) {
         self.number(u64::from(flag));
@@ -80,21 +85,17 @@ impl Sink {
 
 fn vocabulary(sink: &mut Sink, content: &Content) {
     let vocabulary = &content.vocabulary;
-    sink.list(vocabulary.types().len());
-    for kind in vocabulary.types() {
+    sink.each(vocabulary.types(), |sink, kind| {
         sink.text(&kind.declared.name);
         for flag in [kind.declared.own, kind.declared.transient, kind.declared.heard] {
             sink.flag(flag);
         }
-        sink.list(kind.properties.len());
-        kind.properties.iter().for_each(|property| sink.number(u64::from(property.0)));
-    }
+        sink.each(&kind.properties, |sink, property| sink.number(u64::from(property.0)));
+    });
     for names in [vocabulary.properties(), vocabulary.symbols()] {
-        sink.list(names.len());
-        names.iter().for_each(|name| sink.text(name));
+        sink.each(names, |sink, name| sink.text(name));
     }
-    sink.list(vocabulary.primitives().len());
-    for primitive in vocabulary.primitives() {
+    sink.each(vocabulary.primitives(), |sink, primitive| {
         sink.text(&vocabulary.actions()[primitive.action].name);
         for parameter in &primitive.parameters {
             match parameter {
@@ -104,11 +105,10 @@ fn vocabulary(sink: &mut Sink, content: &Content) {
                 Parameter::Real(value) => sink.number(value.to_bits()),
             }
         }
-    }
+    });
     for body in vocabulary.bodies() {
         sink.text(&body.name);
-        sink.list(body.repertoire.len());
-        body.repertoire.iter().for_each(|primitive| sink.number(u64::from(primitive.0)));
+        sink.each(&body.repertoire, |sink, primitive| sink.number(u64::from(primitive.0)));
     }
 }
 
@@ -125,17 +125,15 @@ fn value(sink: &mut Sink, value: Value) {
 
 fn observation(sink: &mut Sink, observation: &Observation) {
     sink.number(u64::from(observation.kind().0));
-    sink.list(observation.properties().len());
-    for (property, seen) in observation.properties() {
+    sink.each(observation.properties(), |sink, (property, seen)| {
         sink.number(u64::from(property.0));
         value(sink, *seen);
-    }
+    });
 }
 
 fn pattern(sink: &mut Sink, pattern: &Pattern) {
     sink.number(u64::from(pattern.kind().0));
-    sink.list(pattern.terms().len());
-    for (property, term) in pattern.terms() {
+    sink.each(pattern.terms(), |sink, (property, term)| {
         sink.number(u64::from(property.0));
         match term {
             Term::Constant(constant) => value(sink, *constant),
@@ -144,7 +142,7 @@ fn pattern(sink: &mut Sink, pattern: &Pattern) {
                 sink.number(u64::from(variable.0));
             }
         }
-    }
+    });
 }
 
 fn count(sink: &mut Sink, count: Count) {
@@ -156,53 +154,44 @@ fn schema(sink: &mut Sink, content: &Content, schema: &Schema) {
     match &schema.form {
         Form::Concrete(concrete) => {
             sink.number(0);
-            sink.list(concrete.pre.len());
-            concrete.pre.iter().for_each(|id| observation(sink, content.observation(*id)));
+            let known = |sink: &mut Sink, id: &ObservationId| observation(sink, content.observation(*id));
+            sink.each(&concrete.pre, known);
             sink.number(u64::from(concrete.action.0));
-            sink.list(concrete.post.len());
-            for post in &concrete.post {
-                observation(sink, content.observation(post.what));
-                sink.flag(post.absent);
-                count(sink, post.count);
-            }
+            sink.each(&concrete.post, |sink, post| post_condition(sink, post, known));
             sink.id(concrete.contradicts);
         }
         Form::Generalised(generalised) => {
             sink.number(1);
-            for patterns in [&generalised.pre, &generalised.target] {
-                sink.list(patterns.len());
-                patterns.iter().for_each(|p| pattern(sink, p));
-            }
-            sink.list(generalised.post.len());
-            for post in &generalised.post {
-                pattern(sink, &post.what);
-                sink.flag(post.absent);
-                count(sink, post.count);
-            }
+            sink.each(&generalised.pre, pattern);
+            sink.each(&generalised.target, pattern);
+            sink.each(&generalised.post, |sink, post| post_condition(sink, post, pattern));
             for ids in [&generalised.examples, &generalised.counter_examples] {
-                sink.list(ids.len());
-                ids.iter().for_each(|id| sink.id(Some(*id)));
+                sink.each(ids, |sink, id| sink.id(Some(*id)));
             }
             sink.flag(generalised.retired);
         }
     }
     count(sink, schema.executions);
-    sink.list(schema.associations.len());
-    for association in &schema.associations {
+    sink.each(&schema.associations, |sink, association| {
         observation(sink, content.observation(association.observation));
         count(sink, association.count);
         sink.number(association.since_step);
-    }
+    });
     sink.id(schema.parent);
     sink.number(schema.created_step);
 }
 
+fn post_condition<T>(sink: &mut Sink, post: &PostCondition<T>, what: impl Fn(&mut Sink, &T)) {
+    what(sink, &post.what);
+    sink.flag(post.absent);
+    count(sink, post.count);
+}
+
 fn substitution(sink: &mut Sink, substitution: &Substitution) {
-    sink.list(substitution.bindings().len());
-    for (variable, bound) in substitution.bindings() {
+    sink.each(substitution.bindings(), |sink, (variable, bound)| {
         sink.number(u64::from(variable.0));
         value(sink, *bound);
-    }
+    });
 }
 
 fn execution(sink: &mut Sink, execution: &Execution) {
@@ -210,19 +199,15 @@ fn execution(sink: &mut Sink, execution: &Execution) {
     substitution(sink, &execution.binding);
     sink.id(execution.carrier);
     sink.number(u64::from(execution.action.0));
-    sink.list(execution.before.observations().len());
-    execution.before.observations().iter().for_each(|seen| observation(sink, seen));
-    chain(sink, &execution.chain);
+    sink.each(execution.before.observations(), observation);
+    sink.each(&execution.chain, link);
     sink.flag(execution.for_goal);
 }
 
-fn chain(sink: &mut Sink, chain: &[ChainLink]) {
-    sink.list(chain.len());
-    for link in chain {
-        sink.id(Some(link.schema));
-        substitution(sink, &link.binding);
-        sink.id(link.carrier);
-    }
+fn link(sink: &mut Sink, link: &ChainLink) {
+    sink.id(Some(link.schema));
+    substitution(sink, &link.binding);
+    sink.id(link.carrier);
 }
 
 fn pursuit(sink: &mut Sink, content: &Content) {
@@ -230,13 +215,11 @@ fn pursuit(sink: &mut Sink, content: &Content) {
     let Some(pursuit) = &content.pursuit else { return };
     sink.number(pursuit.number);
     sink.number(u64::from(pursuit.body.0));
-    sink.list(pursuit.goal.len());
-    pursuit.goal.iter().for_each(|wanted| pattern(sink, wanted));
+    sink.each(&pursuit.goal, pattern);
     for number in [pursuit.actions_max, pursuit.actions, pursuit.plans_made] {
         sink.number(u64::from(number));
     }
-    sink.list(pursuit.plans.len());
-    for plan in &pursuit.plans {
+    sink.each(&pursuit.plans, |sink, plan| {
         sink.number(u64::from(plan.after_actions));
         sink.number(match plan.because {
             PlanCause::First => 0,
@@ -245,10 +228,10 @@ fn pursuit(sink: &mut Sink, content: &Content) {
             PlanCause::NotCarriedOut => 3,
             PlanCause::Interrupted => 4,
         });
-        chain(sink, &plan.chain);
+        sink.each(&plan.chain, link);
         sink.number(plan.probability.to_bits());
         sink.flag(plan.truncated);
-    }
+    });
     sink.number(match pursuit.ended {
         None => 0,
         Some(Ending::Achieved) => 1,
@@ -262,11 +245,9 @@ fn pursuit(sink: &mut Sink, content: &Content) {
 fn progress(sink: &mut Sink, content: &Content) {
     let progress = &content.progress;
     sink.number(progress.student.map_or(0, |body| u64::from(body.0) + 1));
-    sink.list(progress.pools.len());
-    for pool in &progress.pools {
-        sink.list(pool.len());
-        pool.iter().for_each(|number| sink.number(number.cast_unsigned()));
-    }
+    let drawn = |sink: &mut Sink, number: &i64| sink.number(number.cast_unsigned());
+    let counted = |sink: &mut Sink, number: &u32| sink.number(u64::from(*number));
+    sink.each(&progress.pools, |sink, pool| sink.each(pool, drawn));
     sink.list(progress.stage);
     for flag in [progress.begun, progress.finished, progress.held, progress.trial_open, progress.habituating]
     {
@@ -274,13 +255,11 @@ fn progress(sink: &mut Sink, content: &Content) {
     }
     sink.flag(progress.trial_fresh);
     sink.number(u64::from(progress.absent_actions));
-    sink.list(progress.said.len());
-    progress.said.iter().for_each(|times| sink.number(u64::from(*times)));
+    sink.each(&progress.said, counted);
     sink.text(progress.stuck.as_deref().unwrap_or(""));
     sink.number(u64::from(progress.trial_actions));
     sink.number(u64::from(progress.quiet_actions));
-    sink.list(progress.reports.len());
-    for report in &progress.reports {
+    sink.each(&progress.reports, |sink, report| {
         sink.text(&report.name);
         sink.number(report.first_step);
         sink.number(report.actions);
@@ -294,13 +273,10 @@ fn progress(sink: &mut Sink, content: &Content) {
         ] {
             sink.number(u64::from(number));
         }
-        for numbers in [&report.generalised_after_trial, &report.actions_of_trial] {
-            sink.list(numbers.len());
-            numbers.iter().for_each(|number| sink.number(u64::from(*number)));
-        }
-        sink.list(report.drawn.len());
-        report.drawn.iter().for_each(|number| sink.number(number.cast_unsigned()));
+        sink.each(&report.generalised_after_trial, counted);
+        sink.each(&report.actions_of_trial, counted);
+        sink.each(&report.drawn, drawn);
         sink.flag(report.saturated);
         sink.flag(report.ended);
-    }
+    });
 }

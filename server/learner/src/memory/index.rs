@@ -45,8 +45,6 @@ pub(crate) struct Index {
     alike: FxHashMap<SchemaId, Symmetry>,
     /// Those of them that are edges of chains.
     generalised_changing: Vec<SchemaId>,
-    /// Generalised schemas taken out of use.
-    retired: Vec<SchemaId>,
     /// Generalised schemas, retired ones included, by what is the same of those that differ only in the names of variables
     /// and the order of conditions.
     by_shape: FxHashMap<Shape, Vec<SchemaId>>,
@@ -167,7 +165,7 @@ impl Index {
         self.by_shape.entry(Shape::of(generalised)).or_default().push(id);
         let kept = |what: &Pattern| generalised.pre.contains(what);
         let changes =
-            |p: &PostCondition<Pattern>| rules.precondition(p.what.kind()) && (p.absent || !kept(&p.what));
+            |p: &PostCondition<Pattern>| rules.of(p.what.kind()).precondition && (p.absent || !kept(&p.what));
         if generalised.post.iter().any(changes) {
             insert(&mut self.generalised_changing, id);
             self.edges_version += 1;
@@ -189,7 +187,7 @@ impl Index {
             }
             let kind = content.observation(post.what).kind();
             let kept = !post.absent && self.groups.get(group).pre.contains(&post.what);
-            if rules.precondition(kind) && !kept {
+            if rules.of(kind).precondition && !kept {
                 self.groups.add_changing(group, id);
                 self.edges_version += 1;
             }
@@ -198,7 +196,7 @@ impl Index {
 
     /// Takes over the last of a schema's post-conditions, which it has gained.
     pub(crate) fn outcome_added(&mut self, id: SchemaId, basis: Basis<'_>) {
-        let Some(concrete) = basis.content.schema(id).and_then(Schema::concrete) else { return };
+        let Some(concrete) = basis.content.concrete(id) else { return };
         let Some(group) = self.outline(id).map(|outline| outline.group) else { return };
         let from = concrete.post.len().saturating_sub(1);
         self.add_outcomes(id, group, basis, &concrete.post[from..]);
@@ -264,7 +262,7 @@ impl Index {
         content: &Content,
         rules: &TypeRules,
     ) {
-        if rules.transient(content.observation(association.observation).kind()) {
+        if rules.of(content.observation(association.observation).kind()).transient {
             let ranks = self.events.entry(association.observation).or_default();
             ranks.insert(standing(id, schema, association.count.occurrences, association.since_step));
         }
@@ -285,7 +283,6 @@ impl Index {
     pub(crate) fn retire(&mut self, id: SchemaId) {
         if let Ok(at) = self.generalised.binary_search(&id) {
             self.generalised.remove(at);
-            insert(&mut self.retired, id);
         }
         if let Ok(at) = self.generalised_changing.binary_search(&id) {
             self.generalised_changing.remove(at);

@@ -21,29 +21,15 @@ impl Instance {
         match &content.schema(id)?.form {
             Form::Concrete(concrete) => Some(Self {
                 pre: concrete.pre.iter().map(|o| content.observation(*o).clone()).collect(),
-                post: concrete
-                    .post
-                    .iter()
-                    .map(|p| PostCondition {
-                        what: content.observation(p.what).clone(),
-                        absent: p.absent,
-                        count: p.count,
-                    })
-                    .collect(),
+                post: concrete.post.iter().map(|p| p.of(content.observation(p.what).clone())).collect(),
                 law: false,
             }),
             Form::Generalised(generalised) => {
                 let mut pre: Vec<_> =
                     generalised.pre.iter().map(|p| p.apply(binding)).collect::<Option<_>>()?;
                 pre.sort_unstable();
-                let post = generalised
-                    .post
-                    .iter()
-                    .map(|p| {
-                        Some(PostCondition { what: p.what.apply(binding)?, absent: p.absent, count: p.count })
-                    })
-                    .collect::<Option<_>>()?;
-                Some(Self { pre, post, law: true })
+                let post = generalised.post.iter().map(|p| Some(p.of(p.what.apply(binding)?)));
+                Some(Self { pre, post: post.collect::<Option<_>>()?, law: true })
             }
         }
     }

@@ -8,58 +8,34 @@ use crate::nouns::pursuit::Goal;
 use crate::nouns::schema::{Form, Schema};
 use crate::nouns::vocabulary::{Parameter, PrimitiveId, ValueKind, Vocabulary, bin, bin_middle};
 
-/// What `object{colour=blue, field=$x}` says, word by word: nothing is known yet of what the words mean.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NotationWords<'a> {
-    /// The word before the braces.
-    pub kind: &'a str,
-    /// The words on both sides of each `=`, in the order written.
-    pub properties: Vec<(&'a str, &'a str)>,
-}
-
-/// Why a text is not of the form `type{property=value, …}`.
+/// What stands between two commas of `object{colour=blue, field=$x}`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NotationError<'a> {
-    /// There is no type with braces after it.
-    Braces,
-    /// This part between commas has no `=` in it.
-    Pair(&'a str),
+pub struct NotationPart<'a> {
+    /// All of it, as it is written.
+    pub text: &'a str,
+    /// The words on both sides of its `=`, without spaces around them; none when it has no `=`.
+    pub pair: Option<(&'a str, &'a str)>,
 }
 
-/// Reads `type{property=value, …}` word by word, spaces around each word left out. Words may be empty: who knows what may stand
-/// there checks them.
+/// Reads `type{property=value, …}` word by word: the word before the braces, and the parts between the commas in them. Nothing
+/// is known yet of the meaning of the words, and they may be empty: who knows what may stand there checks them. None when the
+/// text is not of that form.
 ///
 /// ```
-/// use pschema_learner::notation::{NotationError, words};
-///
-/// let object = words("object{colour=blue, field=$x}").unwrap();
-/// assert_eq!((object.kind, object.properties), ("object", vec![("colour", "blue"), ("field", "$x")]));
-/// assert_eq!(words("object{blue}"), Err(NotationError::Pair("blue")));
-/// ```
-///
-/// # Errors
-/// The first thing that is not of that form.
-pub fn words(text: &str) -> Result<NotationWords<'_>, NotationError<'_>> {
-    let (kind, rest) = text.trim().split_once('{').ok_or(NotationError::Braces)?;
-    let inside = rest.strip_suffix('}').ok_or(NotationError::Braces)?.trim();
-    let parts = inside.split(',').filter(|_| !inside.is_empty());
-    let pair = |part| match str::split_once(part, '=') {
-        Some((property, value)) => Ok((property.trim(), value.trim())),
-        None => Err(NotationError::Pair(part.trim())),
-    };
-    let properties = parts.map(pair).collect::<Result<_, _>>()?;
-    Ok(NotationWords { kind: kind.trim(), properties })
-}
-
-/// Writes an observation of which just the names are known: the opposite of [`words`].
-///
-/// ```
-/// assert_eq!(pschema_learner::notation::by_names("object", [("colour", "blue"), ("field", "4")]), "object{colour=blue, field=4}");
+/// let (kind, parts) = pschema_learner::notation::words("object{colour=blue, field=$x}").unwrap();
+/// let pairs: Vec<_> = parts.filter_map(|part| part.pair).collect();
+/// assert_eq!((kind, pairs), ("object", vec![("colour", "blue"), ("field", "$x")]));
 /// ```
 #[must_use]
-pub fn by_names<N: Display, V: Display>(kind: &str, properties: impl IntoIterator<Item = (N, V)>) -> String {
-    let pairs: Vec<_> = properties.into_iter().map(|(name, value)| format!("{name}={value}")).collect();
-    format!("{kind}{{{}}}", pairs.join(", "))
+pub fn words(text: &str) -> Option<(&str, impl Iterator<Item = NotationPart<'_>>)> {
+    let (kind, rest) = text.trim().split_once('{')?;
+    let inside = rest.strip_suffix('}')?;
+    let parts = inside.split(',').filter(|_| !inside.trim().is_empty());
+    let part = |text| NotationPart {
+        text,
+        pair: str::split_once(text, '=').map(|(property, value)| (property.trim(), value.trim())),
+    };
+    Some((kind.trim(), parts.map(part)))
 }
 
 /// An outcome: an observation as it is, or as it is no longer there.
@@ -123,9 +99,10 @@ pub fn pattern(vocabulary: &Vocabulary, pattern: &Pattern) -> String {
             Term::Constant(constant) => value(vocabulary, *property, *constant),
             Term::Variable(v) => format!("${}", variable(*v)),
         };
-        (property_name(vocabulary, *property), value)
+        format!("{}={value}", property_name(vocabulary, *property))
     });
-    by_names(&type_name(vocabulary, pattern.kind()), terms)
+    let terms: Vec<_> = terms.collect();
+    format!("{}{{{}}}", type_name(vocabulary, pattern.kind()), terms.join(", "))
 }
 
 /// The patterns of a goal: `object{colour=blue} & touch{}`.
@@ -276,7 +253,8 @@ fn parse_with(
     variables: &mut Vec<String>,
 ) -> Result<Pattern, PatternError> {
     let form = || PatternError::Form(text.to_owned());
-    let NotationWords { kind: name, properties } = words(text).map_err(|_| form())?;
+    let (name, parts) = words(text).ok_or_else(form)?;
+    let properties: Vec<_> = parts.map(|part| part.pair).collect::<Option<_>>().ok_or_else(form)?;
     let list = |names: Vec<&str>| names.join(", ");
     let kind = vocabulary.type_named(name).ok_or_else(|| PatternError::Type {
         name: name.to_owned(),

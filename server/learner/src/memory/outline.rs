@@ -91,7 +91,7 @@ impl Outline {
     ) -> Self {
         let excites = |id: ObservationId| !content.observation(id).properties().is_empty();
         let changes = |p: &PostCondition<ObservationId>| {
-            rules.precondition(content.observation(p.what).kind()) && parameters.predicts(p.count)
+            rules.of(content.observation(p.what).kind()).precondition && parameters.predicts(p.count)
         };
         let predicted = concrete
             .post
@@ -132,7 +132,7 @@ pub(crate) fn associated(Basis { content, rules, parameters }: Basis<'_>, schema
     let may = |association: &Association| {
         let observation = content.observation(association.observation);
         let strong = || association.count.interval().0 >= parameters.association_low_min;
-        !observation.properties().is_empty() && (rules.transient(observation.kind()) || strong())
+        !observation.properties().is_empty() && (rules.of(observation.kind()).transient || strong())
     };
     let associations = schema.associations.iter().enumerate();
     associations.filter(|(_, association)| may(association)).fold(0, |all, (at, _)| all | 1 << at)

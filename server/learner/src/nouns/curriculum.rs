@@ -1,67 +1,101 @@
-//! A curriculum: the stages a learner is led through, as plain data. `stages.rs` follows it.
+//! A curriculum: the stages that a learner is led through (paper, II-F), as plain data. `cycle/stages.rs` follows it.
 
-/// A list of stages to go through, and where the experimenter's choices come from.
+/// The stages that a learner is led through, one after another, each of which lifts other senses: the paper's *lift constraint, act,
+/// saturate* (II-F).
+///
+/// ```
+/// use pschema_learner::curriculum::{Afterwards, Curriculum, Lift, Saturation, Stage};
+///
+/// // The finger alone, until nothing is new or exciting any more; then everything.
+/// let babbling = Stage {
+///     lift: Lift::Types(vec!["finger".to_owned()]),
+///     saturation: Some(Saturation { excitation_below: 1.0, actions: 5 }),
+///     ..Stage::free("babbling")
+/// };
+/// let curriculum = Curriculum { stages: vec![babbling, Stage::free("play")], ..Curriculum::free("two stages") };
+/// assert_eq!(curriculum.check(), Ok(()));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curriculum {
-    /// Its name.
+    /// The curriculum's name, for people.
     pub name: String,
-    /// Sets of numbers to draw from, shuffled by the seed when the curriculum begins.
+    /// Sets of numbers to draw from, shuffled by the learner's seed when the curriculum begins.
     pub pools: Vec<Pool>,
-    /// The stages in order; never empty.
+    /// The stages in order: at least one, each with a name of its own.
     pub stages: Vec<Stage>,
-    /// What happens after the last stage.
+    /// Whether the learner goes on after the last stage.
     pub afterwards: Afterwards,
 }
 
-/// What happens after the last stage.
+/// Whether a learner goes on after the last stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Afterwards {
     /// The learner goes on as in the last stage.
     Continue,
-    /// The learner waits.
+    /// The learner asks nothing of its body any more, until an operator enters a stage.
     Hold,
 }
 
-/// A set of numbers, each drawn once.
+/// A set of numbers, each of which is drawn once in the life of a curriculum: places for a block, for instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pool {
-    /// Its name.
+    /// The pool's name, by which [`Argument::Draw`] names it.
     pub name: String,
-    /// The smallest number in it.
+    /// The smallest number in the pool.
     pub from: i64,
-    /// The largest number in it.
+    /// The largest number in the pool, `from` or more; at most [`POOL_NUMBERS_MAX`] numbers in all.
     pub to: i64,
 }
 
-/// One developmental step.
+/// One developmental stage (paper, II-F).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {
-    /// Its name.
+    /// The stage's name; no two stages of a curriculum have the same.
     pub name: String,
-    /// The observation types that are lifted; all others are constrained.
+    /// The observation types that the stage lifts. Observations of all other types are not perceived.
     pub lift: Lift,
-    /// Whether anything is learnt; false to measure without teaching.
+    /// Whether the learner learns in this stage; false to measure without teaching.
     pub learning: bool,
     /// How often the surroundings are arranged; 0 when they are left alone.
     pub trials: u32,
-    /// What is arranged at the start of each trial.
+    /// The requests to the surroundings at the start of each trial, in order.
     pub arrange: Vec<SceneCommand>,
     /// A trial ends when this is observed.
     pub until: Option<NamedObservation>,
-    /// A trial ends when this has not been observed for a while.
+    /// A trial ends when this has not been observed for some actions.
     pub until_absent: Option<Absence>,
-    /// A trial ends after this many actions; 0 for no such end.
+    /// A trial ends after so many actions; 0 for no such end.
     pub trial_actions_max: u32,
-    /// When there is little novel left; none: the stage ends with its last trial, or never without trials.
+    /// The stage (or a trial that nothing else ends) ends when there is little novel left. Without it the stage ends with its last
+    /// trial, or never when it has no trials.
     pub saturation: Option<Saturation>,
-    /// What must be tried again before the next constraint is lifted (II-G).
+    /// How well the stage's schemas must be known before the next constraint is lifted (II-G).
     pub habituation: Option<Habituation>,
-    /// What a teacher says while a trial goes on.
+    /// The utterances of a teacher while a trial goes on (II-F); at most [`UTTERANCES_MAX`].
     pub say: Vec<Utterance>,
 }
 
 impl Stage {
-    /// Whether the trials end when there is little novel left, and not by what is observed or done.
+    /// A stage of this name that lifts every sense and asks for nothing: the learner plays, and never leaves it. Other stages are
+    /// written as their difference from this one.
+    #[must_use]
+    pub fn free(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            lift: Lift::All,
+            learning: true,
+            trials: 0,
+            arrange: Vec::new(),
+            until: None,
+            until_absent: None,
+            trial_actions_max: 0,
+            saturation: None,
+            habituation: None,
+            say: Vec::new(),
+        }
+    }
+
+    /// Whether the trials end when there is little novel left, and not by an observation or by a number of actions.
     #[must_use]
     pub fn ends_by_saturation(&self) -> bool {
         self.saturation.is_some()
@@ -71,55 +105,55 @@ impl Stage {
     }
 }
 
-/// Something that was not observed after so many actions in a row.
+/// An observation that was not made after so many actions in a row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Absence {
-    /// What was not observed.
+    /// The observation.
     pub observation: NamedObservation,
-    /// After how many actions in a row; 1 or more.
+    /// The number of actions in a row after which it was not made; 1 or more.
     pub actions: u32,
 }
 
-/// What a teacher says in the trials of a stage (paper, II-F: "speaking to it as it performs actions"). It is heard in the very frame
-/// that gives the occasion.
+/// Words of a teacher in the trials of a stage (paper, II-F: "speaking to it as it performs actions"). The learner hears them in the
+/// very frame that gives the occasion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Utterance {
-    /// What is heard: one of these, drawn when there are several.
+    /// The observation that the learner then makes: one of these, drawn when there are several; at least one.
     pub heard: Vec<NamedObservation>,
-    /// Said when this is observed; without it in the first frame after the trial has begun.
+    /// The utterance has its occasion in frames in which this is observed; without it, in the first frame after the trial has begun.
     pub when: Option<NamedObservation>,
-    /// Not said when this is observed.
+    /// The utterance has no occasion in frames in which this is observed.
     pub unless: Option<NamedObservation>,
-    /// How probable it is to be said when there is occasion, in 0..=1.
+    /// The probability that the teacher takes an occasion, in 0..=1.
     pub probability: f64,
-    /// How often it is said in one trial at most.
+    /// How often the utterance is said in one trial at most; 1 or more.
     pub times_max: u32,
 }
 
-/// Which senses are lifted.
+/// The observation types that a stage lifts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Lift {
     /// All of them.
     All,
-    /// Those of these names.
+    /// The types of these names. A name that no body declared lifts nothing.
     Types(Vec<String>),
 }
 
-/// Something that may be observed: a type, and the properties it must have.
+/// An observation by the names that bodies declared: a type, and properties that it must have beside any others.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NamedObservation {
-    /// The observation type's name.
+    /// The name of the observation type.
     pub kind: String,
-    /// Property names with the values they must have; integers and symbols.
+    /// The names of properties with the values that they must have: integers and symbols.
     pub properties: Vec<(String, Argument)>,
 }
 
 /// A request to the surroundings, by the names that the body declared.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneCommand {
-    /// The command's name.
+    /// The name of the command.
     pub command: String,
-    /// Parameter names with their values.
+    /// The names of its parameters with their values.
     pub arguments: Vec<(String, Argument)>,
 }
 
@@ -130,33 +164,33 @@ pub enum Argument {
     Integer(i64),
     /// A symbol.
     Symbol(String),
-    /// The next number from the pool of this name; in a command as sent, never.
+    /// The next number from the pool of this name. A command that is sent to a body has the number in its place.
     Draw(String),
 }
 
-/// When a stage is saturated: nothing new and nothing exciting for a while.
+/// When a stage is saturated (II-F): after some actions in a row that brought nothing new and left nothing exciting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Saturation {
-    /// The top excitation must be below this …
+    /// The highest excitation by equation (1) must be below this, in the unit of `Parameters::babbling_excitation`; finite, 0 or more.
     pub excitation_below: f64,
-    /// … and no schema made, for this many actions in a row.
+    /// For how many actions in a row it must be so, and no schema be made; 1 or more.
     pub actions: u32,
 }
 
-/// When a stage is habituated to: each of its schemas that can be executed here has been executed often
-/// enough, or its success probability is known well enough.
+/// When a stage is habituated to (II-G): each schema that was made in it and can be executed here has been executed often enough, or
+/// its success probability is known well enough.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Habituation {
-    /// Executions that are enough.
+    /// The number of executions that is enough.
     pub executions_min: u32,
-    /// Width of the interval of the success probability that is enough, in 0..=1; 0 to ask for executions.
+    /// The width of the 95 % interval of the success probability that is enough, in 0..=1; 0 so that only executions count.
     pub interval_max: f64,
 }
 
-/// Why a curriculum can't be followed.
+/// Why a curriculum can't be followed to its end.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CurriculumError {
-    /// There is nothing to follow.
+    /// It has no stages.
     #[error("a curriculum needs at least one stage")]
     Empty,
     /// Two stages of one name could not be told apart.
@@ -169,7 +203,7 @@ pub enum CurriculumError {
         stage: String,
         /// The pool it names.
         pool: String,
-        /// The pools there are.
+        /// The names of the pools there are.
         known: String,
     },
     /// A pool without numbers, or with too many.
@@ -181,39 +215,46 @@ pub enum CurriculumError {
         from: i64,
         /// Its largest number.
         to: i64,
-        /// How many there may be.
+        /// How many numbers there may be.
         max: i64,
     },
-    /// A trial that nothing ends.
+    /// Nothing ends the trials of this stage.
     #[error(
         "the trials of stage {0:?} never end: give it `until`, `until_absent`, `trial_actions_max` or `saturation`"
     )]
     Endless(String),
-    /// A level or width out of range.
+    /// A setting of a stage is out of its range.
     #[error("stage {stage:?}: {what} = {value} is outside {range}")]
     Setting {
         /// The stage.
         stage: String,
-        /// Which setting.
+        /// The name of the setting.
         what: &'static str,
-        /// Its value.
+        /// The value of the setting.
         value: f64,
-        /// What it may be.
+        /// The range of the setting.
         range: &'static str,
     },
 }
 
-/// Entries of one stage's [`Stage::say`].
+/// How many utterances one stage may have.
 pub const UTTERANCES_MAX: usize = 64;
 
-/// Numbers in one pool.
+/// How many numbers one pool may have.
 pub const POOL_NUMBERS_MAX: i64 = 100_000;
 
 impl Curriculum {
-    /// Checks that it can be followed to its end.
+    /// A curriculum of this name with one stage that lifts every sense and asks for nothing.
+    #[must_use]
+    pub fn free(name: impl Into<String>) -> Self {
+        let stages = vec![Stage::free("free")];
+        Self { name: name.into(), pools: Vec::new(), stages, afterwards: Afterwards::Continue }
+    }
+
+    /// Checks that the curriculum can be followed to its end.
     ///
     /// # Errors
-    /// The first thing that stands in the way.
+    /// The first mistake in it.
     pub fn check(&self) -> Result<(), CurriculumError> {
         if self.stages.is_empty() {
             return Err(CurriculumError::Empty);

@@ -123,29 +123,6 @@ impl Pattern {
         &self.terms
     }
 
-    /// Matches `observation` under the bindings made so far, and adds the bindings it needs. On a
-    /// mismatch (another type, other properties, a constant that differs, a variable bound to another
-    /// value) nothing is bound and the result is false.
-    #[must_use]
-    pub fn bind(&self, observation: &Observation, substitution: &mut Substitution) -> bool {
-        if self.kind != observation.kind || self.terms.len() != observation.properties.len() {
-            return false;
-        }
-        let mut extended = substitution.clone();
-        for ((property, term), (seen, value)) in self.terms.iter().zip(observation.properties.iter()) {
-            let agrees = property == seen
-                && match term {
-                    Term::Constant(constant) => constant == value,
-                    Term::Variable(variable) => extended.bind(*variable, *value),
-                };
-            if !agrees {
-                return false;
-            }
-        }
-        *substitution = extended;
-        true
-    }
-
     /// Whether it is of the same type as `observation`, with the same properties.
     pub(crate) fn has_form_of(&self, observation: &Observation) -> bool {
         self.kind == observation.kind

@@ -1,60 +1,74 @@
-//! Every number and switch of the learner, each with the sentence of the paper it comes from.
+//! Every number and switch of the learner, each with the sentence of the paper it comes from. `docs/PARAMETERS.md` has them in a
+//! table.
 
 use crate::nouns::observation::TypeId;
 use crate::nouns::probability::Count;
-use crate::nouns::vocabulary::Vocabulary;
+use crate::nouns::vocabulary::{DeclaredType, Vocabulary};
 
-/// Schemas in one chain, whatever [`Parameters::chain_length_max`] says.
+/// The largest [`Parameters::chain_length_max`]: no chain has more schemas.
 pub const CHAIN_LENGTH_MAX: u32 = 64;
 
-/// The learner's parameters. The defaults are the paper's where it gives one; the same values serve every
-/// experiment.
+/// The learner's parameters. A default is the paper's where the paper gives one; the same defaults serve every experiment.
+///
+/// ```
+/// use pschema_learner::parameters::Parameters;
+///
+/// // The paper's scenario 2: nothing is generalised.
+/// let parameters = Parameters { generalisation: false, ..Parameters::default() };
+/// assert_eq!(parameters.check(), Ok(()));
+/// let error = Parameters { association_weight: 1.5, ..parameters }.check().unwrap_err();
+/// assert_eq!(error.to_string(), "association_weight = 1.5 is outside 0..=1");
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameters {
-    /// ω: "associated observations being weighted to have less impact than pre-conditions, in our
-    /// experiments this weighting (ω) is set to 0.8" (II-C).
+    /// ω of equation (1), in 0..=1; 0.8 by default: "associated observations being weighted to have less impact than
+    /// pre-conditions, in our experiments this weighting (ω) is set to 0.8" (II-C).
     pub association_weight: f64,
-    /// Whether Ψ in equation (1) includes post-conditions. The formula names pre-conditions only, but the
-    /// worked example (figure 1) selects a schema without pre-conditions through its post-condition.
+    /// Whether Ψ in equation (1) includes post-conditions; true by default. The formula names pre-conditions only, but the worked
+    /// example (figure 1) selects a schema without pre-conditions through its post-condition.
     pub excite_by_post_conditions: bool,
-    /// The excitation of a primitive for which no schema can be executed here: the drive behind motor
-    /// babbling (the paper's first stage). Not in the paper's formula, which needs a schema to begin with.
+    /// The excitation of a primitive for which no schema can be executed here, in the unit of equation (1); finite, 0 or more; 1 by
+    /// default. It is the drive behind motor babbling, the paper's first stage. The paper's formula does not have it, for it needs
+    /// a schema to begin with.
     pub babbling_excitation: f64,
-    /// Whether generalisation is attempted: switched off in the paper's scenario 2.
+    /// Whether generalisation is attempted; true by default. The paper switches it off in its scenario 2 (IV-A).
     pub generalisation: bool,
-    /// "this threshold is set at 75% for the experiments below" (II-E).
+    /// The share of similar schemas that a generalised one must represent, in 0..=1; 0.75 by default: "this threshold is set at 75%
+    /// for the experiments below" (II-E).
     pub generalisation_share_min: f64,
-    /// How many schemas must support a generalisation. The paper's table has two placements.
+    /// How many schemas must support a generalisation; 2 or more, 2 by default. The paper's tables have two placements.
     pub generalisation_support_min: usize,
-    /// A post-condition is what a schema predicts when it held in at least this share of its trials;
-    /// rarer outcomes are remembered with their probability (II-A) but their absence surprises nobody.
+    /// The share of trials in which a post-condition must have held for the schema to predict it, in 0..=1; 0.5 by default. Rarer
+    /// outcomes are remembered with their probability (II-A), but their absence is no surprise.
     pub prediction_ratio_min: f64,
-    /// A state that was there alongside a schema becomes an associated observation when the lower end of
-    /// the interval of its probability reaches this: the paper's "seen to occur frequently" (II-B). An
-    /// event that happened while the schema ran is associated at once.
+    /// A lasting observation that was there alongside a schema becomes an associated observation when the lower end of the 95 %
+    /// interval of its probability reaches this, in 0..=1; 0.5 by default: the paper's "seen to occur frequently" (II-B). An event
+    /// that happened while the schema ran is associated at once.
     pub association_low_min: f64,
-    /// Whether attention is counted, so that N(x) lowers excitation (the denominator of equation 1). Off only to
-    /// measure its effect.
+    /// Whether attention is counted, so that N(x) lowers excitation (II-C, the denominator of equation (1)); true by default. Off
+    /// only to measure its effect.
     pub attention: bool,
-    /// Whether what is heard decays like any other sensation: "if a command driven system was desired the excitation from auditory
-    /// input could simply be excluded from the decay applied to other forms of sensory input" (VI-B).
+    /// Whether heard observations lose excitation with repetition like all others; true by default: "if a command driven system was
+    /// desired the excitation from auditory input could simply be excluded from the decay applied to other forms of sensory
+    /// input" (VI-B).
     pub heard_decays: bool,
-    /// The longest chain of schemas considered.
+    /// The number of schemas in the longest chain that is considered, in 1..=64; 8 by default. The paper is silent.
     pub chain_length_max: u32,
-    /// States that one search for chains may expand; a search that used them up says so.
+    /// The number of contexts that one search for chains may expand, 1 or more; 256 by default. A search that used them up says so.
+    /// The paper is silent.
     pub chain_expansions_max: u32,
-    /// Types whose part in learning differs from what their flags say.
+    /// The observation types whose part in learning differs from the default for their flags; none by default.
     pub type_overrides: Vec<TypeOverride>,
 }
 
-/// Lifts (or imposes) the default of a type's flags.
+/// The part of one observation type in learning, where it differs from the default for its flags.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TypeOverride {
-    /// The observation type's name.
+    /// The name of the observation type.
     pub name: String,
-    /// Whether it may be a pre-condition; by default unless `own`, `transient` or `heard`.
+    /// Whether its observations may be pre-conditions. By default they may, unless the type is `own`, `transient` or `heard`.
     pub precondition: Option<bool>,
-    /// Whether it may be a post-condition; by default unless `heard`.
+    /// Whether its observations may be post-conditions. By default they may, unless the type is `heard`.
     pub postcondition: Option<bool>,
 }
 
@@ -78,15 +92,15 @@ impl Default for Parameters {
     }
 }
 
-/// Why parameters can't be used.
+/// A parameter that is outside its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{name} = {value} is outside {range}")]
 pub struct ParameterError {
-    /// Which parameter.
+    /// The name of the parameter.
     pub name: &'static str,
-    /// What it was set to.
+    /// The value that was given.
     pub value: f64,
-    /// What it may be.
+    /// The range, as Rust writes it.
     pub range: &'static str,
 }
 
@@ -125,7 +139,7 @@ impl Parameters {
         Ok(())
     }
 
-    /// Whether an outcome with this count is predicted.
+    /// Whether a post-condition with this count is predicted.
     #[must_use]
     pub(crate) fn predicts(&self, count: Count) -> bool {
         count.ratio() >= self.prediction_ratio_min
@@ -134,69 +148,40 @@ impl Parameters {
 
 /// What each observation type may be part of: its flags, with the overrides of the parameters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct TypeRules {
-    rules: Vec<TypeRule>,
-}
+pub struct TypeRules(Vec<TypeRule>);
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct TypeRule {
-    own: bool,
-    transient: bool,
-    heard: bool,
-    precondition: bool,
-    postcondition: bool,
+/// What an observation type may be part of. Of a type that is not known, nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TypeRule {
+    /// It is caused by the body itself.
+    pub own: bool,
+    /// It holds only for the frame it came in.
+    pub transient: bool,
+    /// It comes from others.
+    pub heard: bool,
+    /// It may be a pre-condition.
+    pub precondition: bool,
+    /// It may be a post-condition.
+    pub postcondition: bool,
 }
 
 impl TypeRules {
     /// The rules for every type of `vocabulary`.
     #[must_use]
     pub fn new(vocabulary: &Vocabulary, parameters: &Parameters) -> Self {
-        let rule = |declared: &crate::nouns::vocabulary::DeclaredType| {
+        let rule = |declared: &DeclaredType| {
             let given = parameters.type_overrides.iter().find(|o| o.name == declared.name);
-            TypeRule {
-                own: declared.own,
-                transient: declared.transient,
-                heard: declared.heard,
-                precondition: given
-                    .and_then(|o| o.precondition)
-                    .unwrap_or(!(declared.own || declared.transient || declared.heard)),
-                postcondition: given.and_then(|o| o.postcondition).unwrap_or(!declared.heard),
-            }
+            let DeclaredType { own, transient, heard, .. } = *declared;
+            let precondition = given.and_then(|o| o.precondition).unwrap_or(!(own || transient || heard));
+            let postcondition = given.and_then(|o| o.postcondition).unwrap_or(!heard);
+            TypeRule { own, transient, heard, precondition, postcondition }
         };
-        Self { rules: vocabulary.types().iter().map(|t| rule(&t.declared)).collect() }
+        Self(vocabulary.types().iter().map(|t| rule(&t.declared)).collect())
     }
 
-    fn rule(&self, kind: TypeId) -> Option<&TypeRule> {
-        self.rules.get(usize::from(kind.0))
-    }
-
-    /// May be a pre-condition.
+    /// The rule for the type `kind`.
     #[must_use]
-    pub fn precondition(&self, kind: TypeId) -> bool {
-        self.rule(kind).is_some_and(|rule| rule.precondition)
-    }
-
-    /// May be a post-condition.
-    #[must_use]
-    pub fn postcondition(&self, kind: TypeId) -> bool {
-        self.rule(kind).is_some_and(|rule| rule.postcondition)
-    }
-
-    /// Holds only for the frame it came in.
-    #[must_use]
-    pub fn transient(&self, kind: TypeId) -> bool {
-        self.rule(kind).is_some_and(|rule| rule.transient)
-    }
-
-    /// Comes from others.
-    #[must_use]
-    pub fn heard(&self, kind: TypeId) -> bool {
-        self.rule(kind).is_some_and(|rule| rule.heard)
-    }
-
-    /// Caused by the body itself.
-    #[must_use]
-    pub fn own(&self, kind: TypeId) -> bool {
-        self.rule(kind).is_some_and(|rule| rule.own)
+    pub fn of(&self, kind: TypeId) -> TypeRule {
+        self.0.get(usize::from(kind.0)).copied().unwrap_or_default()
     }
 }

@@ -1,7 +1,7 @@
 //! The learner's only randomness: a seeded generator whose state is part of memory.
 
 /// SplitMix64 (Steele, Lea & Flood, 2014): one 64-bit word of state, the same numbers on every machine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Random {
     state: u64,
 }

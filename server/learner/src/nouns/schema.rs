@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashSet;
 
-use crate::nouns::observation::{Pattern, TypeId};
+use crate::nouns::observation::{Observation, Pattern, Substitution, TypeId};
 use crate::nouns::probability::Count;
 use crate::nouns::vocabulary::PrimitiveId;
 
@@ -42,6 +42,13 @@ pub struct PostCondition<T> {
     pub absent: bool,
     /// In how many executions it held, of those in which its sense was not constrained.
     pub count: Count,
+}
+
+impl<T> PostCondition<T> {
+    /// The same of something else that is observed.
+    pub(crate) fn of<U>(&self, what: U) -> PostCondition<U> {
+        PostCondition { what, absent: self.absent, count: self.count }
+    }
 }
 
 /// An associated observation (II-B): seen alongside, neither needed nor caused.
@@ -93,6 +100,13 @@ pub struct Generalised {
     pub counter_examples: Vec<SchemaId>,
     /// Taken out of use: its success rate has fallen below the threshold for good. Its history stays.
     pub retired: bool,
+}
+
+impl Generalised {
+    /// The observations to be achieved under `binding`; none if it leaves a variable unbound.
+    pub(crate) fn target_under(&self, binding: &Substitution) -> Option<Vec<Observation>> {
+        self.target.iter().map(|pattern| pattern.apply(binding)).collect()
+    }
 }
 
 /// A schema with its statistics.

@@ -44,6 +44,15 @@ pub struct DeclaredType {
     pub properties: Vec<DeclaredProperty>,
 }
 
+impl DeclaredType {
+    /// A state of the world by this name, without properties: neither the body's own, nor an event, nor heard.
+    #[must_use]
+    pub fn state(name: impl Into<String>) -> Self {
+        let (own, transient, heard) = (false, false, false);
+        Self { name: name.into(), own, transient, heard, properties: Vec::new() }
+    }
+}
+
 /// A property or parameter as declared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeclaredProperty {
@@ -216,17 +225,11 @@ pub mod limits {
 /// Everything declared so far.
 #[derive(Clone, Debug, Default)]
 pub struct Vocabulary {
-    types: Vec<ObservationType>,
-    properties: Vec<String>,
-    symbols: Vec<String>,
-    actions: Vec<DeclaredAction>,
-    primitives: Vec<Primitive>,
-    bodies: Vec<KnownBody>,
+    lists: VocabularyLists,
     symbol_ids: FxHashMap<String, SymbolId>,
-    property_kinds: Vec<ValueKind>,
 }
 
-/// A vocabulary as plain lists, to be written down and read back.
+/// The lists of a vocabulary, in which everything has its number by its place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VocabularyLists {
     /// Observation types, by number.
@@ -246,62 +249,36 @@ pub struct VocabularyLists {
 }
 
 impl Vocabulary {
-    /// Everything in it, as plain lists.
-    #[must_use]
-    pub fn lists(&self) -> VocabularyLists {
-        VocabularyLists {
-            types: self.types.clone(),
-            properties: self.properties.clone(),
-            property_kinds: self.property_kinds.clone(),
-            symbols: self.symbols.clone(),
-            actions: self.actions.clone(),
-            primitives: self.primitives.clone(),
-            bodies: self.bodies.clone(),
-        }
-    }
-
     /// The vocabulary that these lists are.
     ///
     /// # Errors
     /// Which list refers to something that is not in the others, or is longer than its limit.
-    pub fn from_lists(parts: VocabularyLists) -> Result<Self, &'static str> {
-        let VocabularyLists { types, properties, property_kinds, symbols, actions, primitives, bodies } =
-            parts;
-        let fits = |at: usize, list: usize| at < list;
-        let sound_types = types.len() <= limits::TYPES_MAX
-            && types.iter().all(|kind| {
-                kind.properties.len() == kind.declared.properties.len()
-                    && kind.properties.iter().all(|id| fits(usize::from(id.0), properties.len()))
-            });
-        let sound_primitives = primitives.len() <= limits::PRIMITIVES_MAX
-            && primitives.iter().all(|primitive| {
-                let action = actions.get(primitive.action);
-                action.is_some_and(|action| action.parameters.len() == primitive.parameters.len())
-            });
-        let sound_bodies = bodies.len() <= limits::BODIES_MAX
-            && bodies
-                .iter()
-                .all(|body| body.repertoire.iter().all(|id| fits(id.0 as usize, primitives.len())));
+    pub fn from_lists(lists: VocabularyLists) -> Result<Self, &'static str> {
+        let types = lists.types.iter().all(|kind| {
+            let known = kind.properties.iter().all(|id| usize::from(id.0) < lists.properties.len());
+            known && kind.properties.len() == kind.declared.properties.len()
+        });
+        let primitives = lists.primitives.iter().all(|primitive| {
+            let action = lists.actions.get(primitive.action);
+            action.is_some_and(|action| action.parameters.len() == primitive.parameters.len())
+        });
+        let mut repertoires = lists.bodies.iter().flat_map(|body| &body.repertoire);
+        let bodies = repertoires.all(|id| (id.0 as usize) < lists.primitives.len());
+        let properties = lists.properties.len() == lists.property_kinds.len();
         let checks = [
-            (sound_types, "observation types"),
-            (
-                properties.len() <= limits::PROPERTIES_MAX && properties.len() == property_kinds.len(),
-                "properties",
-            ),
-            (actions.len() <= limits::ACTIONS_MAX, "actions"),
-            (sound_primitives, "primitives"),
-            (sound_bodies, "bodies"),
+            (types, lists.types.len(), limits::TYPES_MAX, "observation types"),
+            (properties, lists.properties.len(), limits::PROPERTIES_MAX, "properties"),
+            (true, lists.actions.len(), limits::ACTIONS_MAX, "actions"),
+            (primitives, lists.primitives.len(), limits::PRIMITIVES_MAX, "primitives"),
+            (bodies, lists.bodies.len(), limits::BODIES_MAX, "bodies"),
         ];
-        if let Some((_, what)) = checks.into_iter().find(|(sound, _)| !sound) {
+        if let Some((.., what)) = checks.iter().find(|(sound, count, limit, _)| !sound || count > limit) {
             return Err(what);
         }
-        let mut vocabulary =
-            Self { types, properties, property_kinds, actions, primitives, bodies, ..Self::default() };
-        for symbol in &symbols {
-            vocabulary.intern_symbol(symbol);
-        }
-        // A symbol that stands twice would shift the numbers of those after it.
-        if vocabulary.symbols.len() == symbols.len() { Ok(vocabulary) } else { Err("symbols") }
+        let numbered = (0..).map(SymbolId).zip(&lists.symbols);
+        let symbol_ids: FxHashMap<_, _> = numbered.map(|(id, symbol)| (symbol.clone(), id)).collect();
+        // A symbol that stands twice would have two numbers.
+        if symbol_ids.len() == lists.symbols.len() { Ok(Self { lists, symbol_ids }) } else { Err("symbols") }
     }
 
     /// Says whether `declaration` can be merged; what is wrong with it is wrong before anything is changed.
@@ -310,7 +287,7 @@ impl Vocabulary {
     /// The first thing in it that contradicts what is known, or exceeds a limit.
     pub fn check(&self, declaration: &Declaration) -> Result<(), DeclarationError> {
         for declared in &declaration.observation_types {
-            if let Some(known) = self.types.iter().find(|t| t.declared.name == declared.name)
+            if let Some(known) = self.lists.types.iter().find(|t| t.declared.name == declared.name)
                 && known.declared != *declared
             {
                 return Err(DeclarationError::TypeDiffers {
@@ -322,7 +299,7 @@ impl Vocabulary {
         self.check_properties(declaration)?;
         self.check_resolutions(declaration)?;
         for declared in &declaration.actions {
-            if self.actions.iter().any(|known| known.name == declared.name && known != declared) {
+            if self.lists.actions.iter().any(|known| known.name == declared.name && known != declared) {
                 return Err(DeclarationError::ActionDiffers { name: declared.name.clone() });
             }
         }
@@ -337,12 +314,28 @@ impl Vocabulary {
             }
         }
         let counts = [
-            ("observation types", self.types.len() + self.new_types(declaration).count(), limits::TYPES_MAX),
-            ("properties", self.properties.len() + self.new_properties(declaration), limits::PROPERTIES_MAX),
-            ("actions", self.actions.len() + self.new_actions(declaration), limits::ACTIONS_MAX),
-            ("primitives", self.primitives.len() + self.new_primitives(declaration), limits::PRIMITIVES_MAX),
-            ("symbols", self.symbols.len() + self.new_symbols(declaration), limits::SYMBOLS_MAX),
-            ("bodies", self.bodies.len() + usize::from(self.is_new_body(declaration)), limits::BODIES_MAX),
+            (
+                "observation types",
+                self.lists.types.len() + self.new_types(declaration).count(),
+                limits::TYPES_MAX,
+            ),
+            (
+                "properties",
+                self.lists.properties.len() + self.new_properties(declaration),
+                limits::PROPERTIES_MAX,
+            ),
+            ("actions", self.lists.actions.len() + self.new_actions(declaration), limits::ACTIONS_MAX),
+            (
+                "primitives",
+                self.lists.primitives.len() + self.new_primitives(declaration),
+                limits::PRIMITIVES_MAX,
+            ),
+            ("symbols", self.lists.symbols.len() + self.new_symbols(declaration), limits::SYMBOLS_MAX),
+            (
+                "bodies",
+                self.lists.bodies.len() + usize::from(self.is_new_body(declaration)),
+                limits::BODIES_MAX,
+            ),
         ];
         match counts.into_iter().find(|(_, count, limit)| count > limit) {
             Some((what, count, limit)) => Err(DeclarationError::TooMany { what, count, limit }),
@@ -419,7 +412,7 @@ impl Vocabulary {
     /// At most as many, and exactly where it matters: finding out which are known takes time.
     fn new_primitives(&self, declaration: &Declaration) -> usize {
         let claimed = declaration.repertoire.len();
-        if self.primitives.len() + claimed <= limits::PRIMITIVES_MAX {
+        if self.lists.primitives.len() + claimed <= limits::PRIMITIVES_MAX {
             return claimed;
         }
         let known = self.primitive_ids();
@@ -439,22 +432,22 @@ impl Vocabulary {
     }
 
     fn action_named(&self, name: &str) -> Option<usize> {
-        self.actions.iter().position(|known| known.name == name)
+        self.lists.actions.iter().position(|known| known.name == name)
     }
 
     fn primitive_ids(&self) -> FxHashMap<Vec<u64>, PrimitiveId> {
-        let numbered = self.primitives.iter().enumerate();
+        let numbered = self.lists.primitives.iter().enumerate();
         numbered
             .map(|(at, p)| (self.identity(p), PrimitiveId(u32::try_from(at).unwrap_or(u32::MAX))))
             .collect()
     }
 
-    /// Takes over what is new in a checked declaration.
+    /// Takes over what is new in a declaration that was checked.
     pub(crate) fn merge(&mut self, declaration: &Declaration) {
         for declared in &declaration.observation_types {
-            if !self.types.iter().any(|known| known.declared.name == declared.name) {
+            if !self.lists.types.iter().any(|known| known.declared.name == declared.name) {
                 let properties = declared.properties.iter().map(|p| self.intern_property(p)).collect();
-                self.types.push(ObservationType { declared: declared.clone(), properties });
+                self.lists.types.push(ObservationType { declared: declared.clone(), properties });
             }
         }
         let actions: Vec<usize> = declaration
@@ -463,8 +456,8 @@ impl Vocabulary {
             .map(|declared| match self.action_named(&declared.name) {
                 Some(at) => at,
                 None => {
-                    self.actions.push(declared.clone());
-                    self.actions.len() - 1
+                    self.lists.actions.push(declared.clone());
+                    self.lists.actions.len() - 1
                 }
             })
             .collect();
@@ -478,22 +471,22 @@ impl Vocabulary {
             }
             let primitive = Primitive { action: actions[*action], parameters: parameters.clone() };
             let id = *known.entry(self.identity(&primitive)).or_insert_with(|| {
-                self.primitives.push(primitive);
-                PrimitiveId(u32::try_from(self.primitives.len() - 1).unwrap_or(u32::MAX))
+                self.lists.primitives.push(primitive);
+                PrimitiveId(u32::try_from(self.lists.primitives.len() - 1).unwrap_or(u32::MAX))
             });
             repertoire.push(id);
         }
         repertoire.sort_unstable();
         repertoire.dedup();
-        match self.bodies.iter_mut().find(|body| body.name == declaration.body) {
+        match self.lists.bodies.iter_mut().find(|body| body.name == declaration.body) {
             Some(body) => body.repertoire = repertoire,
-            None => self.bodies.push(KnownBody { name: declaration.body.clone(), repertoire }),
+            None => self.lists.bodies.push(KnownBody { name: declaration.body.clone(), repertoire }),
         }
     }
 
     /// The action and the bins of its parameters: primitives that agree in these are one.
     fn identity(&self, primitive: &Primitive) -> Vec<u64> {
-        let kinds = &self.actions[primitive.action].parameters;
+        let kinds = &self.lists.actions[primitive.action].parameters;
         let values = primitive.parameters.iter().zip(kinds).map(|(parameter, declared)| {
             match (parameter, &declared.kind) {
                 (Parameter::Real(value), ValueKind::Real { resolution }) => {
@@ -511,11 +504,12 @@ impl Vocabulary {
     }
 
     fn intern_property(&mut self, declared: &DeclaredProperty) -> PropertyId {
-        let at = self.properties.iter().position(|known| *known == declared.name).unwrap_or_else(|| {
-            self.properties.push(declared.name.clone());
-            self.property_kinds.push(declared.kind.clone());
-            self.properties.len() - 1
-        });
+        let at =
+            self.lists.properties.iter().position(|known| *known == declared.name).unwrap_or_else(|| {
+                self.lists.properties.push(declared.name.clone());
+                self.lists.property_kinds.push(declared.kind.clone());
+                self.lists.properties.len() - 1
+            });
         PropertyId(u16::try_from(at).unwrap_or(u16::MAX))
     }
 
@@ -524,8 +518,8 @@ impl Vocabulary {
         if let Some(id) = self.symbol_ids.get(symbol) {
             return *id;
         }
-        let id = SymbolId(u32::try_from(self.symbols.len()).unwrap_or(u32::MAX));
-        self.symbols.push(symbol.to_owned());
+        let id = SymbolId(u32::try_from(self.lists.symbols.len()).unwrap_or(u32::MAX));
+        self.lists.symbols.push(symbol.to_owned());
         self.symbol_ids.insert(symbol.to_owned(), id);
         id
     }
@@ -533,39 +527,39 @@ impl Vocabulary {
     /// The observation types, by number.
     #[must_use]
     pub fn types(&self) -> &[ObservationType] {
-        &self.types
+        &self.lists.types
     }
 
     /// The observation type of this name.
     #[must_use]
     pub fn type_named(&self, name: &str) -> Option<TypeId> {
-        let at = self.types.iter().position(|t| t.declared.name == name)?;
+        let at = self.lists.types.iter().position(|t| t.declared.name == name)?;
         u16::try_from(at).ok().map(TypeId)
     }
 
     /// The property names, by number.
     #[must_use]
     pub fn properties(&self) -> &[String] {
-        &self.properties
+        &self.lists.properties
     }
 
     /// The property of this name.
     #[must_use]
     pub fn property_named(&self, name: &str) -> Option<PropertyId> {
-        let at = self.properties.iter().position(|known| known == name)?;
+        let at = self.lists.properties.iter().position(|known| known == name)?;
         u16::try_from(at).ok().map(PropertyId)
     }
 
     /// The values that the property takes, as first declared.
     #[must_use]
     pub fn property_kind(&self, property: PropertyId) -> Option<&ValueKind> {
-        self.property_kinds.get(usize::from(property.0))
+        self.lists.property_kinds.get(usize::from(property.0))
     }
 
     /// The symbols, by number.
     #[must_use]
     pub fn symbols(&self) -> &[String] {
-        &self.symbols
+        &self.lists.symbols
     }
 
     /// The number of a symbol that is known.
@@ -577,25 +571,25 @@ impl Vocabulary {
     /// The actions.
     #[must_use]
     pub fn actions(&self) -> &[DeclaredAction] {
-        &self.actions
+        &self.lists.actions
     }
 
     /// The primitives, by number.
     #[must_use]
     pub fn primitives(&self) -> &[Primitive] {
-        &self.primitives
+        &self.lists.primitives
     }
 
     /// The bodies, by number.
     #[must_use]
     pub fn bodies(&self) -> &[KnownBody] {
-        &self.bodies
+        &self.lists.bodies
     }
 
     /// Whether `value`, if it is a symbol, was ever met.
     #[must_use]
     pub fn knows_value(&self, value: Value) -> bool {
-        !matches!(value, Value::Symbol(symbol) if symbol.0 as usize >= self.symbols.len())
+        !matches!(value, Value::Symbol(symbol) if symbol.0 as usize >= self.lists.symbols.len())
     }
 
     /// Whether the type of `observation`, its properties and its symbols are all known.
@@ -619,9 +613,9 @@ impl Vocabulary {
     }
 
     fn knows_type(&self, kind: TypeId, mut pairs: impl Iterator<Item = (PropertyId, Option<Value>)>) -> bool {
-        usize::from(kind.0) < self.types.len()
+        usize::from(kind.0) < self.lists.types.len()
             && pairs.all(|(property, value)| {
-                usize::from(property.0) < self.properties.len()
+                usize::from(property.0) < self.lists.properties.len()
                     && value.is_none_or(|value| self.knows_value(value))
             })
     }
@@ -629,14 +623,14 @@ impl Vocabulary {
     /// Whether `body` has the primitive in its repertoire.
     #[must_use]
     pub fn can_do(&self, body: BodyId, primitive: PrimitiveId) -> bool {
-        let known = self.bodies.get(usize::from(body.0));
+        let known = self.lists.bodies.get(usize::from(body.0));
         known.is_some_and(|known| known.repertoire.binary_search(&primitive).is_ok())
     }
 
     /// The body of this name.
     #[must_use]
     pub fn body_named(&self, name: &str) -> Option<BodyId> {
-        let at = self.bodies.iter().position(|body| body.name == name)?;
+        let at = self.lists.bodies.iter().position(|body| body.name == name)?;
         u16::try_from(at).ok().map(BodyId)
     }
 }
@@ -699,9 +693,9 @@ mod tests {
         let repertoire = numbers.map(|number| (0, vec![Parameter::Integer(number)])).collect();
         full.merge(&Declaration { repertoire, ..named("greedy") });
         for number in 1..limits::TYPES_MAX.max(limits::BODIES_MAX) {
-            full.types.push(ObservationType { properties: Vec::new(), ..full.types[0].clone() });
-            full.types[number].declared.name = format!("type {number}");
-            full.bodies.push(KnownBody { name: format!("body {number}"), repertoire: Vec::new() });
+            full.lists.types.push(ObservationType { properties: Vec::new(), ..full.lists.types[0].clone() });
+            full.lists.types[number].declared.name = format!("type {number}");
+            full.lists.bodies.push(KnownBody { name: format!("body {number}"), repertoire: Vec::new() });
         }
         assert_eq!(full.check(&named("greedy")), Ok(()));
         let too_many = |declaration: &Declaration| match full.check(declaration) {

@@ -47,12 +47,12 @@ impl WorldState {
     /// The context: the part that may become a pre-condition.
     #[must_use]
     pub fn context(&self, rules: &TypeRules) -> Self {
-        self.filter(|observation| rules.precondition(observation.kind()))
+        self.filter(|observation| rules.of(observation.kind()).precondition)
     }
 
     /// The part that goes on holding unless something changes it: all but events.
     #[must_use]
     pub fn lasting(&self, rules: &TypeRules) -> Self {
-        self.filter(|observation| !rules.transient(observation.kind()))
+        self.filter(|observation| !rules.of(observation.kind()).transient)
     }
 }

@@ -17,7 +17,7 @@ pub(crate) fn ways(
         for (matched, binding) in &found {
             for observation in observations.iter().filter(|one| !matched.contains(*one)) {
                 let mut binding = binding.clone();
-                if pattern.bind(observation, &mut binding) {
+                if matches(pattern, observation, &mut binding) {
                     let mut matched = matched.clone();
                     matched.push(observation.clone());
                     longer.push((matched, binding));
@@ -27,6 +27,20 @@ pub(crate) fn ways(
         found = longer;
     }
     found
+}
+
+/// Whether `pattern` matches `observation` under `binding`, to which the values are added that this takes.
+fn matches(pattern: &Pattern, observation: &Observation, binding: &mut Substitution) -> bool {
+    let (terms, seen) = (pattern.terms(), observation.properties());
+    pattern.kind() == observation.kind()
+        && terms.len() == seen.len()
+        && terms.iter().zip(seen).all(|((property, term), (other, value))| {
+            property == other
+                && match term {
+                    Term::Constant(constant) => constant == value,
+                    Term::Variable(variable) => binding.bind(*variable, *value),
+                }
+        })
 }
 
 impl Schema {

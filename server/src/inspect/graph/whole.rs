@@ -59,7 +59,7 @@ fn most_telling(content: &Content, limit: usize) -> Vec<SchemaId> {
 
 /// Counter-examples and examples of these laws: the first of each law, then the second of each, and so on.
 fn evidence(content: &Content, laws: &[SchemaId]) -> Vec<SchemaId> {
-    let known = laws.iter().filter_map(|id| content.schema(*id)?.generalised());
+    let known = laws.iter().filter_map(|id| content.generalised(*id));
     let lists: Vec<Vec<SchemaId>> =
         known.map(|law| law.counter_examples.iter().chain(&law.examples).copied().collect()).collect();
     let longest = lists.iter().map(Vec::len).max().unwrap_or(0);
