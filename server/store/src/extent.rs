@@ -130,19 +130,35 @@ fn posts<T>(posts: &[PostCondition<T>], check: impl Fn(&T) -> Checked) -> Checke
 
 /// Whether nothing happened more often than it was tried.
 pub(crate) fn counted(Count { occurrences, trials }: Count) -> Checked {
-    if occurrences <= trials { Ok(()) } else { Err(ContentError::Count { occurrences, trials }) }
+    if occurrences <= trials {
+        Ok(())
+    } else {
+        Err(ContentError::new(format!("something happened {occurrences} times in {trials} trials")))
+    }
 }
 
 fn declared(known: bool) -> Checked {
-    if known { Ok(()) } else { Err(ContentError::Undeclared) }
+    if known {
+        Ok(())
+    } else {
+        Err(ContentError::new(
+            "it speaks of an observation type, a property or a symbol that was never declared",
+        ))
+    }
 }
 
 /// Whether one of `count` things has this number.
 pub(crate) fn within(what: &'static str, number: usize, count: usize) -> Checked {
-    if number < count { Ok(()) } else { Err(ContentError::Reference { what, number, count }) }
+    if number < count {
+        Ok(())
+    } else {
+        Err(ContentError::new(format!(
+            "it refers to {what} {number}, and there are {count}, numbered from 0"
+        )))
+    }
 }
 
 /// Whether so many are not too many.
 pub(crate) fn limited(what: &'static str, count: usize, limit: usize) -> Checked {
-    if count <= limit { Ok(()) } else { Err(ContentError::Limit { what, limit }) }
+    if count <= limit { Ok(()) } else { Err(ContentError::limit(what, limit)) }
 }

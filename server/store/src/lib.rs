@@ -53,21 +53,15 @@ mod archivist;
 mod change;
 mod codec;
 mod content_error;
+mod durable;
 mod error;
 mod extent;
-#[cfg(test)]
-mod forged_tests;
 mod format;
 mod frame;
-#[cfg(test)]
-mod golden_tests;
 mod journal;
-#[cfg(test)]
-mod journal_tests;
-#[cfg(test)]
-mod keeping_tests;
 mod lock;
 mod manifest;
+mod open;
 mod options;
 pub mod past;
 mod recovery;
@@ -77,9 +71,7 @@ mod snapshot;
 mod storage;
 mod store;
 #[cfg(test)]
-mod store_tests;
-#[cfg(test)]
-mod twin;
+mod tests;
 mod writer;
 
 pub use change::{Cause, Change, Durability};
@@ -87,6 +79,7 @@ pub use codec::CodecError;
 pub use content_error::ContentError;
 pub use error::StoreError;
 pub use journal::JournalError;
+pub use open::{Opened, open};
 pub use options::{Options, Retention};
 pub use recovery::RecoveryReport;
-pub use store::{Opened, Store, open};
+pub use store::Store;

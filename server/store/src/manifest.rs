@@ -7,6 +7,7 @@ use std::io::ErrorKind;
 use serde::{Deserialize, Serialize};
 
 use crate::codec;
+use crate::durable;
 use crate::error::StoreError;
 use crate::format::VERSION;
 use crate::format::v1::{Curriculum, Parameters, Setting};
@@ -109,14 +110,8 @@ pub(crate) fn read(storage: &dyn Storage) -> Result<Option<Manifest>, StoreError
 
 /// Writes the manifest, and makes it durable.
 pub(crate) fn write(storage: &dyn Storage, manifest: &Manifest) -> Result<(), StoreError> {
-    let temporary = "manifest.tmp";
-    let disk = |what| StoreError::disk(what, storage.path(temporary));
     let text = manifest.text(&storage.path(FILE))?;
-    let mut file = storage.create(temporary).map_err(disk("create"))?;
-    file.write_at(text.as_bytes(), 0).map_err(disk("write"))?;
-    file.sync().map_err(disk("make durable"))?;
-    storage.rename(temporary, FILE).map_err(disk("rename"))?;
-    storage.sync_directory("").map_err(disk("make durable"))
+    durable::replace(storage, FILE, "manifest.tmp", text.as_bytes())
 }
 
 /// Everything in which `given` differs from `kept`: the name, the kept value and the given value. Parameters come first.
@@ -182,7 +177,7 @@ pub(crate) fn same(one: &Setting, other: &Setting) -> Result<bool, StoreError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store_tests::curriculum;
+    use crate::tests::store::curriculum;
 
     fn manifest() -> Manifest {
         let setting = Setting::new(&Default::default(), &curriculum());

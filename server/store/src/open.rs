@@ -1,43 +1,32 @@
-//! A memory on disk from the daemon's side: opening it, keeping it, finishing it.
+//! Opening a memory on disk: finding it again, or beginning it.
 
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pschema_learner::Learner;
-use pschema_learner::memory::{Content, Memory};
 
 use crate::archivist::Archive;
-use crate::change::{Change, Durability};
 use crate::codec;
+use crate::durable;
 use crate::error::StoreError;
 use crate::format::mirror::list;
 use crate::format::v1::{self, Setting};
 use crate::journal::{self, Journal, Sizes};
-use crate::lock::{self, Lock};
+use crate::lock;
 use crate::manifest::{self, Manifest};
 use crate::options::Options;
-use crate::recovery::{self, RecoveryReport};
+use crate::recovery;
 use crate::retention;
-use crate::shared::Wake;
+use crate::shared::{Shared, Wake};
 use crate::snapshot;
 use crate::storage::{self, Directory, Storage};
-use crate::writer::{Start, Writer};
+use crate::store::Store;
+use crate::writer;
 
 /// Segments of the journal that a start may read before a snapshot is due: a daemon that is killed again and again makes
 /// one segment each time, however short.
 const SEGMENTS_READ_MAX: usize = 32;
-
-/// A memory on disk. Every change of the memory is handed to it, and it says when the change is durable.
-#[derive(Debug)]
-pub struct Store {
-    pub(crate) writer: Writer,
-    recovered: RecoveryReport,
-    durability: Durability,
-    directory: PathBuf,
-    /// None in tests, whose storage is not a directory of the file system.
-    lock: Option<Lock>,
-}
 
 /// A memory that was found again, or begun.
 #[derive(Debug)]
@@ -102,9 +91,7 @@ pub(crate) fn open_in(
     let manifest = match manifest::read(&*storage)? {
         Some(manifest) => manifest,
         None => {
-            for name in [journal::DIRECTORY, snapshot::DIRECTORY] {
-                storage.directory(name).map_err(disk("create", name))?;
-            }
+            durable::create_all(&*storage, &snapshot::DIRECTORIES)?;
             let learner = options.learner.to_owned();
             let manifest = Manifest { learner, seed: options.seed, setting: given.clone() };
             manifest::write(&*storage, &manifest)?;
@@ -120,8 +107,9 @@ pub(crate) fn open_in(
             begun_as = %manifest.learner, now = %options.learner, "the memory was begun under another name"
         );
     }
-    let recovery::Recovery { replay, end, found, batches, damaged } =
-        recovery::recover(&*storage, &manifest, None)?;
+    let base = recovery::base(&*storage, &manifest, None)?;
+    let recovery::Recovery { replay, end, found, batches, damaged, .. } =
+        recovery::recover(&*storage, base, None)?;
     let mut setting = replay.setting;
     let changed = options.setting_given && !manifest::same(&setting, &given)?;
     if changed && !options.change {
@@ -148,26 +136,32 @@ pub(crate) fn open_in(
         setting = given;
         change(&mut learner, &mut journal, &setting, &options)?;
     }
-    let start = Start {
-        kept: retention::kept(&*storage)?,
-        archive: Archive { storage, setting, history_bytes: options.retention.history_bytes, damaged },
-        journal,
-        durability: options.durability,
+    let kept = retention::kept(&*storage)?;
+    let shared = Arc::new(Shared::new(found.step, found.snapshot_step, kept));
+    let archive = Archive { storage, setting, history_bytes: options.retention.history_bytes, damaged };
+    let durability = options.durability;
+    let (jobs, thread) = writer::start(archive, journal, durability, found.step, shared.clone(), wake)?;
+    // After a clean end only the digest follows the snapshot. The step alone does not tell: an order may have come without a
+    // step.
+    let at_snapshot =
+        found.snapshot_step == Some(found.step) && batches == 0 && !changed && found.torn.is_none();
+    let store = Store {
+        jobs: Some(jobs),
+        thread: Some(thread),
+        shared,
+        handed: 0,
         step: found.step,
-        snapshot_step: found.snapshot_step,
-        since_snapshot: found.journal_bytes,
+        digested_step: found.step,
+        // Journal that was replayed counts, so that a daemon that is often restarted makes snapshots too.
+        bytes_at_snapshot: kept.bytes.saturating_sub(found.journal_bytes),
         snapshot_bytes: options.retention.snapshot_bytes,
         overdue: end.segments.len() > SEGMENTS_READ_MAX,
-        // After a clean end only the digest follows the snapshot. The step alone does not tell: an order may have come without
-        // a step.
-        at_snapshot: found.snapshot_step == Some(found.step)
-            && batches == 0
-            && !changed
-            && found.torn.is_none(),
+        at_snapshot,
+        recovered: found,
+        durability,
+        directory: PathBuf::new(),
+        lock: None,
     };
-    let writer = Writer::start(start, wake)?;
-    let (durability, directory) = (options.durability, PathBuf::new());
-    let store = Store { writer, recovered: found, durability, directory, lock: None };
     Ok(Opened { learner, seed: manifest.seed, changed, store })
 }
 
@@ -188,91 +182,4 @@ fn change(
     };
     let written = journal.append(&codec::encode(&record)?, step).and_then(|_| journal.sync());
     written.map_err(StoreError::disk("write", journal.path()))
-}
-
-impl Store {
-    /// Hands over what one step, one order or one attachment changed; `content` is memory after it. Returns the number of
-    /// the batch, to be asked for with [`Store::is_durable`].
-    ///
-    /// # Errors
-    /// When the change can't be encoded, or an earlier one could not be written.
-    pub fn append(&mut self, change: &Change<'_>, content: &Content) -> Result<u64, StoreError> {
-        self.writer.append(change, content)
-    }
-
-    /// Whether the batch of this number is durable.
-    #[must_use]
-    pub fn is_durable(&self, batch: u64) -> bool {
-        self.writer.is_durable(batch)
-    }
-
-    /// Why nothing more can be written, if so.
-    #[must_use]
-    pub fn failure(&self) -> Option<StoreError> {
-        self.writer.failure()
-    }
-
-    /// Has a snapshot made with the next change, however little the journal has grown.
-    pub fn request_snapshot(&mut self) {
-        self.writer.request_snapshot();
-    }
-
-    /// What was found in the directory when it was opened.
-    #[must_use]
-    pub fn recovered(&self) -> &RecoveryReport {
-        &self.recovered
-    }
-
-    /// When a reply may leave.
-    #[must_use]
-    pub fn durability(&self) -> Durability {
-        self.durability
-    }
-
-    /// The data directory.
-    #[must_use]
-    pub fn directory(&self) -> &Path {
-        &self.directory
-    }
-
-    /// The last step that is durable.
-    #[must_use]
-    pub fn durable_step(&self) -> u64 {
-        self.writer.durable_step()
-    }
-
-    /// The length of the journal that is kept, in bytes.
-    #[must_use]
-    pub fn journal_bytes(&self) -> u64 {
-        self.writer.journal_bytes()
-    }
-
-    /// The oldest step that memory can be returned to.
-    #[must_use]
-    pub fn oldest_step(&self) -> u64 {
-        self.writer.oldest_step()
-    }
-
-    /// The step of the newest snapshot; none before the first.
-    #[must_use]
-    pub fn snapshot_step(&self) -> Option<u64> {
-        self.writer.snapshot_step()
-    }
-
-    /// The length of the last snapshot that was made since the directory was opened, in bytes; 0 before the first.
-    #[must_use]
-    pub fn snapshot_bytes(&self) -> u64 {
-        self.writer.snapshot_bytes()
-    }
-
-    /// Writes what is left, a snapshot and the digest of memory, and gives the directory free.
-    ///
-    /// # Errors
-    /// When they can't be written.
-    pub fn finish(self, memory: &Memory) -> Result<(), StoreError> {
-        let Self { writer, lock, .. } = self;
-        let written = writer.finish(memory.content());
-        drop(lock);
-        written
-    }
 }

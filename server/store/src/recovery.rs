@@ -9,7 +9,7 @@ use pschema_learner::memory::{Content, Memory};
 use crate::codec;
 use crate::error::StoreError;
 use crate::format::mirror::Mirror;
-use crate::format::v1::{Cause, Record, Setting, WholeMemory};
+use crate::format::v1::{Cause, Input, Record, Setting, WholeMemory};
 use crate::journal::{self, DIRECTORY, End, JournalFrame, Place, segment_name};
 use crate::manifest::Manifest;
 use crate::snapshot;
@@ -40,6 +40,15 @@ pub(crate) struct Replay {
     marked: Option<(u64, Box<Content>)>,
     /// How many digests came and were right.
     pub(crate) digests: u64,
+    /// The last frame of a body among the replayed ones.
+    pub(crate) seen: LastFrame,
+}
+
+/// The last frame of a body, which is in the journal and not in memory; and the time of the last change.
+#[derive(Debug, Default)]
+pub(crate) struct LastFrame {
+    pub(crate) at_unix_ms: Option<u64>,
+    pub(crate) input: Option<Input>,
 }
 
 impl Replay {
@@ -57,18 +66,21 @@ impl Replay {
     }
 
     fn of(memory: Memory, setting: Setting) -> Self {
-        Self { memory, setting, marked: None, digests: 0 }
+        Self { memory, setting, marked: None, digests: 0, seen: LastFrame::default() }
     }
 
     /// Takes in the record of frame `number`. The error says what is wrong with it.
     pub(crate) fn apply(&mut self, record: Record, number: u64) -> Result<(), String> {
         match record {
-            Record::Batch { step, cause, effects, .. } => {
+            Record::Batch { step, at_unix_ms, cause, effects } => {
                 for effect in effects {
                     self.memory.apply(&effect.live()).map_err(|error| error.to_string())?;
                 }
-                if let Cause::Changed(setting) = cause {
-                    self.change(*setting)?;
+                self.seen.at_unix_ms = Some(at_unix_ms);
+                match cause {
+                    Cause::Changed(setting) => self.change(*setting)?,
+                    Cause::Step(input) => self.seen.input = Some(input),
+                    Cause::Declared(_) | Cause::Order(_) => (),
                 }
                 expect(step, self.memory.content())
             }
@@ -110,32 +122,49 @@ pub(crate) struct Recovery {
     pub(crate) found: RecoveryReport,
     /// How many of the replayed frames changed memory.
     pub(crate) batches: u64,
+    /// The batch that comes next in the journal, when replaying ended before it.
+    pub(crate) next: Option<Record>,
     /// The numbers of damaged snapshots, which were passed over.
     pub(crate) damaged: Vec<u64>,
 }
 
-/// Memory as it is on disk, and where its journal ends; or memory as it was after step `until` and the orders that came before
-/// the next step. Changes nothing on disk, and needs no lock.
-pub(crate) fn recover(
+/// Where replaying begins.
+#[derive(Debug)]
+pub(crate) struct Base {
+    replay: Replay,
+    from: Place,
+    /// The step of the snapshot; none at the beginning of the memory.
+    pub(crate) snapshot_step: Option<u64>,
+    damaged: Vec<u64>,
+}
+
+/// The newest sound snapshot of step `until` or before, or else the beginning of the memory.
+pub(crate) fn base(
     storage: &dyn Storage,
     manifest: &Manifest,
     until: Option<u64>,
-) -> Result<Recovery, StoreError> {
+) -> Result<Base, StoreError> {
     let snapshot::Search { sound, damaged } = snapshot::search(storage, until)?;
-    let (mut replay, from, snapshot_step) = match sound {
-        Some((whole, place)) => {
-            let step = whole.content.step;
-            (Replay::from_snapshot(whole)?, place, Some(step))
-        }
-        None => (Replay::birth(manifest)?, Place::default(), None),
+    let Some((whole, from)) = sound else {
+        let replay = Replay::birth(manifest)?;
+        return Ok(Base { replay, from: Place::default(), snapshot_step: None, damaged });
     };
-    let (mut frames, mut batches) = (0, 0);
+    let snapshot_step = Some(whole.content.step);
+    Ok(Base { replay: Replay::from_snapshot(whole)?, from, snapshot_step, damaged })
+}
+
+/// Memory as it is on disk, and where its journal ends; or memory as it was after step `until` and the orders that came before
+/// the next step. Changes nothing on disk, and needs no lock.
+pub(crate) fn recover(storage: &dyn Storage, base: Base, until: Option<u64>) -> Result<Recovery, StoreError> {
+    let Base { mut replay, from, snapshot_step, damaged } = base;
+    let (mut frames, mut batches, mut next) = (0, 0, None);
     let end = journal::read::<StoreError>(storage, from, |shown| {
         let wrong = |problem| unplayable(storage, &shown, problem);
         let record = codec::decode(shown.payload).map_err(|error| wrong(error.to_string()))?;
         if let (Record::Batch { step, .. }, Some(until)) = (&record, until)
             && *step > until
         {
+            next = Some(record);
             return Ok(ControlFlow::Break(()));
         }
         frames += 1;
@@ -150,7 +179,7 @@ pub(crate) fn recover(
         journal_bytes: end.bytes,
         torn: end.torn.clone(),
     };
-    Ok(Recovery { replay, end, found, batches, damaged })
+    Ok(Recovery { replay, end, found, batches, next, damaged })
 }
 
 /// A frame that can't be replayed.

@@ -13,11 +13,15 @@ use crate::error::StoreError;
 use crate::format::VERSION;
 use crate::format::v1::{Assembly, End, Item, Setting, WholeMemory, items};
 use crate::frame::{self, HEAD_LEN, Head, SNAPSHOT, SoundFrame};
-use crate::journal::{Place, file_head, read_file_head};
+use crate::journal::{self, Place, file_head, read_file_head};
 use crate::storage::{OpenFile, Storage};
 
 /// The directory of the snapshots.
 pub(crate) const DIRECTORY: &str = "snapshot";
+/// The directories in a data directory.
+pub(crate) const DIRECTORIES: [&str; 2] = [journal::DIRECTORY, DIRECTORY];
+/// The same and the data directory itself: all in which files come and go.
+pub(crate) const DIRECTORIES_AND_ROOT: [&str; 3] = [journal::DIRECTORY, DIRECTORY, ""];
 const SUFFIX: &str = ".snapshot";
 /// The file of a snapshot that is being written.
 pub(crate) const TEMPORARY: &str = "snapshot/writing.tmp";
@@ -145,16 +149,7 @@ impl BlockWriter {
     }
 }
 
-/// The newest sound snapshot that was made at step `until` or before, and the frame that it was made after; none when there is
-/// no such snapshot.
-pub(crate) fn newest(
-    storage: &dyn Storage,
-    until: Option<u64>,
-) -> Result<Option<(WholeMemory, Place)>, StoreError> {
-    Ok(search(storage, until)?.sound)
-}
-
-/// What a search for the newest sound snapshot found.
+/// What a search for the newest sound snapshot found: the snapshot, and the frame that it was made after.
 #[derive(Debug)]
 pub(crate) struct Search {
     pub(crate) sound: Option<(WholeMemory, Place)>,
@@ -162,7 +157,7 @@ pub(crate) struct Search {
     pub(crate) damaged: Vec<u64>,
 }
 
-/// As [`newest`], with the damaged snapshots that were passed over.
+/// Searches for the newest sound snapshot that was made at step `until` or before.
 pub(crate) fn search(storage: &dyn Storage, until: Option<u64>) -> Result<Search, StoreError> {
     let mut damaged = Vec::new();
     for number in numbers(storage)?.iter().rev() {
@@ -270,8 +265,8 @@ mod tests {
     use pschema_learner::parameters::Parameters;
 
     use super::*;
-    use crate::store_tests::curriculum;
-    use crate::twin::Twin;
+    use crate::tests::store::curriculum;
+    use crate::tests::twin::Twin;
 
     /// Blocks are filled, none is longer than the limit but for one item that is, and what they hold comes back.
     #[test]

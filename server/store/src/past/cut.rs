@@ -4,10 +4,11 @@
 use std::io::{self, Read};
 
 use super::error::PastError;
+use crate::durable;
 use crate::error::StoreError;
 use crate::journal::{self, segment_name};
 use crate::manifest::{self, Manifest};
-use crate::snapshot;
+use crate::snapshot::{self, DIRECTORIES, DIRECTORIES_AND_ROOT};
 use crate::storage::Storage;
 
 /// So many bytes are copied at a time.
@@ -44,20 +45,16 @@ pub(super) fn copy(
     cut: Cut,
     usable: impl Fn(u64) -> bool,
 ) -> Result<(), PastError> {
-    for name in [journal::DIRECTORY, snapshot::DIRECTORY] {
-        to.directory(name).map_err(StoreError::disk("create", to.path(name)))?;
-    }
+    durable::create_all(to, &DIRECTORIES)?;
     for first in segments(from)?.into_iter().filter(|first| cut.keeps(*first)) {
-        copy_file(from, to, &segment_name(first), &segment_name(first), cut.length(first))?;
+        copy_file(from, to, &segment_name(first), cut.length(first))?;
     }
     for number in
         snapshot::numbers(from)?.into_iter().filter(|number| *number <= cut.frame && usable(*number))
     {
-        copy_file(from, to, &snapshot::name(number), &snapshot::name(number), None)?;
+        copy_file(from, to, &snapshot::name(number), None)?;
     }
-    for name in [journal::DIRECTORY, snapshot::DIRECTORY, ""] {
-        to.sync_directory(name).map_err(StoreError::disk("make durable", to.path(name)))?;
-    }
+    durable::sync_all(to, &DIRECTORIES_AND_ROOT)?;
     Ok(manifest::write(to, manifest)?)
 }
 
@@ -89,16 +86,11 @@ pub(super) fn cut(storage: &dyn Storage, cut: Cut, usable: impl Fn(u64) -> bool)
 
 /// Copies every file of the directory, and makes the copies durable.
 pub(super) fn copy_all(from: &dyn Storage, to: &dyn Storage, files: &[String]) -> Result<(), PastError> {
-    for name in [journal::DIRECTORY, snapshot::DIRECTORY] {
-        to.directory(name).map_err(StoreError::disk("create", to.path(name)))?;
-    }
+    durable::create_all(to, &DIRECTORIES)?;
     for name in files {
-        copy_file(from, to, name, name, None)?;
+        copy_file(from, to, name, None)?;
     }
-    for name in [journal::DIRECTORY, snapshot::DIRECTORY, ""] {
-        to.sync_directory(name).map_err(StoreError::disk("make durable", to.path(name)))?;
-    }
-    Ok(())
+    Ok(durable::sync_all(to, &DIRECTORIES_AND_ROOT)?)
 }
 
 /// The names of all files of a data directory, but for the lock and temporary files.
@@ -107,7 +99,7 @@ pub(super) fn files(storage: &dyn Storage) -> Result<Vec<String>, PastError> {
     if storage.size(manifest::FILE).is_ok() {
         files.push(manifest::FILE.to_owned());
     }
-    for directory in [journal::DIRECTORY, snapshot::DIRECTORY] {
+    for directory in DIRECTORIES {
         let listed = storage.list(directory).map_err(StoreError::disk("read", storage.path(directory)))?;
         files.extend(listed.into_iter().map(|name| format!("{directory}/{name}")));
     }
@@ -118,13 +110,12 @@ fn copy_file(
     from: &dyn Storage,
     to: &dyn Storage,
     name: &str,
-    under: &str,
     length: Option<u64>,
 ) -> Result<(), StoreError> {
     let reading = |error| StoreError::disk("read", from.path(name))(error);
-    let writing = |error| StoreError::disk("write", to.path(under))(error);
+    let writing = |error| StoreError::disk("write", to.path(name))(error);
     let mut source = from.open(name).map_err(reading)?.take(length.unwrap_or(u64::MAX));
-    let mut target = to.create(under).map_err(writing)?;
+    let mut target = to.create(name).map_err(writing)?;
     let (mut at, mut piece) = (0, vec![0; PIECE_BYTES]);
     loop {
         let read = match source.read(&mut piece) {
@@ -136,7 +127,7 @@ fn copy_file(
         target.write_at(piece.get(..read).unwrap_or_default(), at).map_err(writing)?;
         at += read as u64;
     }
-    target.sync().map_err(|error| StoreError::disk("make durable", to.path(under))(error))
+    target.sync().map_err(|error| StoreError::disk("make durable", to.path(name))(error))
 }
 
 /// The first frames of all segments, in order.

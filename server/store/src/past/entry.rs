@@ -207,18 +207,20 @@ impl Wording {
             }
             Effect::Executed { schema, success, post, .. } => executed(schema.0, *success, post),
             Effect::OutcomeAdded { schema, observation, absent } => {
-                let outcome = outcome(self.observation(observation), *absent);
+                let outcome = notation::outcome(self.observation(observation), *absent);
                 format!("schema {} gains the outcome {outcome}", schema.0)
             }
             Effect::Created { pre, action, post, contradicts, .. } => {
-                let post = post.iter().map(|(what, absent)| outcome(self.observation(what), *absent));
+                let post =
+                    post.iter().map(|(what, absent)| notation::outcome(self.observation(what), *absent));
                 let exception = contradicts.map_or(String::new(), |id| format!(", an exception to {}", id.0));
                 let action = notation::primitive(&self.0, *action);
                 format!("a schema is made: {} / {action} / {}{exception}", self.list(pre), listed(post))
             }
             Effect::Generalised { pre, target, post, examples, .. } => {
-                let post =
-                    post.iter().map(|(what, absent)| outcome(notation::pattern(&self.0, what), *absent));
+                let post = post
+                    .iter()
+                    .map(|(what, absent)| notation::outcome(notation::pattern(&self.0, what), *absent));
                 let (pre, target, post) = (self.patterns(pre), self.patterns(target), listed(post));
                 let examples: Vec<_> = examples.iter().map(|id| id.0.to_string()).collect();
                 format!(
@@ -325,10 +327,6 @@ fn executed(schema: u32, success: bool, post: &[Score]) -> String {
     let verdict = if success { "as predicted" } else { "not as predicted" };
     let outcomes = if known == 1 { "outcome" } else { "outcomes" };
     format!("schema {schema} was executed, {verdict}: {held} of {known} {outcomes} held")
-}
-
-fn outcome(text: String, absent: bool) -> String {
-    if absent { format!("no longer {text}") } else { text }
 }
 
 /// Conditions side by side; `∅` if there are none.

@@ -8,6 +8,7 @@ use super::cut::{self, Cut};
 use super::error::PastError;
 use super::export::Import;
 use super::moment::Past;
+use crate::durable;
 use crate::error::StoreError;
 use crate::format::v1::{Record, Setting};
 use crate::frame::HEAD_LEN;
@@ -36,9 +37,7 @@ pub fn import(imported: &Import, to: &Path) -> Result<DataDirectory, PastError> 
     let setting = Setting::new(&imported.parameters, &imported.curriculum);
     let manifest =
         Manifest { learner: imported.learner.clone(), seed: imported.seed, setting: setting.clone() };
-    for name in [journal::DIRECTORY, snapshot::DIRECTORY] {
-        target.directory(name).map_err(StoreError::disk("create", target.path(name)))?;
-    }
+    durable::create_all(&target, &snapshot::DIRECTORIES)?;
     // Frame 1 is never written, so that nobody takes this for the journal of a memory from its beginning.
     let base = Place { number: 1, crc: 0 };
     let digest = &imported.lines.memory_digest;
@@ -48,9 +47,7 @@ pub fn import(imported: &Import, to: &Path) -> Result<DataDirectory, PastError> 
     let record = crate::codec::encode(&Record::Mark { step }).map_err(StoreError::from)?;
     let written = journal.append(&record, step).and_then(|_| journal.end());
     written.map_err(StoreError::disk("write", target.path(journal::DIRECTORY)))?;
-    for name in [journal::DIRECTORY, snapshot::DIRECTORY, ""] {
-        target.sync_directory(name).map_err(StoreError::disk("make durable", target.path(name)))?;
-    }
+    durable::sync_all(&target, &snapshot::DIRECTORIES_AND_ROOT)?;
     manifest::write(&target, &manifest)?;
     sync_parent(to)?;
     Ok(DataDirectory { directory: to.display().to_string(), step, memory_digest: digest.clone() })

@@ -1,7 +1,6 @@
 //! Memory as it was at one moment, rebuilt from its data directory.
 
 use std::io::Write;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -16,11 +15,10 @@ use crate::codec;
 use crate::error::StoreError;
 use crate::extent::Extent;
 use crate::format::mirror::Mirror;
-use crate::format::v1::{Cause, Input, Record};
-use crate::journal::{self, JournalFrame, Place};
+use crate::format::v1::{Cause, Record};
+use crate::journal::JournalFrame;
 use crate::manifest::{self, Manifest};
-use crate::recovery::{Replay, unplayable};
-use crate::snapshot;
+use crate::recovery::{self, LastFrame, Recovery, Replay, unplayable};
 use crate::storage::{Directory, Storage};
 
 /// A memory's data directory, to be read.
@@ -48,23 +46,6 @@ pub struct Moment {
     pub perceived: Option<(BodyId, Vec<Observation>)>,
     /// The last decision, if it was asked for.
     pub decision: Option<Decision>,
-}
-
-/// The last frame of a body, which is in the journal and not in memory.
-#[derive(Debug, Default)]
-pub(super) struct LastFrame {
-    pub(super) at_unix_ms: Option<u64>,
-    pub(super) input: Option<Input>,
-}
-
-/// A memory that was rebuilt, and the batch that comes next in the journal.
-struct Reconstruction {
-    replay: Replay,
-    last: Place,
-    frames: u64,
-    snapshot_step: Option<u64>,
-    seen: LastFrame,
-    next: Option<Record>,
 }
 
 impl Past {
@@ -141,7 +122,7 @@ impl Past {
         let last = until.unwrap_or(u64::MAX);
         match beside(|| self.last_decided(last))? {
             Some(step) => self.decided(step),
-            None => Err(PastError::NeverDecided { path: self.path(), last: self.rebuild(until)?.step() }),
+            None => Err(PastError::NeverDecided { path: self.path(), last: self.rebuild(until)?.found.step }),
         }
     }
 
@@ -158,34 +139,34 @@ impl Past {
         let Some(Record::Batch { step: next, at_unix_ms, cause: Cause::Step(input), effects }) =
             rebuilt.next.take()
         else {
-            return Err(PastError::Beyond { path: self.path(), asked: step, last: rebuilt.step() });
+            return Err(PastError::Beyond { path: self.path(), asked: step, last: rebuilt.found.step });
         };
         let why = |why: &str| PastError::Undecided { step, why: why.to_owned() };
         if next != step {
             return Err(why("the journal has another step there"));
         }
-        let again = relearn::again(rebuilt.replay, input.clone(), &effects);
-        let again = again.map_err(|why| PastError::Unlike { step, why })?;
-        let decision = again.decision.ok_or_else(|| {
+        let unlike = |why| PastError::Unlike { step, why };
+        let mut learner = relearn::lend(&mut rebuilt.replay).map_err(unlike)?;
+        let decision = relearn::step(&mut learner, input.clone(), &effects).map_err(unlike)?;
+        let decision = decision.ok_or_else(|| {
             why("the surroundings were arranged, or nothing was wanted of the body; `pschema journal` has the step")
         })?;
-        rebuilt.replay = again.replay;
-        rebuilt.frames += 1;
-        rebuilt.last.number += 1;
-        rebuilt.seen = LastFrame { at_unix_ms: Some(at_unix_ms), input: Some(input) };
+        rebuilt.replay.memory = learner.into_memory();
+        rebuilt.replay.seen = LastFrame { at_unix_ms: Some(at_unix_ms), input: Some(input) };
+        rebuilt.found.frames += 1;
+        rebuilt.end.last.number += 1;
         self.finish(rebuilt, Some(decision))
     }
 
     /// The moment that a rebuilt memory is.
-    fn finish(&self, rebuilt: Reconstruction, decision: Option<Decision>) -> Result<Moment, PastError> {
-        let step = rebuilt.step();
-        let Reconstruction { replay, last, frames, snapshot_step, seen, .. } = rebuilt;
-        let Replay { memory, setting, .. } = replay;
+    fn finish(&self, rebuilt: Recovery, decision: Option<Decision>) -> Result<Moment, PastError> {
+        let Recovery { replay, end, found, .. } = rebuilt;
+        let Replay { memory, setting, seen, .. } = replay;
         let (_, curriculum) = setting.checked().map_err(StoreError::from)?;
         let (at_unix_ms, input) = match seen {
             // The journal before a snapshot may have the frame that the snapshot does not have.
             LastFrame { input: None, at_unix_ms } => {
-                let before = self.last_input(step)?;
+                let before = self.last_input(memory.content().step)?;
                 (at_unix_ms.or(before.at_unix_ms), before.input)
             }
             LastFrame { at_unix_ms, input } => (at_unix_ms, input),
@@ -195,66 +176,30 @@ impl Past {
         let perceived: Option<Frame> = input.map(Mirror::live).filter(|frame| extent.frame(frame).is_ok());
         Ok(Moment {
             learner,
-            frame: last.number,
-            snapshot_step,
-            frames,
+            frame: end.last.number,
+            snapshot_step: found.snapshot_step,
+            frames: found.frames,
             at_unix_ms,
             perceived: perceived.map(|frame| (frame.body, frame.observations)),
             decision,
         })
     }
 
-    /// Replays the journal up to and with step `until` and the orders and attachments before the next step.
-    fn rebuild(&self, until: Option<u64>) -> Result<Reconstruction, PastError> {
-        let (replay, from, snapshot_step) = self.base(until)?;
-        let mut rebuilt = Reconstruction {
-            replay,
-            last: from,
-            frames: 0,
-            snapshot_step,
-            seen: LastFrame::default(),
-            next: None,
-        };
-        journal::read::<PastError>(&*self.storage, from, |shown| {
-            let record = self.record(&shown)?;
-            if let Record::Batch { step, at_unix_ms, cause, .. } = &record {
-                if until.is_some_and(|until| *step > until) {
-                    rebuilt.next = Some(record);
-                    return Ok(ControlFlow::Break(()));
-                }
-                rebuilt.seen.at_unix_ms = Some(*at_unix_ms);
-                if let Cause::Step(input) = cause {
-                    rebuilt.seen.input = Some(input.clone());
-                }
-            }
-            rebuilt
-                .replay
-                .apply(record, shown.place.number)
-                .map_err(|problem| unplayable(&*self.storage, &shown, problem))?;
-            rebuilt.frames += 1;
-            rebuilt.last = shown.place;
-            Ok(ControlFlow::Continue(()))
-        })?;
-        match until.filter(|until| rebuilt.step() < *until) {
+    /// Memory after step `until` and the orders and attachments before the next step.
+    fn rebuild(&self, until: Option<u64>) -> Result<Recovery, PastError> {
+        let base = recovery::base(&*self.storage, &self.manifest, until)?;
+        let from_birth = self.segments()?.first().is_none_or(|first| *first == 1);
+        if base.snapshot_step.is_none()
+            && !from_birth
+            && let (Some(asked), Some(first)) = (until, self.first_step()?)
+        {
+            return Err(PastError::Before { path: self.path(), asked, first });
+        }
+        let rebuilt = recovery::recover(&*self.storage, base, until)?;
+        match until.filter(|until| rebuilt.found.step < *until) {
             None => Ok(rebuilt),
-            Some(asked) => Err(PastError::Beyond { path: self.path(), asked, last: rebuilt.step() }),
+            Some(asked) => Err(PastError::Beyond { path: self.path(), asked, last: rebuilt.found.step }),
         }
-    }
-
-    /// The newest sound snapshot of step `until` or before, or the beginning of the memory.
-    fn base(&self, until: Option<u64>) -> Result<(Replay, Place, Option<u64>), PastError> {
-        if let Some((whole, place)) = snapshot::newest(&*self.storage, until)? {
-            let step = whole.content.step;
-            return Ok((Replay::from_snapshot(whole)?, place, Some(step)));
-        }
-        let firsts = self.segments()?;
-        if firsts.first().is_some_and(|first| *first > 1) {
-            let first = self.first_step()?;
-            if let (Some(asked), Some(first)) = (until, first) {
-                return Err(PastError::Before { path: self.path(), asked, first });
-            }
-        }
-        Ok((Replay::birth(&self.manifest)?, Place::default(), None))
     }
 
     pub(super) fn record(&self, shown: &JournalFrame<'_>) -> Result<Record, StoreError> {
@@ -289,11 +234,5 @@ impl Moment {
     #[must_use]
     pub fn memory_digest(&self) -> String {
         pschema_learner::digest::digest(self.learner.memory().content())
-    }
-}
-
-impl Reconstruction {
-    fn step(&self) -> u64 {
-        self.replay.memory.content().step
     }
 }

@@ -3,7 +3,6 @@
 use pschema_learner::decision::Decision;
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::Memory;
-use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::StageEffect;
 use pschema_learner::{Frame, Learner};
 
@@ -13,27 +12,15 @@ use crate::format::mirror::{Mirror, list};
 use crate::format::v1::{self, Input};
 use crate::recovery::Replay;
 
-/// A step that was learnt again.
-pub(super) struct Relearning {
-    /// Memory after the step.
-    pub(super) replay: Replay,
-    /// The decision of the step.
-    pub(super) decision: Option<Decision>,
+/// A learner with the memory and under the setting of `replay`, which has no memory until it is given this one back.
+pub(super) fn lend(replay: &mut Replay) -> Result<Learner, String> {
+    let (parameters, curriculum) = replay.setting.checked().map_err(|error| error.to_string())?;
+    let memory = std::mem::replace(&mut replay.memory, Memory::new(0, parameters));
+    Learner::resume(memory, curriculum).map_err(|error| error.to_string())
 }
 
-/// Has a learner with the memory of `replay` take one step again. The error says in what the effects differ from `journalled`,
-/// or why the step can't be taken.
-pub(super) fn again(replay: Replay, input: Input, journalled: &[v1::Effect]) -> Result<Relearning, String> {
-    let (_, curriculum) = replay.setting.checked().map_err(|error| error.to_string())?;
-    let parameters = replay.memory.parameters().clone();
-    replay.with_memory(parameters, |memory| {
-        let mut learner = Learner::resume(memory, curriculum).map_err(|error| error.to_string())?;
-        let decision = step(&mut learner, input, journalled)?;
-        Ok((learner.into_memory(), decision))
-    })
-}
-
-/// Has `learner` take one step again, as [`again`] does.
+/// Has `learner` take one step again. The error says in what the effects differ from `journalled`, or why the step can't be
+/// taken.
 pub(super) fn step(
     learner: &mut Learner,
     input: Input,
@@ -73,18 +60,4 @@ fn difference(now: &[v1::Effect], then: &[v1::Effect]) -> Option<String> {
         effects.get(at).map_or("nothing", |effect| entry::kind(&effect.clone().live()))
     };
     Some(format!("effect {} is {} now and was {} then", at + 1, kind(now), kind(then)))
-}
-
-impl Replay {
-    /// The replay after `work` has changed its memory.
-    fn with_memory(
-        mut self,
-        parameters: Parameters,
-        work: impl FnOnce(Memory) -> Result<(Memory, Option<Decision>), String>,
-    ) -> Result<Relearning, String> {
-        let memory = std::mem::replace(&mut self.memory, Memory::new(0, parameters));
-        let (memory, decision) = work(memory)?;
-        self.memory = memory;
-        Ok(Relearning { replay: self, decision })
-    }
 }

@@ -8,6 +8,7 @@ use super::cut::{self, Cut};
 use super::error::{PastError, READ_AGAIN_MAX, beside, damage_text};
 use super::making::{new_directory, sync_parent};
 use super::moment::Past;
+use crate::durable;
 use crate::error::StoreError;
 use crate::frame::{self, HEAD_LEN, Head};
 use crate::journal::{self, FILE_HEAD_LEN, Place, SEGMENT, file_head, segment_name};
@@ -405,14 +406,7 @@ fn begin_at(storage: &dyn Storage, base: &Base, cut: Cut) -> Result<(), PastErro
         let part = usize::try_from(at).ok().zip(usize::try_from(to).ok());
         bytes.extend(part.and_then(|(at, to)| read.get(at..to)).unwrap_or_default());
     }
-    let disk = |what| StoreError::disk(what, storage.path(&name));
-    let temporary = format!("{}/mending.tmp", journal::DIRECTORY);
-    let mut file = storage.create(&temporary).map_err(disk("create"))?;
-    file.write_at(&bytes, 0).map_err(disk("write"))?;
-    file.sync().map_err(disk("make durable"))?;
-    drop(file);
-    storage.rename(&temporary, &name).map_err(disk("rename"))?;
-    Ok(storage.sync_directory(journal::DIRECTORY).map_err(disk("make durable"))?)
+    Ok(durable::replace(storage, &name, &format!("{}/mending.tmp", journal::DIRECTORY), &bytes)?)
 }
 
 /// Copies everything in `directory` to a directory beside it. The copy gets its name when it is whole and durable.

@@ -10,12 +10,13 @@ use pschema_learner::parameters::Parameters;
 use super::cut;
 use super::entry::{Batch, Wording};
 use super::error::{PastError, beside, damage_text};
-use super::moment::{LastFrame, Past};
+use super::moment::Past;
 use crate::error::StoreError;
 use crate::format::mirror::Mirror;
 use crate::format::v1::{Cause, Effect, Record};
 use crate::frame::{self, HEAD_LEN};
 use crate::journal::{self, FILE_HEAD_LEN, Place, SEGMENT, read_file_head, segment_name};
+use crate::recovery::LastFrame;
 use crate::retention;
 use crate::snapshot;
 use crate::storage::Storage;
@@ -58,10 +59,11 @@ pub struct SnapshotFile {
 }
 
 /// How a journal ends.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(tag = "state", rename_all = "snake_case")]
 pub enum Tail {
     /// With its last frame.
+    #[default]
     Whole,
     /// With bytes that were being written when the daemon ended, or are being written now; nobody acted on them.
     Torn {
@@ -283,7 +285,7 @@ impl Past {
     /// The newest vocabulary that can be found. The name of a number never changes, so the newest vocabulary is right for all of
     /// the past.
     fn words(&self) -> Result<Wording, PastError> {
-        let newest = snapshot::newest(&*self.storage, None)?;
+        let newest = snapshot::search(&*self.storage, None)?.sound;
         let (content, from) = newest.map(|(whole, place)| (whole.content, place)).unzip();
         let mut memory = Memory::new(0, Parameters::default());
         if let Some(content) = content {

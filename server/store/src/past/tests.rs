@@ -11,11 +11,11 @@ use pschema_learner::random::Random;
 use pschema_learner::{Frame, Learner};
 
 use super::*;
+use crate::Store;
 use crate::journal::{Sizes, segment_name};
 use crate::storage::{Directory, Storage};
-use crate::store_tests::{World, curriculum, declaration};
-use crate::twin::Twin;
-use crate::writer::Writer;
+use crate::tests::store::{World, curriculum, declaration};
+use crate::tests::twin::Twin;
 use crate::{Change, Durability, Options, Retention};
 
 pub(super) const SIZES: Sizes = Sizes { segment_max: 30_000, ahead: 3_000 };
@@ -43,13 +43,13 @@ pub(super) fn past(twin: &Twin) -> Past {
     Past::of(Arc::new(twin.clone()), PathBuf::from("twin")).unwrap()
 }
 
-pub(super) fn opened(twin: &Twin, seed: u64, retention: Retention) -> (Learner, Writer) {
+pub(super) fn opened(twin: &Twin, seed: u64, retention: Retention) -> (Learner, Store) {
     let (parameters, curriculum) = (Parameters::default(), curriculum());
     let mut options = Options::new("test", seed, &parameters, &curriculum);
     options.durability = Durability::Strict;
     options.retention = retention;
-    let found = crate::store::open_in(Arc::new(twin.clone()), options, SIZES, Arc::new(|| ())).unwrap();
-    (found.learner, found.store.writer)
+    let found = crate::open::open_in(Arc::new(twin.clone()), options, SIZES, Arc::new(|| ())).unwrap();
+    (found.learner, found.store)
 }
 
 /// Some lives of `steps` steps each, of one memory. The last one ends as it should, or is cut off.
@@ -57,12 +57,12 @@ pub(super) fn lived(seed: u64, lives: u32, steps: u64, retention: Retention, cle
     let (twin, mut world) = (Twin::new(), World::new(seed));
     let mut lived = Life { twin, digests: vec![String::new()], frames: vec![None], decisions: vec![None] };
     for life in 0..lives {
-        let (mut learner, mut writer) = opened(&lived.twin, seed, retention);
+        let (mut learner, mut store) = opened(&lived.twin, seed, retention);
         let (_, mut effects) = learner.declare(declaration()).unwrap();
         for symbol in ["red", "blue"] {
             effects.extend(learner.symbol(symbol).1);
         }
-        append(&mut writer, &learner, crate::Cause::Declared("row"), &effects);
+        append(&mut store, &learner, crate::Cause::Declared("row"), &effects);
         *lived.digests.last_mut().unwrap() = digest(learner.memory().content());
         for step in 0..steps {
             let frame = world.frame();
@@ -71,22 +71,22 @@ pub(super) fn lived(seed: u64, lives: u32, steps: u64, retention: Retention, cle
             let single = step % 89 == 40;
             let taken = if single {
                 let held = ordered(&mut learner, StageCommand::Hold);
-                append(&mut writer, &learner, crate::Cause::Order("stage step"), &held);
+                append(&mut store, &learner, crate::Cause::Order("stage step"), &held);
                 *lived.digests.last_mut().unwrap() = digest(learner.memory().content());
                 learner.single_step(&frame)
             } else {
                 learner.step(&frame)
             };
-            append(&mut writer, &learner, crate::Cause::Step(&frame), &taken.effects);
+            append(&mut store, &learner, crate::Cause::Step(&frame), &taken.effects);
             world.follow(&taken.output);
             if single {
                 let resumed = ordered(&mut learner, StageCommand::Resume);
-                append(&mut writer, &learner, crate::Cause::Order("stage resume"), &resumed);
+                append(&mut store, &learner, crate::Cause::Order("stage resume"), &resumed);
             }
             if step % 97 == 50 {
                 for command in [StageCommand::Hold, StageCommand::Resume] {
                     let effects = learner.stage(&command).unwrap();
-                    append(&mut writer, &learner, crate::Cause::Order("an order"), &effects);
+                    append(&mut store, &learner, crate::Cause::Order("an order"), &effects);
                 }
             }
             lived.digests.push(digest(learner.memory().content()));
@@ -94,26 +94,26 @@ pub(super) fn lived(seed: u64, lives: u32, steps: u64, retention: Retention, cle
             lived.decisions.push(taken.decision);
         }
         if clean || life + 1 < lives {
-            writer.finish(learner.memory().content()).unwrap();
+            store.finish(learner.memory()).unwrap();
         }
     }
     lived
 }
 
 fn append(
-    writer: &mut Writer,
+    store: &mut Store,
     learner: &Learner,
     cause: crate::Cause<'_>,
     effects: &[pschema_learner::effect::Effect],
 ) {
     let change = Change { cause, at_unix_ms: 1_795_330_800_000, effects };
-    let batch = writer.append(&change, learner.memory().content()).unwrap();
-    while !writer.is_durable(batch) {
-        assert!(writer.failure().is_none(), "{:?}", writer.failure());
+    let batch = store.append(&change, learner.memory().content()).unwrap();
+    while !store.is_durable(batch) {
+        assert!(store.failure().is_none(), "{:?}", store.failure());
         std::thread::yield_now();
     }
     // A snapshot is made beside the steps; a test wants to know which.
-    while writer.is_archiving() {
+    while store.is_archiving() {
         std::thread::yield_now();
     }
 }
@@ -303,13 +303,13 @@ fn beside_a_daemon_nothing_sound_is_taken_for_damaged() {
     let mut options = Options::new("test", 9, &parameters, &curriculum);
     options.durability = Durability::Relaxed;
     options.retention = Retention { snapshot_bytes: 40_000, history_bytes: Some(100_000) };
-    let found = crate::store::open_in(storage, options, SIZES, Arc::new(|| ())).unwrap();
-    let (mut learner, mut writer) = (found.learner, found.store.writer);
+    let found = crate::open::open_in(storage, options, SIZES, Arc::new(|| ())).unwrap();
+    let (mut learner, mut store) = (found.learner, found.store);
     let (_, mut effects) = learner.declare(declaration()).unwrap();
     for symbol in ["red", "blue"] {
         effects.extend(learner.symbol(symbol).1);
     }
-    append(&mut writer, &learner, crate::Cause::Declared("row"), &effects);
+    append(&mut store, &learner, crate::Cause::Declared("row"), &effects);
     let done = std::sync::atomic::AtomicBool::new(false);
     let looked = std::thread::scope(|scope| {
         let looking = scope.spawn(|| {
@@ -335,7 +335,7 @@ fn beside_a_daemon_nothing_sound_is_taken_for_damaged() {
             let step = learner.step(&frame);
             let cause = crate::Cause::Step(&frame);
             let change = Change { cause, at_unix_ms: 0, effects: &step.effects };
-            writer.append(&change, learner.memory().content()).unwrap();
+            store.append(&change, learner.memory().content()).unwrap();
             world.follow(&step.output);
         }
         done.store(true, std::sync::atomic::Ordering::Relaxed);

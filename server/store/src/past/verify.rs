@@ -5,7 +5,6 @@ use std::ops::ControlFlow;
 use pschema_learner::Learner;
 use pschema_learner::digest::digest;
 use pschema_learner::memory::Memory;
-use pschema_learner::parameters::Parameters;
 
 use super::error::{PastError, READ_AGAIN_MAX, damage_text, is_gone};
 use super::moment::Past;
@@ -20,7 +19,7 @@ use crate::recovery::{Replay, unplayable};
 use crate::snapshot;
 
 /// What was checked in a data directory, and what is wrong in it.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Verification {
     /// The directory.
     pub directory: String,
@@ -128,19 +127,9 @@ impl Past {
             files.segments.iter().map(|one| one.bytes).chain(files.snapshots.iter().map(|one| one.bytes));
         let checked = Verification {
             directory: self.path(),
-            sound: true,
             segments: files.segments.len() as u64,
-            journal_bytes: 0,
-            frames: 0,
-            batches: 0,
-            digests: 0,
-            snapshots: 0,
-            first_step: None,
-            last_step: None,
-            memory_digest: None,
             relearnt: relearn.then_some(0),
-            tail: Tail::Whole,
-            findings: Vec::new(),
+            ..Verification::default()
         };
         let mut check = Check {
             past: self,
@@ -295,13 +284,7 @@ impl Check<'_> {
             Record::Batch { step, cause: Cause::Step(input), effects, .. } if self.relearn => {
                 let learner = match &mut self.learner {
                     Some(learner) => learner,
-                    None => {
-                        let (_, curriculum) = replay.setting.checked().map_err(StoreError::from)?;
-                        let hollow = Memory::new(0, Parameters::default());
-                        let memory = std::mem::replace(&mut replay.memory, hollow);
-                        let learner = Learner::resume(memory, curriculum);
-                        self.learner.insert(learner.map_err(|error| wrong(error.to_string()))?)
-                    }
+                    None => self.learner.insert(relearn::lend(replay).map_err(wrong)?),
                 };
                 relearn::step(learner, input, &effects).map_err(wrong)?;
                 if learner.memory().content().step != step {
@@ -373,21 +356,15 @@ impl Check<'_> {
         self.tell();
         let step = self.memory().map(|memory| memory.content().step);
         let found = self.memory().map(|memory| digest(memory.content()));
-        let mut checked = self.checked;
-        (checked.last_step, checked.memory_digest) = (step, found);
-        checked.digests = self.replay.map_or(0, |replay| replay.digests);
-        checked.sound = checked.findings.is_empty() && step.is_some();
         if step.is_none() {
             let problem = "nothing can be replayed: the journal does not reach back to its beginning, and no snapshot in \
                            it is sound";
-            checked.findings.push(Finding {
-                file: None,
-                offset: None,
-                lost_from: None,
-                lost_to: None,
-                problem: problem.to_owned(),
-            });
+            self.found(None, None, problem.to_owned());
         }
+        let mut checked = self.checked;
+        (checked.last_step, checked.memory_digest) = (step, found);
+        checked.digests = self.replay.map_or(0, |replay| replay.digests);
+        checked.sound = checked.findings.is_empty();
         checked
     }
 }

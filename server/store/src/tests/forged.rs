@@ -13,27 +13,27 @@ use pschema_learner::vocabulary::BodyId;
 use crate::format::v1;
 use crate::journal::segment_name;
 use crate::storage::Storage;
-use crate::store_tests::{SIZES, World, attach, curriculum, opened, step};
-use crate::twin::Twin;
-use crate::{codec, frame, manifest, recovery, snapshot};
+use crate::tests::store::{SIZES, World, attach, curriculum, opened, recovered, step};
+use crate::tests::twin::Twin;
+use crate::{codec, frame, manifest, snapshot};
 
 /// Sound checksums before anything at all: refused or read, but the process lives.
 #[test]
 fn forged_frames_end_nothing() {
     let mut random = Random::from_seed(11);
     let (twin, mut world) = (Twin::new(), World::new(1));
-    let (mut learner, mut writer, _) = opened(&twin, 1, 1_000_000).unwrap();
-    attach(&mut learner, &mut writer).unwrap();
+    let (mut learner, mut store, _) = opened(&twin, 1, 1_000_000).unwrap();
+    attach(&mut learner, &mut store).unwrap();
     let mut payloads = Vec::new();
     for _ in 0..60 {
         let frame = world.frame();
         let taken = learner.step(&frame);
-        writer.append(&step(&frame, &taken), learner.memory().content()).unwrap();
+        store.append(&step(&frame, &taken), learner.memory().content()).unwrap();
         let next = learner.memory().content().step + 1;
         payloads.push(codec::encode(&step(&frame, &taken).record(next)).unwrap());
         world.follow(&taken.output);
     }
-    drop(writer);
+    drop(store);
     let mut refused = 0;
     for _ in 0..3_000 {
         let mut payload = payloads[random.below(payloads.len())].clone();
@@ -44,7 +44,7 @@ fn forged_frames_end_nothing() {
         let forged = twin.copy();
         let storage: Arc<dyn Storage> = Arc::new(forged.clone());
         let manifest = manifest::read(&*storage).unwrap().unwrap();
-        let end = recovery::recover(&*storage, &manifest, None).unwrap().end;
+        let end = recovered(&*storage, &manifest, None).unwrap().end;
         let mut journal = crate::journal::Journal::after(storage, end.last, SIZES);
         journal.append(&payload, 60).unwrap();
         journal.sync().unwrap();
@@ -59,15 +59,15 @@ fn forged_frames_end_nothing() {
 fn forged_snapshots_end_nothing() {
     let mut random = Random::from_seed(12);
     let (twin, mut world) = (Twin::new(), World::new(2));
-    let (mut learner, mut writer, _) = opened(&twin, 1, 1_000_000).unwrap();
-    attach(&mut learner, &mut writer).unwrap();
+    let (mut learner, mut store, _) = opened(&twin, 1, 1_000_000).unwrap();
+    attach(&mut learner, &mut store).unwrap();
     for _ in 0..400 {
         let frame = world.frame();
         let taken = learner.step(&frame);
-        writer.append(&step(&frame, &taken), learner.memory().content()).unwrap();
+        store.append(&step(&frame, &taken), learner.memory().content()).unwrap();
         world.follow(&taken.output);
     }
-    writer.finish(learner.memory().content()).unwrap();
+    store.finish(learner.memory()).unwrap();
     let name = snapshot::name(snapshot::numbers(&twin).unwrap()[0]);
     let sound = twin.read(&name).unwrap();
     let mut rest = &sound[..];
@@ -99,7 +99,7 @@ fn forged_snapshots_end_nothing() {
         let twin = twin.copy();
         twin.edit(&name, |bytes| *bytes = forged);
         // The digest of memory at the end sees what no checksum does.
-        match snapshot::newest(&twin, None).unwrap() {
+        match snapshot::search(&twin, None).unwrap().sound {
             Some((whole, _)) => assert_eq!(digest(&whole.content), digest(learner.memory().content())),
             None => refused += 1,
         }
@@ -112,8 +112,8 @@ fn forged_snapshots_end_nothing() {
 #[test]
 fn no_learner_is_ended_by_what_is_said_of_its_memory() {
     let twin = Twin::new();
-    let (mut learner, mut writer, _) = opened(&twin, 3, 1_000_000).unwrap();
-    attach(&mut learner, &mut writer).unwrap();
+    let (mut learner, mut store, _) = opened(&twin, 3, 1_000_000).unwrap();
+    attach(&mut learner, &mut store).unwrap();
     let (mut world, mut random) = (World::new(3), Random::from_seed(3));
     for number in 0..300_u32 {
         if number == 250 {

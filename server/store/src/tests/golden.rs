@@ -26,9 +26,9 @@ use crate::format::v1::{self, Record, Setting};
 use crate::journal::{self, Journal, Place, Sizes, segment_name, segments};
 use crate::manifest::{self, Manifest};
 use crate::storage::{Directory, Storage};
-use crate::store_tests::{World, curriculum, declaration};
-use crate::twin::Twin;
-use crate::{Cause, Change, codec, recovery, snapshot};
+use crate::tests::store::{World, curriculum, declaration, recovered};
+use crate::tests::twin::Twin;
+use crate::{Cause, Change, codec, snapshot};
 
 const SIZES: Sizes = Sizes { segment_max: 120_000, ahead: 0 };
 const SEED: u64 = 1_980;
@@ -62,7 +62,7 @@ fn rich() -> Curriculum {
         lift: Lift::Types(vec!["finger".to_owned(), "touch".to_owned()]),
         saturation: Some(Saturation { excitation_below: 1.0, actions: 3 }),
         habituation: Some(Habituation { executions_min: 2, interval_max: 0.5 }),
-        ..crate::store_tests::curriculum().stages.remove(0)
+        ..crate::tests::store::curriculum().stages.remove(0)
     };
     let speaking = Stage {
         name: "speaking".to_owned(),
@@ -86,7 +86,7 @@ fn rich() -> Curriculum {
     Curriculum {
         name: "rich".to_owned(),
         pools: vec![Pool { name: "fields".to_owned(), from: -2, to: 9 }],
-        stages: vec![babbling, speaking, crate::store_tests::curriculum().stages.remove(0)],
+        stages: vec![babbling, speaking, crate::tests::store::curriculum().stages.remove(0)],
         afterwards: Afterwards::Hold,
     }
 }
@@ -188,7 +188,7 @@ fn a_directory_of_version_1_is_read_to_the_memory_it_was() {
     }
     let storage = Directory::new(&golden());
     let manifest = manifest::read(&storage).unwrap().unwrap();
-    let found = recovery::recover(&storage, &manifest, None).unwrap();
+    let found = recovered(&storage, &manifest, None).unwrap();
     assert_eq!((found.found.step, found.found.snapshot_step), (1_000, Some(400)));
     let content = found.replay.memory.content();
     assert_eq!(digest(content), expected());
@@ -200,7 +200,7 @@ fn a_directory_of_version_1_is_read_to_the_memory_it_was() {
     let twin = copied();
     let snapshot = twin.list(snapshot::DIRECTORY).unwrap().remove(0);
     twin.remove(&format!("{}/{snapshot}", snapshot::DIRECTORY)).unwrap();
-    let found = recovery::recover(&twin, &manifest, None).unwrap();
+    let found = recovered(&twin, &manifest, None).unwrap();
     assert_eq!((found.found.snapshot_step, found.replay.digests), (None, 2));
     assert_eq!(digest(found.replay.memory.content()), expected());
 }
@@ -238,7 +238,7 @@ fn what_it_says_is_written_in_the_same_bytes() {
     })
     .unwrap();
     journal.end().unwrap();
-    let (whole, place) = snapshot::newest(&golden, None).unwrap().unwrap();
+    let (whole, place) = snapshot::search(&golden, None).unwrap().sound.unwrap();
     let said = digest(&whole.content);
     snapshot::write(&again, &whole.content, &whole.setting, place, &said, || false).unwrap();
     let snapshot = snapshot::name(place.number);

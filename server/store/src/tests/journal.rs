@@ -8,7 +8,7 @@ use pschema_learner::random::Random;
 use crate::frame;
 use crate::journal::{End, FILE_HEAD_LEN, Journal, JournalError, Place, Sizes, read, segment_name};
 use crate::storage::Storage;
-use crate::twin::{Fault, Twin};
+use crate::tests::twin::{Fault, Twin};
 
 /// One segment for all.
 const ONE: Sizes = Sizes { segment_max: 1 << 30, ahead: 700 };

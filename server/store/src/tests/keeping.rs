@@ -12,15 +12,15 @@ use pschema_learner::progress::StageCommand;
 use pschema_learner::random::Random;
 use pschema_learner::vocabulary::BodyId;
 
+use crate::Store;
 use crate::error::StoreError;
 use crate::format::mirror::Mirror;
 use crate::format::v1::{self, Record};
 use crate::journal::{self, Place, segments};
-use crate::store::open_in;
-use crate::store_tests::{SIZES, World, attach, curriculum, opened_as, options, settled, step};
-use crate::twin::Twin;
-use crate::writer::Writer;
-use crate::{Cause, Change, Options, Retention, codec, manifest, recovery, retention};
+use crate::open::open_in;
+use crate::tests::store::{SIZES, World, attach, curriculum, opened_as, options, recovered, settled, step};
+use crate::tests::twin::Twin;
+use crate::{Cause, Change, Options, Retention, codec, manifest, retention};
 
 /// A memory that lived through several daemons, with its digest after every step.
 fn lived(history_bytes: Option<u64>) -> (Twin, Vec<String>) {
@@ -30,18 +30,18 @@ fn lived(history_bytes: Option<u64>) -> (Twin, Vec<String>) {
     let options = Options { retention, ..options(4, &parameters, &curriculum) };
     let mut digests = vec![String::new()];
     for life in 0..5 {
-        let (mut learner, mut writer, _) = opened_as(&twin, options).unwrap();
-        attach(&mut learner, &mut writer).unwrap();
+        let (mut learner, mut store, _) = opened_as(&twin, options).unwrap();
+        attach(&mut learner, &mut store).unwrap();
         for _ in 0..600 {
             let frame = world.frame();
             let taken = learner.step(&frame);
-            let batch = writer.append(&step(&frame, &taken), learner.memory().content()).unwrap();
-            settled(&writer, batch).unwrap();
+            let batch = store.append(&step(&frame, &taken), learner.memory().content()).unwrap();
+            settled(&store, batch).unwrap();
             world.follow(&taken.output);
             digests.push(digest(learner.memory().content()));
         }
         if life % 2 == 0 {
-            writer.finish(learner.memory().content()).unwrap();
+            store.finish(learner.memory()).unwrap();
         }
     }
     (twin, digests)
@@ -53,7 +53,7 @@ fn every_step_in_the_history_that_is_kept_can_be_returned_to() {
         let (twin, digests) = lived(history);
         let kept = retention::kept(&twin).unwrap();
         let manifest = manifest::read(&twin).unwrap().unwrap();
-        let until = |step: usize| recovery::recover(&twin, &manifest, Some(step as u64));
+        let until = |step: usize| recovered(&twin, &manifest, Some(step as u64));
         let oldest = usize::try_from(kept.oldest_step).unwrap();
         match history {
             None => assert_eq!(oldest, 0),
@@ -81,21 +81,21 @@ fn steps_become_durable_while_a_snapshot_is_made() {
     let (twin, mut world) = (Twin::new(), World::new(6));
     let (parameters, curriculum) = (Parameters::default(), curriculum());
     let retention = Retention { snapshot_bytes: 5_000, history_bytes: Some(0) };
-    let (mut learner, mut writer, _) =
+    let (mut learner, mut store, _) =
         opened_as(&twin, Options { retention, ..options(6, &parameters, &curriculum) }).unwrap();
-    attach(&mut learner, &mut writer).unwrap();
+    attach(&mut learner, &mut store).unwrap();
     twin.hold_snapshots(true);
     for _ in 0..500 {
         let frame = world.frame();
         let taken = learner.step(&frame);
-        let batch = writer.append(&step(&frame, &taken), learner.memory().content()).unwrap();
-        settled(&writer, batch).unwrap();
+        let batch = store.append(&step(&frame, &taken), learner.memory().content()).unwrap();
+        settled(&store, batch).unwrap();
         world.follow(&taken.output);
     }
-    assert!(writer.is_archiving() && writer.snapshot_step().is_none());
-    assert_eq!(writer.durable_step(), 500);
+    assert!(store.is_archiving() && store.snapshot_step().is_none());
+    assert_eq!(store.durable_step(), 500);
     twin.hold_snapshots(false);
-    writer.finish(learner.memory().content()).unwrap();
+    store.finish(learner.memory()).unwrap();
     // The one that was held back, and the last: the frames between are not lost for either.
     let numbers = crate::snapshot::numbers(&twin).unwrap();
     assert_eq!(numbers.len(), 2);
@@ -104,9 +104,9 @@ fn steps_become_durable_while_a_snapshot_is_made() {
     }
 }
 
-fn put(writer: &mut Writer, learner: &Learner, cause: Cause<'_>, effects: &[Effect]) {
+fn put(store: &mut Store, learner: &Learner, cause: Cause<'_>, effects: &[Effect]) {
     let change = Change { cause, at_unix_ms: 0, effects };
-    writer.append(&change, learner.memory().content()).unwrap();
+    store.append(&change, learner.memory().content()).unwrap();
 }
 
 /// Steps, words, orders, a goal and another curriculum.
@@ -115,22 +115,22 @@ fn eventful(twin: &Twin, steps: u64) -> Learner {
     let (parameters, curriculum) = (Parameters::default(), curriculum());
     let retention = Retention { snapshot_bytes: 1_000_000, history_bytes: None };
     let options = Options { retention, ..options(8, &parameters, &curriculum) };
-    let (mut learner, mut writer, _) = opened_as(twin, options).unwrap();
-    attach(&mut learner, &mut writer).unwrap();
+    let (mut learner, mut store, _) = opened_as(twin, options).unwrap();
+    attach(&mut learner, &mut store).unwrap();
     for number in 0..steps {
         if number == steps / 2 {
-            drop(writer);
+            drop(store);
             let parameters = Parameters { association_weight: 0.6, ..Parameters::default() };
             let options = Options { change: true, parameters: &parameters, ..options };
             let found = open_in(Arc::new(twin.clone()), options, SIZES, Arc::new(|| ())).unwrap();
             assert!(found.changed);
-            (learner, writer) = (found.learner, found.store.writer);
+            (learner, store) = (found.learner, found.store);
         }
         match random.below(200) {
             0 => {
                 for command in [StageCommand::Hold, StageCommand::Resume] {
                     let effects = learner.stage(&command).unwrap();
-                    put(&mut writer, &learner, Cause::Order("stage"), &effects);
+                    put(&mut store, &learner, Cause::Order("stage"), &effects);
                 }
             }
             1 => {
@@ -138,7 +138,7 @@ fn eventful(twin: &Twin, steps: u64) -> Learner {
                 let goal = Pattern::new(TypeId(0), [(PropertyId(0), field)]);
                 // Mostly there is a goal under way, which is as well.
                 if let Ok(effects) = learner.pursue(BodyId(0), vec![goal], 20) {
-                    put(&mut writer, &learner, Cause::Order("achieve"), &effects);
+                    put(&mut store, &learner, Cause::Order("achieve"), &effects);
                 }
             }
             _ => (),
@@ -150,10 +150,10 @@ fn eventful(twin: &Twin, steps: u64) -> Learner {
         let frame = world.frame();
         let taken = learner.step(&frame);
         effects.extend(taken.effects);
-        put(&mut writer, &learner, Cause::Step(&frame), &effects);
+        put(&mut store, &learner, Cause::Step(&frame), &effects);
         world.follow(&taken.output);
     }
-    writer.finish(learner.memory().content()).unwrap();
+    store.finish(learner.memory()).unwrap();
     learner
 }
 
@@ -197,7 +197,7 @@ fn replay_equals_live() {
     assert_eq!(digest(learner.memory().content()), digest(live.memory().content()));
     // Each was compared when it was read back.
     let manifest = manifest::read(&twin).unwrap().unwrap();
-    let found = recovery::recover(&twin, &manifest, None).unwrap();
+    let found = recovered(&twin, &manifest, None).unwrap();
     assert_eq!(digest(found.replay.memory.content()), digest(live.memory().content()));
     assert!(digests >= 3 && segments(&twin).unwrap()[0] == 1, "{digests} digests");
 }

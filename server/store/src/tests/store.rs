@@ -17,11 +17,12 @@ use crate::error::StoreError;
 use crate::format::mirror::Mirror;
 use crate::format::v1;
 use crate::journal::{Sizes, segments};
+use crate::manifest::Manifest;
+use crate::open::open_in;
+use crate::recovery::{self, Recovery};
 use crate::storage::Storage;
-use crate::store::open_in;
-use crate::twin::{Fault, Twin};
-use crate::writer::Writer;
-use crate::{Cause, Change, Durability, Options, RecoveryReport, Retention, codec};
+use crate::tests::twin::{Fault, Twin};
+use crate::{Cause, Change, Durability, Options, RecoveryReport, Retention, Store, codec};
 
 const FIELDS: i64 = 12;
 pub(crate) const SIZES: Sizes = Sizes { segment_max: 40_000, ahead: 4_000 };
@@ -127,20 +128,29 @@ pub(crate) fn options<'a>(seed: u64, parameters: &'a Parameters, curriculum: &'a
     }
 }
 
+/// Memory as it is in `storage`, or as it was after step `until`.
+pub(crate) fn recovered(
+    storage: &dyn Storage,
+    manifest: &Manifest,
+    until: Option<u64>,
+) -> Result<Recovery, StoreError> {
+    recovery::recover(storage, recovery::base(storage, manifest, until)?, until)
+}
+
 pub(crate) fn opened_as(
     twin: &Twin,
     options: Options<'_>,
-) -> Result<(Learner, Writer, RecoveryReport), StoreError> {
+) -> Result<(Learner, Store, RecoveryReport), StoreError> {
     let found = open_in(Arc::new(twin.clone()), options, SIZES, Arc::new(|| ()))?;
     let recovered = found.store.recovered().clone();
-    Ok((found.learner, found.store.writer, recovered))
+    Ok((found.learner, found.store, recovered))
 }
 
 pub(crate) fn opened(
     twin: &Twin,
     seed: u64,
     snapshot_bytes: u64,
-) -> Result<(Learner, Writer, RecoveryReport), StoreError> {
+) -> Result<(Learner, Store, RecoveryReport), StoreError> {
     let (parameters, curriculum) = (Parameters::default(), curriculum());
     let retention = Retention { snapshot_bytes, history_bytes: Some(0) };
     opened_as(twin, Options { retention, ..options(seed, &parameters, &curriculum) })
@@ -152,9 +162,9 @@ pub(crate) fn step<'a>(frame: &'a Frame, step: &'a Step) -> Change<'a> {
     Change { cause: Cause::Step(frame), at_unix_ms, effects: &step.effects }
 }
 
-pub(crate) fn settled(writer: &Writer, batch: u64) -> Result<(), StoreError> {
-    while !writer.is_durable(batch) {
-        if let Some(failure) = writer.failure() {
+pub(crate) fn settled(store: &Store, batch: u64) -> Result<(), StoreError> {
+    while !store.is_durable(batch) {
+        if let Some(failure) = store.failure() {
             return Err(failure);
         }
         std::thread::yield_now();
@@ -163,13 +173,13 @@ pub(crate) fn settled(writer: &Writer, batch: u64) -> Result<(), StoreError> {
 }
 
 /// Has the body declared, which a body does whenever it attaches.
-pub(crate) fn attach(learner: &mut Learner, writer: &mut Writer) -> Result<(), StoreError> {
+pub(crate) fn attach(learner: &mut Learner, store: &mut Store) -> Result<(), StoreError> {
     let (_, mut effects) = learner.declare(declaration()).unwrap();
     for symbol in ["red", "blue"] {
         effects.extend(learner.symbol(symbol).1);
     }
     let change = Change { cause: Cause::Declared("row"), at_unix_ms: u64::MAX, effects: &effects };
-    writer.append(&change, learner.memory().content()).map(drop)
+    store.append(&change, learner.memory().content()).map(drop)
 }
 
 #[test]
@@ -184,32 +194,32 @@ fn a_memory_found_again_is_the_same_and_decides_alike() {
         let mut random = Random::from_seed(seed);
         let (mut snapshots, mut taken) = (0, 0);
         for life in 0..8 {
-            let (mut learner, mut writer, recovered) = opened(&twin, seed, 60_000).unwrap();
+            let (mut learner, mut store, recovered) = opened(&twin, seed, 60_000).unwrap();
             assert_eq!(recovered.step, taken, "seed {seed}, life {life}");
             snapshots += u32::from(recovered.snapshot_step.is_some());
-            attach(&mut learner, &mut writer).unwrap();
+            attach(&mut learner, &mut store).unwrap();
             assert_eq!(digest(learner.memory().content()), digest(never_ended.memory().content()));
             for _ in 0..400 {
                 let frame = world.frame();
                 let (live, resumed) = (never_ended.step(&frame), learner.step(&frame));
                 assert_eq!(live, resumed, "seed {seed}, life {life}, step {taken}");
-                let batch = writer.append(&step(&frame, &resumed), learner.memory().content()).unwrap();
-                settled(&writer, batch).unwrap();
+                let batch = store.append(&step(&frame, &resumed), learner.memory().content()).unwrap();
+                settled(&store, batch).unwrap();
                 world.follow(&resumed.output);
                 taken += 1;
             }
             if life % 2 == 0 {
-                writer.finish(learner.memory().content()).unwrap();
+                store.finish(learner.memory()).unwrap();
             } else {
-                drop(writer);
+                drop(store);
             }
             if life % 3 == 0 {
                 twin.lose_power(&mut random);
             }
         }
         // A loss of power may have brought back what was removed; the next end removes it again.
-        let (learner, writer, _) = opened(&twin, seed, 60_000).unwrap();
-        writer.finish(learner.memory().content()).unwrap();
+        let (learner, store, _) = opened(&twin, seed, 60_000).unwrap();
+        store.finish(learner.memory()).unwrap();
         twin.sync_directory("").unwrap();
         let kept = || -> Vec<String> {
             twin.list("snapshot").unwrap().into_iter().filter(|name| name.ends_with(".snapshot")).collect()
@@ -226,8 +236,8 @@ fn a_memory_found_again_is_the_same_and_decides_alike() {
         assert_eq!(digest(learner.memory().content()), digest(never_ended.memory().content()));
         // It counts for nothing where two are to be kept: should the next one be damaged as well, the older one is there.
         let mended = damaged.copy();
-        let (learner, writer, _) = opened(&mended, seed, 60_000).unwrap();
-        writer.finish(learner.memory().content()).unwrap();
+        let (learner, store, _) = opened(&mended, seed, 60_000).unwrap();
+        store.finish(learner.memory()).unwrap();
         let next =
             mended.list("snapshot").unwrap().into_iter().filter(|name| name.ends_with(".snapshot")).max();
         let next = format!("snapshot/{}", next.unwrap());
@@ -247,19 +257,19 @@ fn after_a_failure_of_the_disk_nothing_is_durable_that_is_not_on_it() {
     for seed in 0..60 {
         let (twin, mut world) = (Twin::new(), World::new(seed));
         let mut random = Random::from_seed(seed);
-        let (mut learner, mut writer, _) = opened(&twin, seed, 20_000).unwrap();
+        let (mut learner, mut store, _) = opened(&twin, seed, 20_000).unwrap();
         twin.fail(match seed % 2 {
             0 => Fault::Full(random.below(40_000) as u64),
             _ => Fault::Sync(random.below(40) as u32),
         });
         let mut acknowledged = Vec::new();
         let mut live = || -> Result<(), StoreError> {
-            attach(&mut learner, &mut writer)?;
+            attach(&mut learner, &mut store)?;
             for _ in 0..3_000 {
                 let frame = world.frame();
                 let taken = learner.step(&frame);
-                let batch = writer.append(&step(&frame, &taken), learner.memory().content())?;
-                settled(&writer, batch)?;
+                let batch = store.append(&step(&frame, &taken), learner.memory().content())?;
+                settled(&store, batch)?;
                 acknowledged.push(digest(learner.memory().content()));
                 world.follow(&taken.output);
             }
@@ -267,7 +277,7 @@ fn after_a_failure_of_the_disk_nothing_is_durable_that_is_not_on_it() {
         };
         let error = live().unwrap_err();
         assert!(error.to_string().contains("ends before anything more"), "{error}");
-        drop(writer);
+        drop(store);
         twin.fail(Fault::None);
         twin.lose_power(&mut random);
         let (learner, _, recovered) = opened(&twin, seed, 20_000).unwrap();

@@ -4,7 +4,6 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use pschema_learner::chunks::Chunks;
 use pschema_learner::memory::Content;
 use pschema_learner::observation::{Observation, PropertyId};
 use pschema_learner::progress::{self, REPORTS_MAX};
@@ -60,26 +59,13 @@ impl Assembly {
     /// Begins with the first item.
     pub(crate) fn begin(item: Item) -> Result<Self, ContentError> {
         let last = item.kind();
-        let Item::Memory(outline) = item else { return Err(ContentError::Missing { item: "memory" }) };
+        let Item::Memory(outline) = item else { return Err(ContentError::missing("memory")) };
         let Outline { step, observations, schemas, setting } = *outline;
         setting.checked()?;
         if step > STEPS_MAX {
-            return Err(ContentError::Value("the number of steps"));
+            return Err(ContentError::value("the number of steps"));
         }
-        let content = Content {
-            vocabulary: Arc::default(),
-            schemas: Chunks::default(),
-            observations: Chunks::default(),
-            attention: Chunks::default(),
-            happened: Chunks::default(),
-            attempts: Chunks::default(),
-            pending: Vec::new(),
-            progress: Arc::default(),
-            pursuit: None,
-            random: Random::from_seed(0),
-            step,
-            generalised_count: 0,
-        };
+        let content = Content { step, ..Content::default() };
         Ok(Self {
             setting,
             announced: (observations, schemas),
@@ -99,7 +85,7 @@ impl Assembly {
         let kind = item.kind();
         self.in_order(kind)?;
         match item {
-            Item::Memory(_) | Item::End(_) => Err(ContentError::Second { item: kind.name() }),
+            Item::Memory(_) | Item::End(_) => Err(ContentError::second(kind.name())),
             Item::Property(property) => self.property(kind, property),
             Item::Type(declared) => self.observation_type(kind, declared),
             Item::Symbol(symbol) => {
@@ -157,12 +143,12 @@ impl Assembly {
             Item::Pending(pending) => self.pending(*pending),
             Item::Generator(Generator { state }) => {
                 let seed = u64::from_str_radix(&state, 16).ok().filter(|_| state.len() == 16);
-                let seed = seed.ok_or(ContentError::Value("the state of the generator"))?;
+                let seed = seed.ok_or(ContentError::value("the state of the generator"))?;
                 self.content.random = Random::from_seed(seed);
                 Ok(())
             }
             // All others were taken before.
-            item => Err(ContentError::Second { item: item.kind().name() }),
+            item => Err(ContentError::second(item.kind().name())),
         }
     }
 
@@ -172,7 +158,7 @@ impl Assembly {
         let End { items, memory_digest } = end;
         if self.last != Kind::Generator {
             let item = if self.last < Kind::Progress { Kind::Progress } else { Kind::Generator };
-            return Err(ContentError::Missing { item: item.name() });
+            return Err(ContentError::missing(item.name()));
         }
         let Content { observations, schemas, .. } = &self.content;
         let counts = [
@@ -182,7 +168,9 @@ impl Assembly {
         ];
         for (what, said, there) in counts {
             if said != there {
-                return Err(ContentError::Total { what, said, there });
+                return Err(ContentError::new(format!(
+                    "{said} {what} are announced, and there are {there}: something is missing, or too much"
+                )));
             }
         }
         Ok(WholeMemory { content: self.content, setting: self.setting, memory_digest })
@@ -192,13 +180,16 @@ impl Assembly {
         let before = std::mem::replace(&mut self.last, kind);
         self.items += 1;
         if kind < before {
-            return Err(ContentError::Order { item: kind.name(), before: before.name() });
+            let (item, before) = (kind.name(), before.name());
+            return Err(ContentError::new(format!(
+                "`{item}` stands after `{before}`: something is missing, or out of order"
+            )));
         }
         if kind == before && [Kind::Progress, Kind::Goal, Kind::Generator].contains(&kind) {
-            return Err(ContentError::Second { item: kind.name() });
+            return Err(ContentError::second(kind.name()));
         }
         if before < Kind::Progress && kind > Kind::Progress {
-            return Err(ContentError::Missing { item: Kind::Progress.name() });
+            return Err(ContentError::missing(Kind::Progress.name()));
         }
         Ok(())
     }
@@ -209,7 +200,7 @@ impl Assembly {
         if self.names.insert((kind, name.to_owned())) {
             return Ok(());
         }
-        Err(ContentError::Twice { what: kind.name(), name: name.to_owned() })
+        Err(ContentError::new(format!("the {} {name:?} was there before", kind.name())))
     }
 
     fn property(&mut self, kind: Kind, property: Property) -> Taken {
@@ -228,8 +219,12 @@ impl Assembly {
             sound(&property.kind)?;
             let at = self.lists.properties.iter().position(|name| *name == property.name);
             let at = at.and_then(|at| u16::try_from(at).ok());
-            let unknown = || ContentError::Unknown { what: "property", name: property.name.clone() };
-            at.map(PropertyId).ok_or_else(unknown)
+            at.map(PropertyId).ok_or_else(|| {
+                let name = &property.name;
+                ContentError::new(format!(
+                    "it speaks of the property {name:?}, and nothing before has that name"
+                ))
+            })
         };
         let properties = declared.properties.iter().map(number).collect::<Result<_, _>>()?;
         self.lists.types.push(live::ObservationType { declared, properties });
@@ -244,7 +239,7 @@ impl Assembly {
         let fits = declared.len() == parameters.len()
             && declared.iter().zip(&parameters).all(|(declared, value)| declared.kind.takes(value));
         if !fits {
-            return Err(ContentError::Value("a parameter of the primitive"));
+            return Err(ContentError::value("a parameter of the primitive"));
         }
         let attempts = attempts.live();
         counted(attempts)?;
@@ -257,7 +252,12 @@ impl Assembly {
     fn extent(&mut self) -> Result<&Extent, ContentError> {
         if self.extent.is_none() {
             let vocabulary = Vocabulary::from_lists(std::mem::take(&mut self.lists));
-            self.content.vocabulary = Arc::new(vocabulary.map_err(ContentError::Vocabulary)?);
+            let wrong = |lists| {
+                ContentError::new(format!(
+                    "its {lists} refer to something that is not there, or are too many"
+                ))
+            };
+            self.content.vocabulary = Arc::new(vocabulary.map_err(wrong)?);
             let (observations, schemas) = self.announced;
             self.extent = Some(Extent {
                 vocabulary: self.content.vocabulary.clone(),
@@ -265,7 +265,7 @@ impl Assembly {
                 schemas: announced("schemas", schemas, SCHEMAS_MAX)?,
             });
         }
-        self.extent.as_ref().ok_or(ContentError::Missing { item: Kind::Memory.name() })
+        self.extent.as_ref().ok_or(ContentError::missing(Kind::Memory.name()))
     }
 
     fn observation(&mut self, known: KnownObservation) -> Taken {
@@ -275,7 +275,7 @@ impl Assembly {
         within("observation", at, extent.observations)?;
         extent.observation(&observation)?;
         if !self.observed.insert(observation.clone()) {
-            return Err(ContentError::Again { item: Kind::Observation.name() });
+            return Err(ContentError::new("this observation was there before"));
         }
         self.content.observations.push(observation);
         self.content.attention.push(attention);
@@ -302,7 +302,7 @@ impl Assembly {
                 *slot = Some(Arc::new(execution));
                 Ok(())
             }
-            _ => Err(ContentError::Second { item: Kind::Pending.name() }),
+            _ => Err(ContentError::second(Kind::Pending.name())),
         }
     }
 }
@@ -317,7 +317,7 @@ fn announced(what: &'static str, number: u64, limit: usize) -> Result<usize, Con
 fn sound(kind: &ValueKind) -> Taken {
     match kind {
         ValueKind::Real { resolution } if !(resolution.is_finite() && *resolution > 0.0) => {
-            Err(ContentError::Value("a resolution"))
+            Err(ContentError::value("a resolution"))
         }
         _ => Ok(()),
     }

@@ -1,11 +1,14 @@
 //! What a memory lives under: the learner's parameters and its curriculum, whole. The manifest has it as TOML, journal and
 //! snapshots have it as they have everything.
 
+use std::fmt::Display;
+
 use pschema_learner::curriculum as live;
 use pschema_learner::parameters as numbers;
 use serde::{Deserialize, Serialize};
 
 use crate::content_error::ContentError;
+use crate::extent::limited;
 use crate::format::mirror::{Mirror, mirror};
 
 /// Pools that a curriculum may have, as in the files that people write.
@@ -29,11 +32,12 @@ impl Setting {
     pub(crate) fn checked(&self) -> Result<(numbers::Parameters, live::Curriculum), ContentError> {
         let parameters: numbers::Parameters = self.parameters.clone().live();
         let curriculum: live::Curriculum = self.curriculum.clone().live();
-        parameters.check().map_err(|error| ContentError::Setting(error.to_string()))?;
-        curriculum.check().map_err(|error| ContentError::Setting(error.to_string()))?;
-        if curriculum.pools.len() > POOLS_MAX {
-            return Err(ContentError::Limit { what: "pools", limit: POOLS_MAX });
-        }
+        let wrong = |error: &dyn Display| {
+            ContentError::new(format!("no learner can live under its settings: {error}"))
+        };
+        parameters.check().map_err(|error| wrong(&error))?;
+        curriculum.check().map_err(|error| wrong(&error))?;
+        limited("pools", curriculum.pools.len(), POOLS_MAX)?;
         Ok((parameters, curriculum))
     }
 }

@@ -176,7 +176,7 @@ pub fn read(from: &mut dyn BufRead, mut progress: impl FnMut(u64)) -> Result<Imp
         taken.map_err(|error| lines.wrong(error))?;
         progress(lines.number);
     };
-    let assembly = assembly.ok_or(ContentError::Missing { item: Kind::Memory.name() });
+    let assembly = assembly.ok_or(ContentError::missing(Kind::Memory.name()));
     let whole = assembly.and_then(|assembly| assembly.end(end)).map_err(|error| lines.wrong(error))?;
     let found = digest(&whole.content);
     if found != header.memory_digest || found != whole.memory_digest {

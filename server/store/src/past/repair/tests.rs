@@ -10,7 +10,7 @@ use super::*;
 use crate::Retention;
 use crate::past::tests::{Life, all, lived, opened, past};
 use crate::storage::OpenFile;
-use crate::twin::Twin;
+use crate::tests::twin::Twin;
 
 /// A process that is killed after so many operations that change something: all of them fail from then on.
 #[derive(Clone, Debug)]

@@ -1,0 +1,206 @@
+//! A memory on disk from the daemon's side: keeping it and finishing it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::SyncSender;
+use std::thread::JoinHandle;
+
+use pschema_learner::memory::{Content, Memory};
+
+use crate::change::{Change, Durability};
+use crate::codec;
+use crate::error::StoreError;
+use crate::format::v1;
+use crate::lock::Lock;
+use crate::recovery::RecoveryReport;
+use crate::shared::Shared;
+use crate::writer::{Checkpoint, Job};
+
+/// A digest of memory is written after so many steps, or after a sixteenth as many as there are schemas if that is more: a
+/// digest of many schemas takes time.
+pub(crate) const DIGEST_STEPS: u64 = 1_024;
+const DIGEST_SCHEMAS: u64 = 16;
+
+/// A memory on disk. Every change of the memory is handed to it, and it says when the change is durable. When it is dropped, it
+/// writes all that was handed over and ends the writing thread.
+#[derive(Debug)]
+pub struct Store {
+    pub(crate) jobs: Option<SyncSender<Job>>,
+    pub(crate) thread: Option<JoinHandle<()>>,
+    pub(crate) shared: Arc<Shared>,
+    /// Batches that were handed over.
+    pub(crate) handed: u64,
+    /// Steps taken after the last of them.
+    pub(crate) step: u64,
+    pub(crate) digested_step: u64,
+    pub(crate) bytes_at_snapshot: u64,
+    /// A snapshot is made whenever the journal has grown by so many bytes, and at least by the size of the last snapshot.
+    pub(crate) snapshot_bytes: u64,
+    /// Whether a snapshot is due, however little the journal has grown: the start had many files to read, or somebody asked
+    /// for one.
+    pub(crate) overdue: bool,
+    /// Whether the newest snapshot is all of the memory, so that the end needs no other.
+    pub(crate) at_snapshot: bool,
+    pub(crate) recovered: RecoveryReport,
+    pub(crate) durability: Durability,
+    pub(crate) directory: PathBuf,
+    /// None in tests, whose storage is not a directory of the file system.
+    pub(crate) lock: Option<Lock>,
+}
+
+impl Store {
+    /// Hands over what one step, one order or one attachment changed; `content` is memory after it. Returns the number of
+    /// the batch, to be asked for with [`Store::is_durable`].
+    ///
+    /// # Errors
+    /// When the change can't be encoded, or an earlier one could not be written.
+    pub fn append(&mut self, change: &Change<'_>, content: &Content) -> Result<u64, StoreError> {
+        if change.effects.is_empty() {
+            return Ok(self.handed);
+        }
+        let payload = codec::encode(&change.record(content.step))?;
+        let checkpoint = self.checkpoint(content);
+        self.hand(payload, content.step, checkpoint)
+    }
+
+    /// Memory for a digest and perhaps a snapshot, if one is due and the archivist is free.
+    fn checkpoint(&mut self, content: &Content) -> Option<Checkpoint> {
+        let bytes = self.shared.journal_bytes.load(Ordering::Acquire);
+        let enough = self.snapshot_bytes.max(self.snapshot_bytes());
+        let snapshot = self.overdue || bytes.saturating_sub(self.bytes_at_snapshot) >= enough;
+        let steps = DIGEST_STEPS.max(content.schemas.len() as u64 / DIGEST_SCHEMAS);
+        let due = content.step.saturating_sub(self.digested_step) >= steps;
+        if !(due || snapshot) || self.shared.busy.swap(true, Ordering::AcqRel) {
+            return None;
+        }
+        self.digested_step = content.step;
+        if snapshot {
+            self.bytes_at_snapshot = bytes;
+            self.overdue = false;
+        }
+        Some(Checkpoint { content: Box::new(content.clone()), snapshot })
+    }
+
+    fn hand(
+        &mut self,
+        payload: Vec<u8>,
+        step: u64,
+        checkpoint: Option<Checkpoint>,
+    ) -> Result<u64, StoreError> {
+        let job = Job { payload, before: self.step, step, checkpoint };
+        self.step = step;
+        let sent = self.jobs.as_ref().is_some_and(|jobs| jobs.send(job).is_ok());
+        if !sent {
+            return Err(self
+                .failure()
+                .unwrap_or_else(|| StoreError::Failed("the writer has ended".to_owned())));
+        }
+        self.handed += 1;
+        Ok(self.handed)
+    }
+
+    /// Whether the batch of this number is durable.
+    #[must_use]
+    pub fn is_durable(&self, batch: u64) -> bool {
+        self.shared.durable.load(Ordering::Acquire) >= batch
+    }
+
+    /// Why nothing more can be written, if so.
+    #[must_use]
+    pub fn failure(&self) -> Option<StoreError> {
+        if let Some(failure) = self.shared.failure() {
+            return Some(StoreError::Failed(failure));
+        }
+        let ended = self.thread.as_ref().is_some_and(JoinHandle::is_finished);
+        ended.then(|| StoreError::Failed("the thread that writes has ended".to_owned()))
+    }
+
+    /// Has a snapshot made with the next change, however little the journal has grown.
+    pub fn request_snapshot(&mut self) {
+        self.overdue = true;
+    }
+
+    /// What was found in the directory when it was opened.
+    #[must_use]
+    pub fn recovered(&self) -> &RecoveryReport {
+        &self.recovered
+    }
+
+    /// When a reply may leave.
+    #[must_use]
+    pub fn durability(&self) -> Durability {
+        self.durability
+    }
+
+    /// The data directory.
+    #[must_use]
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// The last step that is durable.
+    #[must_use]
+    pub fn durable_step(&self) -> u64 {
+        self.shared.durable_step.load(Ordering::Acquire)
+    }
+
+    /// The length of the journal that is kept, in bytes.
+    #[must_use]
+    pub fn journal_bytes(&self) -> u64 {
+        let written = self.shared.journal_bytes.load(Ordering::Acquire);
+        written.saturating_sub(self.shared.removed_bytes.load(Ordering::Acquire))
+    }
+
+    /// The oldest step that memory can be returned to.
+    #[must_use]
+    pub fn oldest_step(&self) -> u64 {
+        self.shared.oldest_step.load(Ordering::Acquire)
+    }
+
+    /// The step of the newest snapshot; none before the first.
+    #[must_use]
+    pub fn snapshot_step(&self) -> Option<u64> {
+        self.shared.snapshot.load(Ordering::Acquire).checked_sub(1)
+    }
+
+    /// The length of the last snapshot that was made since the directory was opened, in bytes; 0 before the first.
+    #[must_use]
+    pub fn snapshot_bytes(&self) -> u64 {
+        self.shared.snapshot_bytes.load(Ordering::Acquire)
+    }
+
+    /// Whether a digest or a snapshot is being made.
+    #[cfg(test)]
+    pub(crate) fn is_archiving(&self) -> bool {
+        self.shared.busy.load(Ordering::Acquire)
+    }
+
+    /// Writes all that was handed over, a snapshot and the digest of memory unless they are there, and gives the directory free.
+    ///
+    /// # Errors
+    /// When something of it can't be written.
+    pub fn finish(mut self, memory: &Memory) -> Result<(), StoreError> {
+        if self.handed > 0 || !self.at_snapshot {
+            let step = memory.content().step;
+            let payload = codec::encode(&v1::Record::Mark { step })?;
+            let content = Box::new(memory.content().clone());
+            self.hand(payload, step, Some(Checkpoint { content, snapshot: true }))?;
+        }
+        self.join();
+        self.failure().map_or(Ok(()), Err)
+    }
+
+    fn join(&mut self) {
+        drop(self.jobs.take());
+        if self.thread.take().is_some_and(|thread| thread.join().is_err()) {
+            self.shared.fail("the thread that writes panicked");
+        }
+    }
+}
+
+impl Drop for Store {
+    fn drop(&mut self) {
+        self.join();
+    }
+}

@@ -1,0 +1,8 @@
+//! Tests of the store as a whole, and the disk that they lose power on.
+
+mod forged;
+mod golden;
+mod journal;
+mod keeping;
+pub(crate) mod store;
+pub(crate) mod twin;
