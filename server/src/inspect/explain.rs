@@ -45,11 +45,10 @@ pub(super) fn explanation(content: &Content, decision: &Decision, candidates_max
         listed.len() - 1
     });
     let candidates = listed.iter().filter_map(|at| decision.candidates.get(*at));
-    let body = vocabulary.bodies().get(usize::from(decision.body.0));
     Explanation {
         step: decision.step,
-        body: body.map(|body| body.name.clone()).unwrap_or_default(),
-        world: decision.world.observations().iter().map(|one| text::observation(vocabulary, one)).collect(),
+        body: text::body(content, decision.body),
+        world: text::observations(vocabulary, decision.world.observations()),
         chosen: u32::try_from(chosen).unwrap_or(u32::MAX),
         action: notation::primitive(vocabulary, decision.action),
         reason: trace::reason(decision.reason),

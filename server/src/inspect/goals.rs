@@ -2,8 +2,8 @@
 
 use pschema_inspect::codec::Problem;
 use pschema_inspect::{
-    Condition, DecisionGoal, GoalSummary, ObservationText, Plan, PlanCause, PlanQuery, PlanState, PlanStep,
-    Prediction, PredictionQuery, Pursuit, PursuitPlan, PursuitQuery, PursuitState, SchemaInUse,
+    Condition, DecisionGoal, GoalSummary, Plan, PlanCause, PlanQuery, PlanState, PlanStep, Prediction,
+    PredictionQuery, Pursuit, PursuitPlan, PursuitQuery, PursuitState, SchemaInUse,
 };
 use pschema_learner::decision;
 use pschema_learner::execution::ChainLink;
@@ -38,9 +38,9 @@ impl Inspect for PredictionQuery {
         let attempts: Count = content.attempts.get(at).copied().unwrap_or_default();
         let outcomes = found.iter().flat_map(|prediction| &prediction.outcomes);
         Ok(Prediction {
-            body: body_name(content, body),
+            body: text::body(content, body),
             action: notation::primitive(vocabulary, primitive),
-            world: world_text(content, &world),
+            world: text::observations(&content.vocabulary, world.observations()),
             attempts: attempts.trials,
             carried_out: attempts.occurrences,
             outcomes: outcomes.map(|post| condition(content, post)).collect(),
@@ -80,9 +80,9 @@ pub(super) fn plan(view: &View, patterns: &[String]) -> Result<Plan, Problem> {
     };
     let steps = plan.iter().flat_map(|plan| &plan.steps);
     Ok(Plan {
-        body: body_name(content, body),
+        body: text::body(content, body),
         goal: goal_text(content, &goal),
-        world: world_text(content, &world),
+        world: text::observations(&content.vocabulary, world.observations()),
         state,
         probability: plan.as_ref().map(|plan| plan.probability),
         steps: steps.filter_map(|step| plan_step(content, step)).collect(),
@@ -104,7 +104,7 @@ impl Inspect for PursuitQuery {
         });
         Ok(Pursuit {
             number: pursuit.number,
-            body: body_name(content, pursuit.body),
+            body: text::body(content, pursuit.body),
             goal: goal_text(content, &pursuit.goal),
             state,
             achieved: state == PursuitState::Achieved,
@@ -122,7 +122,7 @@ pub(super) fn summary(view: &View) -> Option<GoalSummary> {
     let pursuit = content.pursuit.as_ref().filter(|pursuit| pursuit.under_way())?;
     Some(GoalSummary {
         number: pursuit.number,
-        body: body_name(content, pursuit.body),
+        body: text::body(content, pursuit.body),
         goal: goal_text(content, &pursuit.goal),
         actions: pursuit.actions,
         actions_max: pursuit.actions_max,
@@ -143,15 +143,6 @@ pub(super) fn followed(content: &Content, from: &decision::DecisionGoal) -> Deci
 fn here(view: &View) -> Result<(BodyId, WorldState), Problem> {
     let (body, observations) = view.perceived().ok_or_else(|| Problem::of(NO_BODY))?;
     Ok((body, goals::perceived(&view.content, &view.setup.curriculum, observations)))
-}
-
-fn body_name(content: &Content, body: BodyId) -> String {
-    let known = content.vocabulary.bodies().get(usize::from(body.0));
-    known.map(|body| body.name.clone()).unwrap_or_default()
-}
-
-fn world_text(content: &Content, world: &WorldState) -> Vec<ObservationText> {
-    world.observations().iter().map(|one| text::observation(&content.vocabulary, one)).collect()
 }
 
 fn goal_text(content: &Content, goal: &Goal) -> Vec<String> {

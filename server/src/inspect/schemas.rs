@@ -4,12 +4,13 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 use pschema_inspect::codec::Problem;
 use pschema_inspect::{
-    DetailQuery, SchemaDetail, SchemaKind, SchemaList, SchemaQuery, SchemaSort, SchemaSummary,
+    DetailQuery, SchemaDetail, SchemaForm, SchemaKind, SchemaList, SchemaQuery, SchemaSort, SchemaSummary,
 };
 use pschema_learner::decision::Subject;
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, Pattern, PropertyId, Term};
+use pschema_learner::probability::Count;
 use pschema_learner::schema::{Form, ObservationId, Schema, SchemaId};
 
 use super::question::{Inspect, no_schema};
@@ -237,33 +238,19 @@ pub(super) fn summary(content: &Content, id: u32, schema: &Schema) -> SchemaSumm
 /// Schema `id` whole; none if there is no such schema.
 fn detail(view: &View, id: u32) -> Option<SchemaDetail> {
     let content = &view.content;
-    let vocabulary = &content.vocabulary;
     let schema = content.schema(SchemaId(id))?;
     let (low, high) = schema.executions.interval();
-    let action = notation::schema_text(content, schema).action;
-    let seen = |id| text::observation(vocabulary, content.observation(id));
-    let pattern = |pattern: &Pattern| text::pattern(vocabulary, pattern);
-    let (target, pre, post) = match &schema.form {
-        Form::Concrete(concrete) => (
-            Vec::new(),
-            concrete.pre.iter().map(|id| seen(*id)).collect(),
-            concrete
-                .post
-                .iter()
-                .map(|post| text::condition(seen(post.what), post.absent, post.count))
-                .collect(),
-        ),
-        Form::Generalised(generalised) => (
-            generalised.target.iter().map(pattern).collect(),
-            generalised.pre.iter().map(pattern).collect(),
-            generalised
-                .post
-                .iter()
-                .map(|post| text::condition(pattern(&post.what), post.absent, post.count))
-                .collect(),
-        ),
+    let SchemaForm { pre, action, target, post } = text::form(content, schema);
+    let counts: Vec<Count> = match &schema.form {
+        Form::Concrete(concrete) => concrete.post.iter().map(|post| post.count).collect(),
+        Form::Generalised(generalised) => generalised.post.iter().map(|post| post.count).collect(),
     };
-    let associated = schema.associations.iter();
+    let post = post.into_iter().zip(counts);
+    let post = post.map(|(told, count)| text::condition(told.observation, told.absent, count)).collect();
+    let associated = schema.associations.iter().map(|one| {
+        let seen = text::observation(&content.vocabulary, content.observation(one.observation));
+        text::condition(seen, false, one.count)
+    });
     let numbers = |ids: &[SchemaId]| ids.iter().map(|id| id.0).collect::<Vec<_>>();
     let generalised = schema.generalised();
     Some(SchemaDetail {
@@ -273,7 +260,7 @@ fn detail(view: &View, id: u32) -> Option<SchemaDetail> {
         target,
         pre,
         post,
-        associated: associated.map(|one| text::condition(seen(one.observation), false, one.count)).collect(),
+        associated: associated.collect(),
         executions: schema.executions.trials,
         successes: schema.executions.occurrences,
         probability: schema.executions.ratio(),

@@ -52,11 +52,7 @@ fn left(view: &View, rule: &Habituation) -> Option<u32> {
         })
     };
     let wanting = |schema: &&Schema| {
-        let (low, high) = schema.executions.interval();
-        schema.created_step >= first_step
-            && schema.executions.trials < rule.executions_min
-            && high - low > rule.interval_max
-            && executable(schema)
+        schema.created_step >= first_step && rule.wants(schema.executions) && executable(schema)
     };
     u32::try_from(content.schemas.iter().filter(wanting).count()).ok()
 }

@@ -6,10 +6,20 @@ use pschema_learner::notation;
 use pschema_learner::observation::{Observation, Pattern, PropertyId, Substitution, Term, Value, Variable};
 use pschema_learner::probability::Count;
 use pschema_learner::schema::{Form, Generalised, Schema, SchemaId};
-use pschema_learner::vocabulary::{ValueKind, Vocabulary, bin_middle};
+use pschema_learner::vocabulary::{BodyId, ValueKind, Vocabulary, bin_middle};
 
 pub(super) fn observation(vocabulary: &Vocabulary, from: &Observation) -> ObservationText {
     pattern(vocabulary, &Pattern::from(from))
+}
+
+pub(super) fn observations(vocabulary: &Vocabulary, list: &[Observation]) -> Vec<ObservationText> {
+    list.iter().map(|one| observation(vocabulary, one)).collect()
+}
+
+/// The name of a body.
+pub(super) fn body(content: &Content, body: BodyId) -> String {
+    let known = content.vocabulary.bodies().get(usize::from(body.0));
+    known.map(|body| body.name.clone()).unwrap_or_default()
 }
 
 pub(super) fn pattern(vocabulary: &Vocabulary, from: &Pattern) -> ObservationText {

@@ -1,11 +1,11 @@
 //! The reason why a schema was not executed.
 
 use pschema_inspect::codec::Problem;
-use pschema_inspect::{ObservationText, UnmetCondition, Verdict, WhyNot, WhyNotQuery};
+use pschema_inspect::{UnmetCondition, Verdict, WhyNot, WhyNotQuery};
 use pschema_learner::decision::Decision;
 use pschema_learner::memory::{Content, Memory};
 use pschema_learner::notation;
-use pschema_learner::observation::{Observation, PropertyId, Term};
+use pschema_learner::observation::{PropertyId, Term};
 use pschema_learner::schema::SchemaId;
 use pschema_learner::why_not::{self, Reweighing, WeighError};
 
@@ -45,13 +45,12 @@ fn why_not(view: &View, id: u32, step: Option<u64>) -> Result<WhyNot, Problem> {
 fn told(view: &View, decision: &Decision, id: u32, weighed: &Reweighing) -> Option<WhyNot> {
     let content = &view.content;
     let schema = content.schema(SchemaId(id))?;
-    let body = content.vocabulary.bodies().get(usize::from(decision.body.0));
     let action = weighed.action.and_then(|action| usize::try_from(action.0).ok());
     let attempts = action.and_then(|at| content.attempts.get(at)).copied().unwrap_or_default();
     Some(WhyNot {
         step: decision.step,
-        body: body.map(|body| body.name.clone()).unwrap_or_default(),
-        world: observations(content, decision.world.observations()),
+        body: text::body(content, decision.body),
+        world: text::observations(&content.vocabulary, decision.world.observations()),
         schema: id,
         kind: schemas::kind(schema),
         text: notation::schema(content, schema),
@@ -72,10 +71,6 @@ fn told(view: &View, decision: &Decision, id: u32, weighed: &Reweighing) -> Opti
     })
 }
 
-fn observations(content: &Content, list: &[Observation]) -> Vec<ObservationText> {
-    list.iter().map(|one| text::observation(&content.vocabulary, one)).collect()
-}
-
 fn verdict(content: &Content, from: &why_not::Verdict) -> Option<Verdict> {
     Some(match from {
         why_not::Verdict::Chosen => Verdict::Chosen,
@@ -87,7 +82,7 @@ fn verdict(content: &Content, from: &why_not::Verdict) -> Option<Verdict> {
             Verdict::PreConditions { lacking: list.iter().map(|one| unmet(content, one)).collect() }
         }
         why_not::Verdict::TargetNotAchievable(target) => {
-            Verdict::TargetNotAchievable { target: observations(content, target) }
+            Verdict::TargetNotAchievable { target: text::observations(&content.vocabulary, target) }
         }
         why_not::Verdict::StoodInFor(by) => {
             Verdict::StoodInFor { by: by.0, kind: content.schema(*by).map(schemas::kind)? }

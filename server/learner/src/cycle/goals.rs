@@ -1,5 +1,4 @@
-//! Goals: what they are, whether they hold, and what a primitive would do here. How to bring one about is in
-//! [`crate::cycle::plan`].
+//! Goals: whether they hold, and the outcome of a primitive here. [`crate::cycle::plan`] finds the way to one.
 
 use crate::cycle::stages;
 use crate::memory::instance::Instance;
@@ -11,15 +10,15 @@ use crate::nouns::schema::{Concrete, PostCondition, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
-/// What a primitive is expected to do here.
+/// The expected outcome of a primitive here.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
-    /// The schema that says so: of those that hold here, the one with the most pre-conditions; of equals a
-    /// concrete one, then the one executed most, then the oldest.
+    /// The schema that predicts it: of those that hold here, the one with the most pre-conditions; of equals a concrete one, then
+    /// the one executed most, then the oldest.
     pub schema: SchemaId,
-    /// Its binding, when it is generalised.
+    /// The binding of the schema, when it is generalised.
     pub binding: Substitution,
-    /// Each outcome with its count; rarer ones included.
+    /// The post-conditions of the schema, each with its count; rarer ones included.
     pub outcomes: Vec<PostCondition<Observation>>,
 }
 
@@ -101,7 +100,7 @@ impl Search<'_> {
     }
 }
 
-/// What `action` would do in `world`; none if nothing that is known holds here.
+/// The expected outcome of `action` in `world`; none if no schema of it holds here.
 #[must_use]
 pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: PrimitiveId) -> Option<Prediction> {
     if !memory.content().vocabulary.can_do(body, action) {

@@ -13,12 +13,8 @@ pub(crate) fn unhabituated(
     executable: &[SchemaId],
 ) -> Vec<SchemaId> {
     let wanting = |id: &SchemaId| {
-        memory.content().schema(*id).is_some_and(|schema| {
-            let (low, high) = schema.executions.interval();
-            schema.created_step >= first_step
-                && schema.executions.trials < rule.executions_min
-                && high - low > rule.interval_max
-        })
+        let schema = memory.content().schema(*id);
+        schema.is_some_and(|schema| schema.created_step >= first_step && rule.wants(schema.executions))
     };
     executable.iter().copied().filter(wanting).collect()
 }

@@ -24,7 +24,22 @@ pub enum LearnerError {
     Curriculum(#[from] CurriculumError),
 }
 
-/// A learner: memory, and the curriculum that it follows.
+/// A learner: memory, and the curriculum that it follows. The crate's page has a whole life of one.
+///
+/// ```
+/// use pschema_learner::curriculum::Curriculum;
+/// use pschema_learner::parameters::Parameters;
+/// use pschema_learner::vocabulary::Declaration;
+/// use pschema_learner::{Frame, Learner, Output};
+///
+/// let mut learner = Learner::new(7, Parameters::default(), Curriculum::free("play"))?;
+/// let (body, effects) = learner.declare(Declaration { body: "arm".to_owned(), ..Declaration::default() })?;
+/// assert_eq!(effects.len(), 1);
+/// // A body that has no action waits.
+/// let step = learner.step(&Frame { body, outcome: None, observations: Vec::new() });
+/// assert_eq!((step.output, learner.memory().content().step), (Output::Hold, 1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Learner {
     memory: Memory,
@@ -54,8 +69,8 @@ impl Learner {
         Ok(Self { memory, curriculum, caches: Caches::default() })
     }
 
-    /// Gives up its curriculum for another, which begins with the next frame, and goes on under other parameters:
-    /// what it has learnt stays.
+    /// Gives up its curriculum for another, which begins with the next frame, and goes on under other parameters. Memory stays as it
+    /// is otherwise.
     ///
     /// # Errors
     /// When a parameter is out of range, or the curriculum can't be followed; nothing is changed then.
@@ -81,22 +96,22 @@ impl Learner {
         self.memory
     }
 
-    /// What it knows.
+    /// Its memory, to look at.
     #[must_use]
     pub fn memory(&self) -> &Memory {
         &self.memory
     }
 
-    /// What it is led through.
+    /// The curriculum that it is led through.
     #[must_use]
     pub fn curriculum(&self) -> &Curriculum {
         &self.curriculum
     }
 
-    /// Takes in what a body declares of itself.
+    /// Takes in the declaration of a body, and returns the body's number.
     ///
     /// # Errors
-    /// When it contradicts what is known; memory is then as it was.
+    /// When the declaration contradicts memory or is more than memory holds; memory is then as it was.
     pub fn declare(&mut self, declaration: Declaration) -> Result<(BodyId, Vec<Effect>), DeclarationError> {
         self.memory.content().vocabulary.check(&declaration)?;
         let name = declaration.body.clone();

@@ -16,19 +16,19 @@ use crate::nouns::schema::{ObservationId, PostCondition, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
-/// Chains weighed for one plan; a search that comes to it says so.
+/// How many chains are weighed for one plan; a search that comes to this number says so.
 pub const CHAINS_WEIGHED_MAX: usize = 1_024;
 
-/// A way to bring a goal about.
+/// A plan: a chain of schemas that brings a goal about (II-A).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// What to execute, in order; nothing when the goal holds already.
+    /// The schemas to execute, in order; none when the goal holds already.
     pub steps: Vec<PlanStep>,
-    /// The probability that it brings the goal about: the product of those of the steps.
+    /// The probability that it brings the goal about, above 0 and at most 1: the product of those of the steps.
     pub probability: f64,
 }
 
-/// What a search for a plan came to.
+/// The result of a search for a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanSearch {
     /// The best plan; none if nothing known leads there.
@@ -40,17 +40,17 @@ pub struct PlanSearch {
 /// One schema of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanStep {
-    /// The schema, its binding, and what carries out its target when it is generalised.
+    /// The schema, its binding, and its carrier when it is generalised.
     pub link: ChainLink,
     /// The primitive to be sent.
     pub action: PrimitiveId,
-    /// The outcomes that the goal or later steps rely on: as observed, or (an absence) as *not* to happen.
+    /// The outcomes on which the goal or later steps rely: an observation that is to be made, or an absence that is *not* to happen.
     pub relies_on: Vec<PostCondition<Observation>>,
     /// Of a generalised schema, the outcomes of its carrier that are its target.
     pub through: Vec<PostCondition<Observation>>,
-    /// Reliability of the primitive: how surely the body carries it out.
+    /// The reliability of the primitive, in 0..=1: how surely the body carries it out.
     pub reliability: f64,
-    /// `reliability` times the probabilities of what it goes through and of what is relied on.
+    /// `reliability` times the probabilities of the outcomes in `through` and in `relies_on`.
     pub probability: f64,
 }
 

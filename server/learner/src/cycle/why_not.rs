@@ -1,5 +1,5 @@
-//! Why a schema was not executed. The decision is weighed once more, in memory as it was when it was made and by what it was
-//! made by, and told from the side of one schema.
+//! Why a schema was not executed. The decision is weighed once more, in memory as it was when it was made and by the same rules, and
+//! told from the side of one schema.
 
 use crate::cycle::babbling::executable;
 use crate::cycle::chaining::{Access, Achievement, Reach, achieve};
@@ -17,33 +17,33 @@ use crate::nouns::schema::{Concrete, Form, Generalised, SchemaId};
 use crate::nouns::terms::{Drive, TermSource};
 use crate::nouns::vocabulary::PrimitiveId;
 
-/// What stood in a schema's way, and how near it was.
+/// The obstacle in a schema's way, and how near the schema came to being chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reweighing {
-    /// What stood in its way; of a generalised schema, in the way of the binding that came nearest.
+    /// The obstacle; of a generalised schema, the obstacle in the way of the binding that came nearest.
     pub verdict: Verdict,
     /// That binding.
     pub binding: Substitution,
-    /// Bindings that were looked at.
+    /// The number of bindings that were looked at.
     pub bindings: usize,
-    /// Its excitation term by term, where it could have been executed, at once or by a chain.
+    /// Its excitation term by term (equation (1)), where it could have been executed, at once or by a chain.
     pub candidate: Option<Candidate>,
     /// The schemas to be executed before it.
     pub chain: Vec<ChainLink>,
     /// The primitive that it comes to, where that is known.
     pub action: Option<PrimitiveId>,
-    /// Whether it was known well enough for the stage (II-G); none where the stage was not at that.
+    /// Whether it was known well enough for the stage (II-G); none where the stage was not habituating.
     pub habituated: Option<bool>,
     /// Whether the search for chains used up its budget.
     pub search_truncated: bool,
 }
 
-/// What stood in a schema's way.
+/// The obstacle in a schema's way.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// Nothing: it is what was chosen.
+    /// None: the schema was chosen.
     Chosen,
-    /// It was executed, for the sake of this one: as what carries out its target, or as the first of a chain to it.
+    /// None: the schema was executed for the sake of this other one, as the carrier of its target or as the first of a chain to it.
     ExecutedFor(SchemaId),
     /// A chain or a plan was being followed, so nothing else was weighed.
     NotWeighed,
@@ -53,30 +53,30 @@ pub enum Verdict {
     NotInRepertoire,
     /// Its pre-conditions do not hold, and no chain that was found leads to where they do.
     PreConditions(Vec<UnmetCondition>),
-    /// Nothing that is known achieves its target from here.
+    /// No schema achieves its target from here.
     TargetNotAchievable(Vec<Observation>),
     /// This concrete schema is for exactly this case, and is selected instead (IV-A).
     StoodInFor(SchemaId),
-    /// Nothing that is perceived resembles anything that it remembers.
+    /// No perceived observation resembles any that it remembers.
     NotExciting,
-    /// Another was more exciting, by so much.
+    /// Another candidate was more exciting, by so much, in the unit of equation (1).
     LessExciting(f64),
-    /// Others were as exciting, and the lot fell on another.
+    /// Others were as exciting, and the lot fell on one of them.
     LotFellOnAnother,
 }
 
 /// A pre-condition that does not hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnmetCondition {
-    /// It.
+    /// The pre-condition.
     pub wanted: Pattern,
-    /// What was perceived of its type with the most values the same; of equals the first.
+    /// The perceived observation of its type that has the most values in common with it; of equals the first.
     pub nearest: Option<Observation>,
     /// Whether the stage does not lift its type.
     pub constrained: bool,
 }
 
-/// Why it can't be told.
+/// Why the obstacle can't be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WeighError {
     /// There is no such schema.

@@ -20,7 +20,22 @@ use crate::nouns::schema::{
 };
 use crate::nouns::vocabulary::{Declaration, PrimitiveId};
 
-/// Everything the learner knows.
+/// Everything that a learner knows, with the indexes that make it fast to ask. Effects are the only thing that changes it.
+///
+/// ```
+/// use pschema_learner::digest::digest;
+/// use pschema_learner::effect::Effect;
+/// use pschema_learner::memory::Memory;
+/// use pschema_learner::parameters::Parameters;
+///
+/// let effect = Effect::SymbolsMet(vec!["touch".to_owned()]);
+/// let (mut one, mut other) = (Memory::new(7, Parameters::default()), Memory::new(7, Parameters::default()));
+/// one.apply(&effect)?;
+/// assert_ne!(digest(one.content()), digest(other.content()));
+/// other.apply(&effect)?;
+/// assert_eq!(digest(one.content()), digest(other.content()));
+/// # Ok::<(), pschema_learner::effect_error::EffectError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Memory {
     content: Content,
@@ -30,15 +45,15 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// Knows nothing. `seed` is where its randomness begins.
+    /// A memory that knows nothing. `seed` decides all random numbers of its life.
     #[must_use]
     pub fn new(seed: u64, parameters: Parameters) -> Self {
         let content = Content { random: Random::from_seed(seed), ..Content::default() };
         Self { content, index: Index::default(), rules: TypeRules::default(), parameters }
     }
 
-    /// The memory of which `content` was taken, its indexes built anew: to ask it more than content can
-    /// answer, or to go on from it.
+    /// The memory of which `content` was taken, with its indexes built anew: to ask it more than content can answer, or to go on from
+    /// it. This takes time in proportion to memory.
     #[must_use]
     pub fn restore(content: Content, parameters: Parameters) -> Self {
         let rules = TypeRules::new(&content.vocabulary, &parameters);
@@ -46,19 +61,19 @@ impl Memory {
         Self { content, index, rules, parameters }
     }
 
-    /// What is known.
+    /// All that is known.
     #[must_use]
     pub fn content(&self) -> &Content {
         &self.content
     }
 
-    /// What makes it fast to ask; follows from the content.
+    /// The indexes; they follow from the content.
     #[must_use]
     pub(crate) fn index(&self) -> &Index {
         &self.index
     }
 
-    /// What each observation type may be part of.
+    /// The parts in learning that each observation type may have.
     #[must_use]
     pub fn rules(&self) -> &TypeRules {
         &self.rules
@@ -75,14 +90,14 @@ impl Memory {
         ids.iter().filter_map(|id| Some((*id, self.content.generalised(*id)?)))
     }
 
-    /// N(x).
+    /// N(x) of equation (1): how often `observation` was perceived while the executed schema referred to it (II-C).
     #[must_use]
     pub fn attention(&self, observation: &Observation) -> u32 {
         self.index.id(observation).and_then(|id| self.content.attention.get(id.index())).copied().unwrap_or(0)
     }
 
-    /// Changes memory by `effect`, or refuses it. It is refused if it refers to anything that is not there, if it is longer or
-    /// more than memory holds, or if it would break what memory relies on; it never panics. What is refused changes nothing.
+    /// Changes memory by `effect`, or refuses the effect: if it refers to anything that is not there, if it is longer or more than
+    /// memory holds, or if it would break an invariant of memory. It never panics, and a refused effect changes nothing.
     ///
     /// # Errors
     /// The first thing in it for which it is refused.
@@ -90,12 +105,7 @@ impl Memory {
         Check { content: &self.content, index: &self.index }.effect(effect)?;
         match effect {
             Effect::Declared(declaration) => self.declare(declaration),
-            Effect::SymbolsMet(symbols) => {
-                let vocabulary = Arc::make_mut(&mut self.content.vocabulary);
-                for symbol in symbols {
-                    vocabulary.intern_symbol(symbol);
-                }
-            }
+            Effect::SymbolsMet(symbols) => Arc::make_mut(&mut self.content.vocabulary).meet(symbols),
             Effect::Attempted { primitive, carried_out } => self.attempt(*primitive, *carried_out),
             Effect::Executed { schema, success, post, associations } => {
                 self.score(*schema, *success, post, associations);
@@ -144,7 +154,7 @@ impl Memory {
         Ok(())
     }
 
-    // What follows is asked only for what was checked: a number without a thing changes nothing.
+    // The functions below are called for checked effects alone. A number that nothing has would change nothing.
 
     fn declare(&mut self, declaration: &Declaration) {
         let Self { content, index, rules, parameters } = self;

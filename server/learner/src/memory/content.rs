@@ -1,4 +1,4 @@
-//! The content of memory: what is known, as it is written down, digested and looked at.
+//! The content of memory: all that a learner knows, as it is written down, digested and looked at.
 
 use std::sync::Arc;
 
@@ -12,23 +12,23 @@ use crate::nouns::random::Random;
 use crate::nouns::schema::{Concrete, Generalised, ObservationId, Schema, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId, Vocabulary};
 
-/// What is known, without the indexes that make it fast to ask. Cheap to clone, for those who inspect it: a clone shares
-/// what it is of, and a change after it copies the part that changes.
+/// All that a learner knows, without the indexes that make it fast to ask. It is cheap to clone, for those who inspect it: a clone
+/// shares its parts with the original, and a change after it copies the part that changes.
 #[derive(Clone, Debug, Default)]
 pub struct Content {
-    /// What can be perceived and done; shared, for it seldom changes.
+    /// The observation types and the actions that bodies declared; shared, for they seldom change.
     pub vocabulary: Arc<Vocabulary>,
     /// The schemas, by number.
     pub schemas: Chunks<Schema>,
     /// The observations that schemas refer to or that were attended to, by number.
     pub observations: Chunks<Observation>,
-    /// N(x) for each of them.
+    /// N(x) for each of these observations (II-C).
     pub attention: Chunks<u32>,
-    /// For each of them that is an event, before or after how many executions it was perceived.
+    /// For each of them that is an event: before or after how many executions it was perceived.
     pub happened: Chunks<u32>,
-    /// For each primitive, how often it was asked for and how often carried out.
+    /// For each primitive: how often it was asked for (trials), and how often carried out (occurrences).
     pub attempts: Chunks<Count>,
-    /// For each body, the execution under way.
+    /// For each body, by number, the execution under way.
     pub pending: Vec<Option<Arc<Execution>>>,
     /// Where the curriculum stands.
     pub progress: Arc<Progress>,
@@ -36,9 +36,9 @@ pub struct Content {
     pub pursuit: Option<Arc<Pursuit>>,
     /// The state of the generator.
     pub random: Random,
-    /// Steps taken.
+    /// The number of steps taken.
     pub step: u64,
-    /// How many of the schemas are generalised.
+    /// The number of generalised schemas, retired ones included.
     pub generalised_count: u32,
 }
 
@@ -70,16 +70,16 @@ impl Content {
         }
     }
 
-    /// Of times asked for, the share that the body carried the action out, counting one success in advance: exactly 1 while
-    /// it never failed. Weighs down what the body refuses or fails to do.
+    /// w of equation (1), in 0..=1: the share of attempts at which the body carried the action out, counting one success in advance,
+    /// so that it is exactly 1 while the action never failed. It weighs down actions that the body refuses or fails to do.
     #[must_use]
     pub(crate) fn reliability(&self, action: PrimitiveId) -> f64 {
         let attempts = self.attempts.get(action.0 as usize).copied().unwrap_or_default();
         (1.0 + f64::from(attempts.occurrences)) / (1.0 + f64::from(attempts.trials))
     }
 
-    /// Drops what is left of the chain under way: it was for something else, or is for nothing any more. Its present schema is
-    /// still learnt from.
+    /// Drops the rest of the chain under way, which was for something else, or is for nothing any more. Its present schema is still
+    /// learnt from.
     pub(super) fn forget_chain(&mut self, body: BodyId) {
         if let Some(Some(execution)) = self.pending.get_mut(usize::from(body.0)) {
             Arc::make_mut(execution).chain.clear();

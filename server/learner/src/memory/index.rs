@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 
 use crate::memory::content::Content;
 use crate::memory::groups::{GroupId, Groups, insert};
-use crate::memory::matching::{Symmetry, bindings, matches};
+use crate::memory::matching::{Symmetry, matches};
 use crate::memory::outline::{Basis, Classes, Outline, associated};
 use crate::memory::pages::Pages;
 use crate::memory::shape::Shape;
@@ -347,8 +347,7 @@ impl Index {
         generalised: &Generalised,
         observations: &[Observation],
     ) -> Vec<Substitution> {
-        let alike = self.alike.get(&id);
-        alike.map_or_else(Vec::new, |alike| bindings(&generalised.pre, alike, observations, BINDINGS_MAX))
+        self.matches(id, generalised, observations).into_iter().map(|(binding, _)| binding).collect()
     }
 
     /// The same, each with which of the observations are matched, in their order.

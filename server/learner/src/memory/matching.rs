@@ -104,17 +104,7 @@ fn variables(pattern: &Pattern) -> impl Iterator<Item = Variable> + '_ {
 /// Every substitution under which each of `patterns` matches a different one of `observations`, which are ordered and each
 /// there once: in the order of what the first pattern matches, then the second, and so on; at most `limit` of them. Two
 /// objects that both fit `$x` give two substitutions, but of patterns that are `alike` each matches a later observation than
-/// the one before.
-pub(crate) fn bindings(
-    patterns: &[Pattern],
-    alike: &Symmetry,
-    observations: &[Observation],
-    limit: usize,
-) -> Vec<Substitution> {
-    matches(patterns, alike, observations, limit).into_iter().map(|(binding, _)| binding).collect()
-}
-
-/// The same, each with which observations are matched, in their order.
+/// the one before. With each substitution come the places of the observations that are matched, in their order.
 pub(crate) fn matches(
     patterns: &[Pattern],
     alike: &Symmetry,
@@ -141,7 +131,7 @@ pub(crate) fn matches(
 /// Whether each of `patterns` can match a different one of `observations`, variables the same wherever they occur.
 pub(crate) fn can_match(patterns: &[Pattern], observations: &[Observation]) -> bool {
     let alike = Symmetry::new(patterns, &[], std::iter::empty());
-    !bindings(patterns, &alike, observations, 1).is_empty()
+    !matches(patterns, &alike, observations, 1).is_empty()
 }
 
 /// A law, or what may be one.
@@ -529,6 +519,15 @@ mod tests {
 
     fn finger_at(field: u8) -> Pattern {
         Pattern::new(FINGER, [(FIELD, Term::Variable(Variable(field)))])
+    }
+
+    fn bindings(
+        patterns: &[Pattern],
+        alike: &Symmetry,
+        observations: &[Observation],
+        limit: usize,
+    ) -> Vec<Substitution> {
+        matches(patterns, alike, observations, limit).into_iter().map(|(binding, _)| binding).collect()
     }
 
     /// As many as there are, of patterns that nothing makes alike.

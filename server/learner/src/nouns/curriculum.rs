@@ -1,5 +1,7 @@
 //! A curriculum: the stages that a learner is led through (paper, II-F), as plain data. `cycle/stages.rs` follows it.
 
+use crate::nouns::probability::Count;
+
 /// The stages that a learner is led through, one after another, each of which lifts other senses: the paper's *lift constraint, act,
 /// saturate* (II-F).
 ///
@@ -185,6 +187,15 @@ pub struct Habituation {
     pub executions_min: u32,
     /// The width of the 95 % interval of the success probability that is enough, in 0..=1; 0 so that only executions count.
     pub interval_max: f64,
+}
+
+impl Habituation {
+    /// Whether a schema with these executions is still to be tried.
+    #[must_use]
+    pub fn wants(&self, executions: Count) -> bool {
+        let (low, high) = executions.interval();
+        executions.trials < self.executions_min && high - low > self.interval_max
+    }
 }
 
 /// Why a curriculum can't be followed to its end.

@@ -1,4 +1,4 @@
-//! Decisions, with everything needed to explain them.
+//! Decisions, with everything that it takes to explain them.
 
 use crate::nouns::execution::ChainLink;
 use crate::nouns::observation::{Pattern, Substitution};
@@ -7,63 +7,63 @@ pub use crate::nouns::terms::{Role, TERMS_KEPT_MAX, Term, Terms};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
-/// Candidates that a decision keeps with their terms, the most excited first.
+/// How many candidates a decision keeps with their terms: the most excited ones.
 pub const CANDIDATES_KEPT_MAX: usize = 32;
 
-/// Why something was done: the candidates, term by term.
+/// The decision of one step: its candidates with the terms of equation (1), and the chosen one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decision {
-    /// The step that decided.
+    /// The number of the step that decided; steps are counted from 1.
     pub step: u64,
     /// The body that was sent to act.
     pub body: BodyId,
-    /// What was perceived.
+    /// The world state Υ in which it was decided, under the constraints of the stage.
     pub world: WorldState,
-    /// The candidates, the most excited first; at most [`CANDIDATES_KEPT_MAX`], the chosen one always.
+    /// The candidates, the most excited first; at most [`CANDIDATES_KEPT_MAX`], the chosen one always among them.
     pub candidates: Vec<Candidate>,
-    /// How many there were.
+    /// The number of all candidates, kept or not.
     pub candidates_total: usize,
-    /// The chosen one, as an index into `candidates`.
+    /// The chosen candidate, as an index into `candidates`.
     pub chosen: usize,
-    /// How many had the top excitation.
+    /// The number of candidates with the highest excitation, among which it was drawn; 1 when a chain or a plan was followed.
     pub ties: usize,
-    /// What made the choice.
+    /// The rule that made the choice.
     pub reason: Reason,
-    /// The primitive that was sent.
+    /// The primitive that was sent to the body.
     pub action: PrimitiveId,
-    /// Whether the search for chains used up its budget.
+    /// Whether the search for chains used up its budget (`Parameters::chain_expansions_max`).
     pub search_truncated: bool,
-    /// The goal and the plan that it follows, when that is the reason.
+    /// The goal and the plan that the decision follows, when its reason is [`Reason::Goal`].
     pub goal: Option<DecisionGoal>,
 }
 
-/// What a decision in pursuit of a goal follows.
+/// The goal and the plan that a decision follows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DecisionGoal {
-    /// What is to be brought about.
+    /// The patterns of the goal.
     pub goal: Vec<Pattern>,
-    /// The plan's schemas, in order.
+    /// The schemas of the plan, in order.
     pub chain: Vec<ChainLink>,
-    /// Which of them this is, as an index.
+    /// The place of the chosen schema in the plan, as an index.
     pub at: usize,
-    /// The probability of the plan when it was made.
+    /// The probability of the plan when it was made, in 0..=1 (II-A).
     pub probability: f64,
 }
 
-/// What made a choice.
+/// The rule that made a choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// The highest excitation.
+    /// One candidate had the highest excitation (II-C).
     Excitation,
-    /// Drawn among several with the highest excitation.
+    /// Several candidates had the highest excitation, and the generator drew one of them.
     Tie,
-    /// The next schema of a chain begun before.
+    /// It is the next schema of a chain that was begun before.
     Chain,
-    /// The next schema of a plan for a goal.
+    /// It is the next schema of a plan for a goal.
     Goal,
 }
 
-/// What a candidate is.
+/// The schema or the primitive that a candidate is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Subject {
     /// A schema.
@@ -72,17 +72,17 @@ pub enum Subject {
     Primitive(PrimitiveId),
 }
 
-/// Something that could have been done.
+/// A schema or a primitive that could have been executed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// What it is.
+    /// The schema or the primitive.
     pub subject: Subject,
-    /// Values of its variables, when it is generalised.
+    /// The values of the schema's variables, when it is generalised.
     pub binding: Substitution,
-    /// d of equation (1): schemas to be executed, this one included.
+    /// d of equation (1): the number of schemas to be executed, this one included; 1 or more.
     pub distance: u32,
-    /// E of equation (1).
+    /// E of equation (1), 0 or more; it has no unit.
     pub excitation: f64,
-    /// The terms of E, which times `distance` is their sum.
+    /// The terms of equation (1): their sum is `excitation` times `distance`, but for rounding.
     pub terms: Terms,
 }

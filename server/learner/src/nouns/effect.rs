@@ -1,5 +1,5 @@
-//! Effects: everything that a step changes, as values. [`crate::memory::Memory::apply`] is the only thing
-//! that changes memory, in the live loop and in recovery alike.
+//! Effects: every change of memory in a step, as values. [`crate::memory::Memory::apply`] is the only thing that changes memory, in
+//! the live loop and in recovery alike.
 
 use std::sync::Arc;
 
@@ -16,20 +16,20 @@ use crate::nouns::vocabulary::{BodyId, Declaration, PrimitiveId};
 pub enum Effect {
     /// A body declared itself.
     Declared(Box<Declaration>),
-    /// Symbols were met for the first time (words, mostly).
+    /// Symbols (words, mostly) were met for the first time.
     SymbolsMet(Vec<String>),
     /// The body was asked for a primitive, and did or did not carry it out.
     Attempted {
-        /// Which primitive.
+        /// The primitive.
         primitive: PrimitiveId,
-        /// Whether it was carried out.
+        /// Whether the body carried it out.
         carried_out: bool,
     },
     /// A schema was executed and its predictions were scored (II-A).
     Executed {
-        /// Which schema.
+        /// The schema.
         schema: SchemaId,
-        /// Whether everything it predicts happened.
+        /// Whether every predicted post-condition of a lifted type happened.
         success: bool,
         /// One entry a post-condition, in order.
         post: Vec<Score>,
@@ -38,20 +38,20 @@ pub enum Effect {
     },
     /// A concrete schema gained an outcome that it did not know.
     OutcomeAdded {
-        /// Which schema.
+        /// The schema.
         schema: SchemaId,
-        /// What was observed, or no longer observed.
+        /// The observation that was made, or no longer made.
         observation: Observation,
-        /// True for "no longer".
+        /// Whether it was no longer made.
         absent: bool,
     },
     /// A concrete schema was made (II-D).
     Created {
-        /// What must hold, in canonical order.
+        /// Its pre-conditions, in canonical order.
         pre: Vec<Observation>,
-        /// What was done.
+        /// Its action.
         action: PrimitiveId,
-        /// What was then observed (false) or no longer observed (true).
+        /// Its post-conditions, each with whether it is an absence, in canonical order.
         post: Vec<(Observation, bool)>,
         /// The schema whose execution led to this one.
         parent: Option<SchemaId>,
@@ -60,11 +60,11 @@ pub enum Effect {
     },
     /// A generalised schema was made (II-E).
     Generalised {
-        /// What must hold.
+        /// Its pre-conditions.
         pre: Vec<Pattern>,
-        /// What is to be achieved.
+        /// Its target: the observations that are to be achieved.
         target: Vec<Pattern>,
-        /// What is then observed (false) or no longer observed (true).
+        /// Its post-conditions, each with whether it is an absence.
         post: Vec<(Pattern, bool)>,
         /// The new concrete schema that it was lifted from.
         parent: SchemaId,
@@ -100,13 +100,13 @@ pub enum Effect {
     Stage(StageEffect),
     /// A goal is pursued, or no more.
     Pursuit(PursuitEffect),
-    /// The step is over: what is to be remembered until the next frame of this body.
+    /// The step is over: memory counts it, and keeps the execution until the next frame of the body.
     StepEnded {
-        /// Which body.
+        /// The body.
         body: BodyId,
         /// The state of the generator.
         random: u64,
-        /// What the body was sent to do; none when it was sent to do nothing.
+        /// The execution that the body was sent out on; none when it was sent to do nothing.
         pending: Option<Arc<Execution>>,
     },
 }

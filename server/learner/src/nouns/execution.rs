@@ -1,11 +1,11 @@
-//! Executions: what a body was sent to do, and the chain that it is part of.
+//! Executions: the schema that a body was sent to execute, and the chain that it is part of.
 
 use crate::nouns::observation::Substitution;
 use crate::nouns::schema::SchemaId;
 use crate::nouns::vocabulary::PrimitiveId;
 use crate::nouns::world_state::WorldState;
 
-/// An execution under way: what was decided, and in which world state.
+/// An execution under way: the decision, and the world state in which it was made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Execution {
     /// The schema being executed; none when a primitive is tried for which no schema holds here.
@@ -18,8 +18,7 @@ pub struct Execution {
     pub action: PrimitiveId,
     /// The world state in which it was decided, under the constraints of the stage.
     pub before: WorldState,
-    /// What is left of a chain after this schema: concrete schemas in order, and at its end the one that
-    /// the chain is for.
+    /// The rest of a chain after this schema, in order; the schema that the chain is for is the last.
     pub chain: Vec<ChainLink>,
     /// Whether it was decided in pursuit of a goal, so that the curriculum does not count it.
     pub for_goal: bool,

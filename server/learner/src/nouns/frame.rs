@@ -1,4 +1,4 @@
-//! What goes into a step and what comes out of it: a frame of a body, and what that body is to do.
+//! Frames of a body, which go into a step, and the action of the body, which comes out of it.
 
 use crate::nouns::curriculum::SceneCommand;
 use crate::nouns::decision::Decision;
@@ -6,14 +6,14 @@ use crate::nouns::effect::Effect;
 use crate::nouns::observation::Observation;
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 
-/// What a body reports.
+/// The report of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
-    /// Which body.
+    /// The body that reports.
     pub body: BodyId,
-    /// How the last action, or arranging, went; none when nothing was asked.
+    /// How the last action, or the arranging, went; none when the body was asked for nothing.
     pub outcome: Option<ActionOutcome>,
-    /// Everything it perceives, words heard since the last frame included.
+    /// The observations that the body makes, in any order, words heard since the last frame included.
     pub observations: Vec<Observation>,
 }
 
@@ -30,23 +30,23 @@ pub enum ActionOutcome {
     TimedOut,
 }
 
-/// What a step decided, and everything it changed.
+/// The result of a step: the next action of the body, and every change of memory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// What the body is to do.
+    /// The next action of the body.
     pub output: Output,
-    /// What changed, in order.
+    /// The changes of memory, in the order in which they were applied.
     pub effects: Vec<Effect>,
-    /// Why, when an action was chosen.
+    /// The decision, when an action was chosen.
     pub decision: Option<Decision>,
 }
 
-/// What a body is to do.
+/// The next action of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Output {
-    /// Carry this out.
+    /// The body is to carry out this primitive.
     Act(PrimitiveId),
-    /// Arrange the surroundings so, in this order.
+    /// The surroundings are to be arranged by these commands, in this order.
     Arrange(Vec<SceneCommand>),
     /// Nothing for now.
     Hold,

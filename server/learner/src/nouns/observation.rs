@@ -16,7 +16,7 @@ pub struct PropertyId(pub u16);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SymbolId(pub u32);
 
-/// A value of a property, as it is compared and learnt.
+/// A value of a property, in the form in which it is compared and learnt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Value {
     /// A whole number.
@@ -29,7 +29,7 @@ pub enum Value {
     Bin(i64),
 }
 
-/// Something perceived: a type and its properties, ordered by property.
+/// An observation: a type and its properties, ordered by property.
 ///
 /// The order of observations (by type, then by properties) is the canonical order that world states,
 /// pre-conditions and post-conditions are kept in.
@@ -51,7 +51,7 @@ impl Observation {
         Self { kind, properties: properties.into() }
     }
 
-    /// The type observed.
+    /// The type of the observation.
     #[must_use]
     pub fn kind(&self) -> TypeId {
         self.kind
@@ -130,7 +130,7 @@ impl Pattern {
             && self.terms.iter().zip(observation.properties()).all(|((term, _), (seen, _))| term == seen)
     }
 
-    /// Whether it could match `observation` under some binding, as far as one pair at a time tells.
+    /// Whether it could match `observation` under some binding, when each pair is looked at by itself.
     pub(crate) fn resembles(&self, observation: &Observation) -> bool {
         self.fits(observation, |_, _| true)
     }

@@ -7,12 +7,12 @@ use crate::nouns::vocabulary::BodyId;
 /// Stage reports kept; older ones are dropped.
 pub const REPORTS_MAX: usize = 256;
 
-/// Where a curriculum stands: part of memory.
+/// Where a curriculum stands (II-F): part of memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// The body that the curriculum arranges things for: the first that acted.
+    /// The body that the curriculum arranges things for: the first body with a repertoire that sent a frame.
     pub student: Option<BodyId>,
-    /// What is left in each pool, next to be drawn last.
+    /// The numbers left in each pool; the number that is drawn next is the last.
     pub pools: Vec<Arc<Vec<i64>>>,
     /// The stage, as an index into the curriculum.
     pub stage: usize,
@@ -26,15 +26,15 @@ pub struct Progress {
     pub stuck: Option<String>,
     /// Whether the present trial has been arranged and not yet ended.
     pub trial_open: bool,
-    /// Actions in the present trial.
+    /// The number of actions in the present trial.
     pub trial_actions: u32,
-    /// Actions in a row in the present trial after which what it ends without was not observed.
+    /// The number of actions in a row in the present trial after which the observation of `Stage::until_absent` was not made.
     pub absent_actions: u32,
     /// Whether no frame has come since the present trial was begun.
     pub trial_fresh: bool,
     /// How often each utterance of the stage was said in the present trial; empty before the first.
     pub said: Vec<u32>,
-    /// Actions in a row with nothing new and nothing exciting.
+    /// The number of actions in a row that brought no schema and left nothing exciting.
     pub quiet_actions: u32,
     /// Whether the stage is saturated and being habituated to.
     pub habituating: bool,
@@ -42,32 +42,32 @@ pub struct Progress {
     pub reports: Vec<Arc<StageReport>>,
 }
 
-/// What happened in a stage.
+/// A report of what happened in one stage.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageReport {
     /// The stage's name.
     pub name: String,
     /// The step in which it began.
     pub first_step: u64,
-    /// Actions carried out.
+    /// The number of actions that were carried out.
     pub actions: u64,
-    /// Concrete schemas made.
+    /// The number of concrete schemas that were made.
     pub concrete_new: u32,
-    /// Generalised schemas made.
+    /// The number of generalised schemas that were made.
     pub generalised_new: u32,
-    /// Counter-examples among the concrete ones.
+    /// The number of counter-examples among the concrete ones (IV-A).
     pub counter_examples_new: u32,
-    /// Trials begun.
+    /// The number of trials that were begun.
     pub trials: u32,
-    /// Trials that ended with what they were waiting for.
+    /// The number of trials that ended by `Stage::until` or `Stage::until_absent`.
     pub trials_met: u32,
-    /// Of these, those that needed one action.
+    /// The number of those that needed one action.
     pub trials_met_first: u32,
-    /// Actions of each trial that is over.
+    /// The number of actions of each trial that is over.
     pub actions_of_trial: Vec<u32>,
-    /// Generalised schemas there were at the end of each trial.
+    /// The number of generalised schemas in memory at the end of each trial.
     pub generalised_after_trial: Vec<u32>,
-    /// What was drawn for each trial.
+    /// The numbers that were drawn, in order.
     pub drawn: Vec<i64>,
     /// Whether it ended by saturation.
     pub saturated: bool,
@@ -94,9 +94,9 @@ pub enum StageEffect {
         /// Its name.
         name: String,
     },
-    /// A trial was arranged; so many numbers were drawn from each pool.
+    /// A trial was begun.
     TrialBegun {
-        /// Pool index and number, in the order drawn.
+        /// The numbers that were drawn for it, each with the index of its pool, in the order in which they were drawn.
         drawn: Vec<(usize, i64)>,
     },
     /// An action was carried out.
@@ -107,26 +107,26 @@ pub enum StageEffect {
         generalised_new: u32,
         /// Counter-examples among the concrete ones.
         counter_examples_new: u32,
-        /// Whether the trial ends when something is not observed, and it was not.
+        /// Whether the stage has `Stage::until_absent`, and its observation was not made.
         absent: bool,
     },
     /// A frame came in a trial of a stage in which a teacher speaks.
     Spoken {
-        /// What was said, by its place in the stage.
+        /// The utterances that were said, by their places in the stage.
         utterances: Vec<usize>,
-        /// The state of the generator after what was drawn for it.
+        /// The state of the generator after the draws for them.
         random: u64,
     },
     /// The top excitation after an action was below the saturation level, or not.
     Quiet(bool),
-    /// The trial ended, with what it was waiting for or without.
+    /// The trial ended.
     TrialEnded {
-        /// Whether it was observed.
+        /// Whether it ended by `Stage::until` or `Stage::until_absent`.
         met: bool,
-        /// Generalised schemas in memory.
+        /// The number of generalised schemas in memory.
         generalised: u32,
     },
-    /// The stage is saturated; what remains is to habituate.
+    /// The stage is saturated; from now on the learner habituates.
     Saturated,
     /// The stage is over.
     Ended,
@@ -140,7 +140,7 @@ pub enum StageEffect {
     Left,
 }
 
-/// What a learner is doing, as far as its curriculum decides that.
+/// The activity of a learner, as far as its curriculum decides it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activity {
     /// The curriculum can't go on; [`Progress::stuck`] says why.
@@ -158,7 +158,7 @@ pub enum Activity {
 }
 
 impl Progress {
-    /// What the learner is doing.
+    /// The activity of the learner.
     #[must_use]
     pub fn activity(&self) -> Activity {
         if self.stuck.is_some() {

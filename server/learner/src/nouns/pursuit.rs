@@ -6,17 +6,17 @@ use crate::nouns::execution::ChainLink;
 use crate::nouns::observation::Pattern;
 use crate::nouns::vocabulary::BodyId;
 
-/// What is to be brought about: an observation for each of these patterns (one may do for several). What a
-/// pattern leaves out may be anything; a variable is the same value wherever it occurs in the goal.
+/// A goal: an observation is to be brought about for each of these patterns (one may do for several). Properties that a pattern leaves
+/// out may have any value; a variable is the same value wherever it occurs in the goal.
 pub type Goal = [Pattern];
 
-/// Patterns in one goal.
+/// How many patterns one goal may have.
 pub const GOAL_PATTERNS_MAX: usize = 8;
 
-/// Plans of a pursuit that are remembered: the last of them.
+/// How many plans of a pursuit are remembered: the last of them.
 pub const PLANS_KEPT_MAX: usize = 32;
 
-/// Actions that a goal may be given.
+/// How many actions a goal may be given.
 pub const GOAL_ACTIONS_MAX: u32 = 100_000;
 
 /// A goal that is pursued, or was the last to be.
@@ -26,13 +26,13 @@ pub struct Pursuit {
     pub number: u64,
     /// The body that pursues it.
     pub body: BodyId,
-    /// What is to be brought about.
+    /// The patterns of the goal; at most [`GOAL_PATTERNS_MAX`].
     pub goal: Vec<Pattern>,
-    /// Actions that it may take.
+    /// The number of actions that it may take, in 1..=[`GOAL_ACTIONS_MAX`].
     pub actions_max: u32,
-    /// Actions sent for it.
+    /// The number of actions that were sent for it, carried out or not.
     pub actions: u32,
-    /// Plans made for it.
+    /// The number of plans that were made for it.
     pub plans_made: u32,
     /// The last of them, at most [`PLANS_KEPT_MAX`], the present one at the end.
     pub plans: Vec<Arc<PlanRecord>>,
@@ -43,13 +43,13 @@ pub struct Pursuit {
 /// A plan made in pursuit of a goal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanRecord {
-    /// Actions that had been sent for the goal.
+    /// The number of actions that had been sent for the goal when it was made.
     pub after_actions: u32,
     /// Why it was made.
     pub because: PlanCause,
     /// The schemas to execute, in order.
     pub chain: Vec<ChainLink>,
-    /// The probability that it brings the goal about.
+    /// The probability that it brings the goal about, in 0..=1 (II-A: of the relevant components alone).
     pub probability: f64,
     /// Whether the search for it used up its budget.
     pub truncated: bool,
@@ -66,7 +66,7 @@ pub enum PlanCause {
     NextNotAllowed,
     /// The body did not carry out the action.
     NotCarriedOut,
-    /// What was under way was dropped: the learner was held, or the body was away.
+    /// The execution under way was dropped: the learner was held, or the body was away.
     Interrupted,
 }
 
@@ -85,16 +85,16 @@ pub enum Ending {
     Cancelled,
 }
 
-/// A change of what is pursued.
+/// A change of the goal that is pursued.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PursuitEffect {
     /// A goal is pursued from now on.
     Begun {
         /// The body that is to pursue it.
         body: BodyId,
-        /// What is to be brought about.
+        /// The patterns of the goal.
         goal: Vec<Pattern>,
-        /// Actions that it may take.
+        /// The number of actions that it may take.
         actions_max: u32,
     },
     /// A plan was made.

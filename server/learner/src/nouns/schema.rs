@@ -32,13 +32,13 @@ impl ObservationId {
     }
 }
 
-/// A post-condition: what is seen after the action, or no longer seen, and how often (II-A). `T` is an
+/// A post-condition: an observation that is made after the action, or no longer made, and how often (II-A). `T` is an
 /// [`ObservationId`] in a concrete schema and a [`Pattern`] in a generalised one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PostCondition<T> {
-    /// What is observed.
+    /// The observation.
     pub what: T,
-    /// True for "no longer": a pre-condition that the action takes away.
+    /// True for "no longer": a pre-condition that the action takes away, called an absence.
     pub absent: bool,
     /// In how many executions it held, of those in which its sense was not constrained.
     pub count: Count,
@@ -51,10 +51,10 @@ impl<T> PostCondition<T> {
     }
 }
 
-/// An associated observation (II-B): seen alongside, neither needed nor caused.
+/// An associated observation (II-B): made alongside the schema, neither needed nor caused.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Association {
-    /// What is observed.
+    /// The observation.
     pub observation: ObservationId,
     /// In how many executions it was there, of those since it was first there.
     pub count: Count,
@@ -62,7 +62,7 @@ pub struct Association {
     pub since_step: u64,
 }
 
-/// What a schema says.
+/// The two forms of a schema.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Form {
     /// Observations / a primitive / observations.
@@ -71,15 +71,16 @@ pub enum Form {
     Generalised(Box<Generalised>),
 }
 
-/// A concrete schema.
+/// A concrete schema (II-D).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Concrete {
-    /// What must hold, in canonical order; empty when the action has this effect in any context. Schemas with the same
-    /// pre-conditions share them.
+    /// The pre-conditions, in canonical order; none when the action has this effect in any context. Schemas with the same
+    /// pre-conditions share the list.
     pub pre: Arc<[ObservationId]>,
-    /// What is done.
+    /// The primitive that is carried out.
     pub action: PrimitiveId,
-    /// What is then observed: those known at creation in canonical order, later outcomes after them.
+    /// The post-conditions: those known at creation in canonical order, later ones after them; at most
+    /// [`POST_CONDITIONS_MAX`].
     pub post: Vec<PostCondition<ObservationId>>,
     /// The generalised schema whose prediction failed here, if this is a counter-example.
     pub contradicts: Option<SchemaId>,
@@ -88,17 +89,18 @@ pub struct Concrete {
 /// A generalised schema (II-E).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Generalised {
-    /// What must hold.
+    /// The pre-conditions.
     pub pre: Box<[Pattern]>,
-    /// The target action: what is to be achieved, by whatever schema does it best.
+    /// The target action (II-E): the observations that are to be achieved, by whichever schema achieves them most surely.
     pub target: Box<[Pattern]>,
-    /// What is then observed.
+    /// The post-conditions.
     pub post: Vec<PostCondition<Pattern>>,
-    /// Concrete schemas that this one represents.
+    /// The concrete schemas that this one represents, the first [`EXAMPLES_MAX`] of them.
     pub examples: Vec<SchemaId>,
-    /// Concrete schemas made where it failed.
+    /// The concrete schemas that were made where it failed (IV-A), the first [`EXAMPLES_MAX`] of them.
     pub counter_examples: Vec<SchemaId>,
-    /// Taken out of use: its success rate has fallen below the threshold for good. Its history stays.
+    /// Whether it is taken out of use, because its success rate has fallen below `Parameters::generalisation_share_min` for good.
+    /// Its history stays.
     pub retired: bool,
 }
 
@@ -112,11 +114,11 @@ impl Generalised {
 /// A schema with its statistics.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Schema {
-    /// What it says.
+    /// Its conditions and its action.
     pub form: Form,
-    /// Executions (trials) and successes (occurrences): all it predicts happened.
+    /// How often it was executed (trials), and how often all that it predicts happened (occurrences).
     pub executions: Count,
-    /// Associated observations, the oldest first.
+    /// The associated observations, the oldest first; at most [`ASSOCIATIONS_MAX`].
     pub associations: Vec<Association>,
     /// The schema whose execution led to this one, if any.
     pub parent: Option<SchemaId>,

@@ -16,23 +16,23 @@ pub const TERMS_KEPT_MAX: usize = 8_192;
 /// A term of equation (1), or a drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Term {
-    /// What the remembered observation is to the schema.
+    /// The part of the remembered observation in the schema, or the drive.
     pub role: Role,
-    /// The remembered observation and the perceived one that resembles it; none for a drive or the rest.
+    /// The remembered observation (Ψ or α) and the perceived one (Υ) that resembles it; none for a drive and for the rest.
     pub pair: Option<(Observation, Observation)>,
-    /// Properties that they share.
+    /// |Υ ∩ Ψ|: the number of properties with the same value that the two share.
     pub shared: u32,
-    /// N of the remembered observation.
+    /// N of the remembered observation (II-C).
     pub attention: u32,
-    /// Its probability in the schema.
+    /// p: the probability of the remembered observation in the schema, in 0..=1; 1 but for post-conditions.
     pub probability: f64,
-    /// 1 or ω, times the reliability of the action.
+    /// The reliability of the action, in 0..=1; for an association times ω.
     pub weight: f64,
-    /// What it adds to the sum.
+    /// shared × probability × weight / (1 + attention): what the term adds to the sum.
     pub value: f64,
 }
 
-/// What a term's observation is to the schema.
+/// The part of a term's observation in the schema, or the drive that the term is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// A pre-condition.
@@ -53,7 +53,7 @@ pub enum Role {
 #[derive(Clone)]
 pub struct Terms {
     of: Arc<TermSource>,
-    /// Which candidate's.
+    /// The place of the candidate in `of`.
     at: usize,
 }
 
@@ -98,7 +98,7 @@ pub(crate) struct Recollection {
 }
 
 impl Recollection {
-    /// What it adds to the sum when it shares so many values with what is perceived.
+    /// The term that it adds to the sum when it shares so many values with the perceived observations.
     pub(crate) fn value(&self, shared: u32) -> f64 {
         value(shared, self.attention, self.probability, self.weight)
     }
@@ -109,7 +109,7 @@ pub(crate) fn value(shared: u32, attention: u32, probability: f64, weight: f64) 
     f64::from(shared) * probability * weight / (1.0 + f64::from(attention))
 }
 
-/// A drive that adds to a candidate's sum: what it is, its weight and its value.
+/// A drive that adds to a candidate's sum.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drive {
     pub(crate) role: Role,
@@ -117,12 +117,12 @@ pub(crate) struct Drive {
     pub(crate) value: f64,
 }
 
-/// What the terms of a decision's candidates are made of.
+/// The values of its moment from which the terms of a decision's candidates are made.
 pub(crate) struct TermSource {
     world: WorldState,
-    /// What the candidates remember, one candidate after another.
+    /// The observations that the candidates remember, one candidate after another.
     remembered: Vec<Recollection>,
-    /// For each candidate where that ends, and its drive.
+    /// For each candidate the place where its observations end, and its drive.
     candidates: Vec<(usize, Option<Drive>)>,
     made: OnceLock<Vec<Vec<Term>>>,
 }
@@ -138,7 +138,7 @@ impl TermSource {
         }
     }
 
-    /// Adds a candidate: `remember` lists what it remembers, as the schema does.
+    /// Adds a candidate: `remember` lists the observations that it remembers, in the schema's order.
     pub(crate) fn add(&mut self, drive: Option<Drive>, remember: impl FnOnce(&mut Vec<Recollection>)) {
         remember(&mut self.remembered);
         self.candidates.push((self.remembered.len(), drive));
@@ -146,7 +146,7 @@ impl TermSource {
 
     /// The terms of each candidate, in the order in which they were added.
     pub(crate) fn terms(mut self) -> impl Iterator<Item = Terms> {
-        // What would take more room than the terms are allowed is made at once.
+        // Values that would take more room than the terms are allowed are made into terms at once.
         if self.remembered.len() > TERMS_KEPT_MAX {
             self.made = OnceLock::from(self.make());
             self.remembered = Vec::new();

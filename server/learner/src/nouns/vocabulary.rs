@@ -1,5 +1,5 @@
-//! What the learner can perceive and do: declared by bodies as they attach, merged by name, never taken
-//! back. Everything else in memory refers to it by number.
+//! The vocabulary of a learner: the observation types and the actions of its bodies, which bodies declare as they attach. It is
+//! merged by name and never taken back. Everything else in memory refers to it by number.
 
 use std::collections::BTreeSet;
 
@@ -15,7 +15,7 @@ pub struct PrimitiveId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BodyId(pub u16);
 
-/// What one body declares, by name. The daemon's own senses (hearing) are declared the same way.
+/// The declaration of one body, by name: its senses and its actions. The daemon's own senses (hearing) are declared the same way.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Declaration {
     /// The body's name.
@@ -24,7 +24,7 @@ pub struct Declaration {
     pub observation_types: Vec<DeclaredType>,
     /// Its actions.
     pub actions: Vec<DeclaredAction>,
-    /// Its repertoire: index into `actions`, and one value a parameter.
+    /// Its repertoire: primitives, each an index into `actions` and one value for each parameter, in order.
     pub repertoire: Vec<(usize, Vec<Parameter>)>,
 }
 
@@ -33,14 +33,14 @@ pub struct Declaration {
 pub struct DeclaredType {
     /// Its name.
     pub name: String,
-    /// Caused by the body itself; never a pre-condition by default.
+    /// Whether the body itself causes it; then it is no pre-condition by default.
     pub own: bool,
-    /// An event, not a state; never a pre-condition by default.
+    /// Whether it is an event and not a state; then it is no pre-condition by default.
     pub transient: bool,
-    /// Comes from others and never from an action of this body (a word heard): never a post-condition by
-    /// default, so that it can only become an associated observation (paper, II-B).
+    /// Whether it comes from others and never from an action of this body (a word heard); then it is no condition of either kind by
+    /// default, so that it can only become an associated observation (II-B).
     pub heard: bool,
-    /// Property names with the values they take.
+    /// Its properties, in the order in which they were declared.
     pub properties: Vec<DeclaredProperty>,
 }
 
@@ -58,13 +58,13 @@ impl DeclaredType {
 pub struct DeclaredProperty {
     /// Its name.
     pub name: String,
-    /// Its unit, empty when it has none.
+    /// The unit of its values, for people (`mm`, `rad`); empty when they have none.
     pub unit: String,
-    /// The values it takes.
+    /// The kind of its values.
     pub kind: ValueKind,
 }
 
-/// The values a property or parameter takes.
+/// The kinds of values that a property or a parameter takes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ValueKind {
     /// Whole numbers.
@@ -75,7 +75,7 @@ pub enum ValueKind {
     Boolean,
     /// Reals, compared as bins of this width.
     Real {
-        /// Width of a bin, finite and above zero.
+        /// The width of a bin, in the unit of the property; finite and above 0.
         resolution: f64,
     },
 }
@@ -112,7 +112,7 @@ pub enum Parameter {
     Symbol(String),
     /// True or false.
     Boolean(bool),
-    /// A real: the exact value the body gave, which is sent back to it.
+    /// A real, in the unit of the parameter: the exact value that the body gave, which is sent back to it.
     Real(f64),
 }
 
@@ -202,23 +202,23 @@ pub struct Primitive {
 pub struct KnownBody {
     /// Its name.
     pub name: String,
-    /// What it can do, ordered.
+    /// The primitives that it can carry out, ordered by number.
     pub repertoire: Vec<PrimitiveId>,
 }
 
-/// Limits on what may be declared in the life of one memory.
+/// Limits on the declarations in the life of one memory.
 pub mod limits {
-    /// Observation types.
+    /// How many observation types there may be.
     pub const TYPES_MAX: usize = 1_024;
-    /// Property names.
+    /// How many property names there may be.
     pub const PROPERTIES_MAX: usize = 4_096;
-    /// Symbols, words included.
+    /// How many symbols there may be, words included.
     pub const SYMBOLS_MAX: usize = 1_000_000;
-    /// Actions.
+    /// How many actions there may be.
     pub const ACTIONS_MAX: usize = 1_024;
-    /// Primitives of all bodies.
+    /// How many primitives all bodies together may have.
     pub const PRIMITIVES_MAX: usize = 1_000_000;
-    /// Bodies that ever attached.
+    /// How many bodies may ever attach.
     pub const BODIES_MAX: usize = 1_024;
 }
 
@@ -442,6 +442,16 @@ impl Vocabulary {
             .collect()
     }
 
+    /// Takes over what is new in `declaration`, if all of it can be.
+    ///
+    /// # Errors
+    /// As [`Vocabulary::check`]; nothing is taken over then.
+    pub fn declare(&mut self, declaration: &Declaration) -> Result<(), DeclarationError> {
+        self.check(declaration)?;
+        self.merge(declaration);
+        Ok(())
+    }
+
     /// Takes over what is new in a declaration that was checked.
     pub(crate) fn merge(&mut self, declaration: &Declaration) {
         for declared in &declaration.observation_types {
@@ -513,15 +523,17 @@ impl Vocabulary {
         PropertyId(u16::try_from(at).unwrap_or(u16::MAX))
     }
 
-    /// The number of `symbol`, taking it over if it is new.
-    pub(crate) fn intern_symbol(&mut self, symbol: &str) -> SymbolId {
-        if let Some(id) = self.symbol_ids.get(symbol) {
-            return *id;
+    /// Takes over those of `symbols` that are new. The limit on symbols is the caller's to keep.
+    pub fn meet(&mut self, symbols: &[String]) {
+        symbols.iter().for_each(|symbol| self.intern_symbol(symbol));
+    }
+
+    fn intern_symbol(&mut self, symbol: &str) {
+        if !self.symbol_ids.contains_key(symbol) {
+            let id = SymbolId(u32::try_from(self.lists.symbols.len()).unwrap_or(u32::MAX));
+            self.lists.symbols.push(symbol.to_owned());
+            self.symbol_ids.insert(symbol.to_owned(), id);
         }
-        let id = SymbolId(u32::try_from(self.lists.symbols.len()).unwrap_or(u32::MAX));
-        self.lists.symbols.push(symbol.to_owned());
-        self.symbol_ids.insert(symbol.to_owned(), id);
-        id
     }
 
     /// The observation types, by number.

@@ -3,9 +3,7 @@
 use std::collections::VecDeque;
 use std::io;
 use std::ops::ControlFlow;
-
-use pschema_learner::memory::Memory;
-use pschema_learner::parameters::Parameters;
+use std::sync::Arc;
 
 use super::cut;
 use super::entry::{Batch, Wording};
@@ -286,24 +284,19 @@ impl Past {
     /// the past.
     fn words(&self) -> Result<Wording, PastError> {
         let newest = snapshot::search(&*self.storage, None)?.sound;
-        let (content, from) = newest.map(|(whole, place)| (whole.content, place)).unzip();
-        let mut memory = Memory::new(0, Parameters::default());
-        if let Some(content) = content {
-            let vocabulary = content.vocabulary;
-            let mut empty = memory.content().clone();
-            empty.vocabulary = vocabulary;
-            empty.pending.resize(empty.vocabulary.bodies().len(), None);
-            for _ in empty.vocabulary.primitives() {
-                empty.attempts.push(Default::default());
-            }
-            memory = Memory::restore(empty, Parameters::default());
-        }
-        let read = journal::read::<PastError>(&*self.storage, from.unwrap_or_default(), |shown| {
-            if let Record::Batch { effects, .. } = self.record(&shown)? {
-                let naming = |effect: &Effect| matches!(effect, Effect::Declared(_) | Effect::SymbolsMet(_));
-                for effect in effects.into_iter().filter(naming) {
-                    // An effect that is refused is not in the memory either.
-                    drop(memory.apply(&effect.live()));
+        let newest = newest.map(|(whole, place)| (whole.content.vocabulary, place));
+        let (mut vocabulary, from) = newest.unwrap_or_default();
+        let known = Arc::make_mut(&mut vocabulary);
+        let read = journal::read::<PastError>(&*self.storage, from, |shown| {
+            let Record::Batch { effects, .. } = self.record(&shown)? else {
+                return Ok(ControlFlow::Continue(()));
+            };
+            for effect in effects {
+                match effect {
+                    // A declaration that is refused is not in the memory either.
+                    Effect::Declared(declaration) => drop(known.declare(&(*declaration).live())),
+                    Effect::SymbolsMet(symbols) => known.meet(&symbols),
+                    _ => (),
                 }
             }
             Ok(ControlFlow::Continue(()))
@@ -311,7 +304,7 @@ impl Past {
         if let Err(error) = read {
             tracing::debug!(%error, "names are known only up to the damage");
         }
-        Ok(Wording(memory.content().vocabulary.clone()))
+        Ok(Wording(vocabulary))
     }
 }
 
