@@ -332,8 +332,7 @@ fn memory_in_ram_is_measured_and_not_exported() {
     daemon.end();
 }
 
-/// What is printed of the data directory of format 1 that every release must read, compared with files in
-/// `tests/golden`. To accept a change, run with `UPDATE_GOLDEN=1` and read the difference.
+/// What is printed of the data directory of format 1 that every release must read, compared with files in `tests/golden`.
 #[test]
 fn what_is_printed_of_an_old_directory() {
     let house = House::new();
@@ -357,14 +356,7 @@ fn what_is_printed_of_an_old_directory() {
         // The directory's name differs each time, and is always as long.
         let printed = printed.replace(house.0.path().to_str().unwrap(), "/tmp/pst-000000");
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
-        if std::env::var_os("UPDATE_GOLDEN").is_some() {
-            std::fs::write(&path, &printed).unwrap();
-        }
-        let golden = std::fs::read_to_string(&path).unwrap();
-        assert!(
-            printed == golden,
-            "{name} differs.\n--- as in the file:\n{golden}\n--- as printed:\n{printed}"
-        );
+        expect_test::expect_file![path].assert_eq(&printed);
         let too_wide = |line: &&str| name.ends_with(".txt") && line.chars().count() > 80;
         assert!(!printed.lines().any(|line| too_wide(&line)), "{name} fits 80 columns:\n{printed}");
     };

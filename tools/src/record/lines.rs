@@ -8,7 +8,7 @@ use pschema_inspect::{SchemaSummary, TraceRecord};
 use pschema_protocol::picture::PictureMessage;
 use serde::Serialize;
 
-use super::Recorder;
+use super::recorder::Recorder;
 use crate::failure::Failure;
 
 /// A file with one object a line: `{"step": …}` or `{"schema": …}`.

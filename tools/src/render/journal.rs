@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::schema::wrapped;
 use super::table::Columns;
+use super::time::time;
 use super::words::{bytes, count, plain};
-use crate::report::time;
 
 /// The contents of a data directory.
 #[derive(Debug, Serialize)]

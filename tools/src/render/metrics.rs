@@ -193,7 +193,7 @@ mod tests {
     use pschema_inspect::StorageStatus;
 
     use super::*;
-    use crate::render::golden::a_status;
+    use crate::render::tests::a_status;
 
     /// What the exposition format asks of a page: families together, each announced once before its samples; names
     /// and labels of its alphabet; values that are numbers.

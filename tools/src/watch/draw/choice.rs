@@ -4,14 +4,14 @@ use pschema_inspect::{Candidate, ExcitationTerm, Explanation, Reason, TermRole};
 use ratatui::style::Style;
 
 use super::super::state::State;
-use super::Canvas;
+use super::canvas::Canvas;
 use super::text::WrappedText;
 use crate::render::goals;
 use crate::render::words::{binding, count, notation, plain};
 
 pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
     let theme = canvas.theme;
-    let mut text = WrappedText::new(usize::from(canvas.area.width));
+    let mut text = canvas.text();
     let Some(explanation) = state.live.as_ref().and_then(|live| live.explanation.as_ref()) else {
         text.wrapped("", "nothing has been decided yet", theme.quiet());
         return text;
