@@ -36,18 +36,27 @@ const YOUNG: Duration = Duration::from_secs(10);
 
 /// One thing looked at.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Check {
+    /// What was looked at.
     name: &'static str,
+    /// Whether it is as it should be.
     ok: bool,
+    /// How it is, for people.
     found: String,
+    /// How to mend it; none where nothing is wrong.
     mend: Option<String>,
 }
 
-/// What `pschema doctor --json` prints.
+/// The state of a machine.
 #[derive(Debug, Serialize)]
-struct Findings {
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct Findings {
+    /// Whether nothing is wrong.
     ok: bool,
+    /// Everything that was looked at.
     checks: Vec<Check>,
+    /// The files of dead daemons that were removed.
     cleaned: Vec<String>,
 }
 

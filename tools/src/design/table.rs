@@ -108,6 +108,7 @@ pub(crate) struct Earlier {
 
 /// What the paper reports of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Published {
     /// Schemas produced.

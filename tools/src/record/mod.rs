@@ -18,6 +18,8 @@ use crate::failure::Failure;
 use crate::learner::Learner;
 
 pub(crate) use lines::JsonLinesFile;
+#[cfg(test)]
+pub(crate) use lines::RecordingEntry;
 pub(crate) use recorder::Recorder;
 
 /// The pause when no step has come.
@@ -42,6 +44,7 @@ pub(crate) fn rerun(path: &Path, learner: &str) -> Result<Box<dyn Recorder>, Fai
 
 /// The counts of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct RecordingSummary {
     /// Steps that were written.
     pub(crate) steps: u64,

@@ -11,10 +11,11 @@ use super::trace::{Trace, Trial};
 
 /// One figure read off a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Reading {
     /// What it is, for people.
     pub(crate) name: String,
-    /// Its value; none where there is nothing to read it off.
+    /// Its value, of a share 0 to 1; none where there is nothing to read it off.
     pub(crate) value: Option<f64>,
     /// What the paper says of it.
     pub(crate) published: Option<String>,

@@ -8,14 +8,15 @@ use crate::design::{Design, Published};
 use super::experiment::Condition;
 use super::readings::{Reading, first_generalisation, placements};
 
-/// Everything an experiment is judged by.
+/// One run of an experiment, and everything it is judged by.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Results {
-    /// Its name.
+    /// The experiment's name.
     pub(crate) experiment: String,
-    /// Which of its variants, when it has any.
+    /// The variant; none where the experiment has none.
     pub(crate) variant: Option<String>,
-    /// What a swept value was set to.
+    /// What a swept value was set to; none where nothing is swept.
     pub(crate) swept: Option<f64>,
     /// The world it was run in.
     pub(crate) world: String,
@@ -39,24 +40,25 @@ pub(crate) struct Results {
     pub(crate) actions_total: u64,
     /// Its stages, in the order in which they were entered.
     pub(crate) stages: Vec<StageSummary>,
-    /// What was measured afterwards, learning frozen.
+    /// What was measured after learning.
     pub(crate) probe: Probe,
-    /// What else the curriculum asks to be read off the run.
+    /// What the curriculum's `[[experiment.measure]]` tables ask to be read off the run.
     pub(crate) measures: Vec<Reading>,
     /// How long the run took, from starting the processes to the last report.
     pub(crate) wall_s: f64,
-    /// Median time of a step in the daemon.
+    /// Median time of a step in the daemon, from the frame decoded to the reply sent.
     pub(crate) step_latency_us_p50: f64,
     /// 99th percentile of it.
     pub(crate) step_latency_us_p99: f64,
-    /// Digest of everything learnt.
+    /// Digest of everything learnt: equal digests are equal memories.
     pub(crate) memory_digest: String,
-    /// The paper's figures for this run.
+    /// The paper's figures for this set-up; none for another world and for variants.
     pub(crate) published: Option<Published>,
 }
 
-/// Touching at positions never used in training.
+/// Touching at positions never used in training, learning frozen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Probe {
     /// Positions tried.
     pub(crate) placements_tried: u32,
