@@ -279,36 +279,7 @@ fn shape(to: &mut String, place: Rect, look: NodeLook, several: bool) {
 }
 
 /// The style sheet of a picture.
-pub(crate) const STYLE: &str = "\
-.paper{fill:#fbfaf7}.heading{font:600 17px system-ui,sans-serif;fill:#1d1d1b}\
-.legend{font:13px system-ui,sans-serif;fill:#3a3a37}\
-.panel{fill:#f1efe8;stroke:#cfcbbf}.panel-title{font:600 13px system-ui,sans-serif;fill:#4a483f}\
-.shape{stroke-width:1.3}.concrete{fill:#e8f0fa;stroke:#4474a8}.example{fill:#dff0df;stroke:#2e7d32}\
-.counter{fill:#fde3de;stroke:#b3261e;stroke-dasharray:5 2}\
-.general{fill:#fff0c2;stroke:#8a6100;stroke-width:2.6}.retired{fill:#eceae4;stroke:#6f6c63;stroke-dasharray:2 3}\
-.fold{fill:#2e7d32}\
-.name{font:600 13px system-ui,sans-serif;fill:#1d1d1b}.share{font:12px system-ui,sans-serif;fill:#55534b;text-anchor:end}\
-.part{font:11px ui-monospace,monospace;fill:#2b2b28}\
-.id{font:600 11px system-ui,sans-serif;fill:#1d1d1b;text-anchor:middle}\
-.fine{font:2.1px ui-monospace,monospace;fill:#2b2b28;text-anchor:middle;display:none}.near .fine{display:inline}\
-.line{fill:none;opacity:.75}.line.next{stroke:#111;stroke-width:3}.line.enables{stroke:#1c5fb8}\
-.line.carries{stroke:#00796b;stroke-dasharray:9 3}.line.is-example{stroke:#2e7d32;stroke-dasharray:4 3}\
-.line.is-counter{stroke:#b3261e;stroke-dasharray:8 3 2 3}.line.parent{stroke:#8d8a80;stroke-dasharray:1.5 3}\
-.tip.next{fill:#111}.tip.enables{fill:#1c5fb8}.tip.carries{fill:#00796b}.tip.is-example{fill:#2e7d32}\
-.tip.is-counter{fill:#b3261e}.tip.parent{fill:#8d8a80}\
-.count{font:600 12px system-ui,sans-serif;text-anchor:middle;fill:#1d1d1b;stroke:#fbfaf7;stroke-width:3.5;paint-order:stroke}\
-.node:hover .shape{stroke-width:3.4}.dim .line{opacity:.12}.dim .line.lit{opacity:1}";
+pub(crate) const STYLE: &str = include_str!("picture.css");
 
 /// Wheel: zoom; drag: move; double click: whole. Pointing at a node leaves its own lines alone in full colour.
-const SCRIPT: &str = "\
-(()=>{const s=document.currentScript.closest('svg'),v=s.viewBox.baseVal,w=v.width,h=v.height;let p=null;\
-const near=()=>s.classList.toggle('near',s.getBoundingClientRect().width/v.width>2.6);\
-const at=e=>{const m=s.getScreenCTM().inverse();return new DOMPoint(e.clientX,e.clientY).matrixTransform(m)};\
-s.addEventListener('wheel',e=>{e.preventDefault();const c=at(e),k=Math.min(Math.max(Math.exp(e.deltaY*.0015),w/80/v.width),w*1.2/v.width);\
-v.x=c.x-(c.x-v.x)*k;v.y=c.y-(c.y-v.y)*k;v.width*=k;v.height*=k;near()},{passive:false});\
-s.addEventListener('pointerdown',e=>{p=at(e)});addEventListener('pointerup',()=>{p=null});\
-s.addEventListener('pointermove',e=>{if(p){const c=at(e);v.x+=p.x-c.x;v.y+=p.y-c.y}});\
-s.addEventListener('dblclick',()=>{v.x=0;v.y=0;v.width=w;v.height=h;near()});\
-s.querySelectorAll('.node').forEach(n=>{const k=n.id.slice(1),l=[...s.querySelectorAll('.f'+k+',.t'+k)];if(!l.length)return;\
-n.addEventListener('pointerenter',()=>{s.classList.add('dim');l.forEach(x=>x.classList.add('lit'))});\
-n.addEventListener('pointerleave',()=>{s.classList.remove('dim');l.forEach(x=>x.classList.remove('lit'))})});near()})()";
+const SCRIPT: &str = include_str!("picture.js");
