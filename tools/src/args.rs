@@ -98,6 +98,16 @@ pub(crate) struct MemoryArgs {
     pub(crate) data: DataArgs,
 }
 
+/// The memory that a question is about, and how its answer is printed.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct AskArgs {
+    #[command(flatten)]
+    pub(crate) memory: MemoryArgs,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 /// The learner that an order goes to. `--data` is accepted, so that it can be answered with why it can't be obeyed.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct OrderArgs {

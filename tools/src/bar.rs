@@ -29,9 +29,7 @@ impl Bar {
     fn with(quiet: bool, template: &str) -> Self {
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(None, target);
-        // A template of ours that does not parse would show as the default one.
-        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-        bar.set_style(style);
+        bar.set_style(style(template));
         bar.enable_steady_tick(Duration::from_millis(200));
         Self(bar)
     }
@@ -44,6 +42,11 @@ impl Bar {
         self.0.set_message(message);
         self.0.set_position(done);
     }
+}
+
+/// The style of this template; one of ours that does not parse would show as the default one.
+pub(crate) fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 impl Drop for Bar {

@@ -9,6 +9,8 @@ mod cli;
 mod commands;
 mod design;
 mod failure;
+#[cfg(test)]
+mod golden;
 mod learner;
 mod output;
 mod past;

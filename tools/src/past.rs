@@ -7,9 +7,10 @@ use pschema_server::inspect::Inspect;
 use pschema_server::view::View;
 use pschema_store::past::{Moment, Past, PastError};
 
-use crate::args::{General, MemoryArgs};
+use crate::args::{AskArgs, General, MemoryArgs};
 use crate::failure::Failure;
 use crate::learner::{Asks, Learner};
+use crate::output;
 
 impl From<PastError> for Failure {
     fn from(error: PastError) -> Self {
@@ -31,6 +32,16 @@ pub(crate) fn asked(memory: &MemoryArgs, general: &General) -> Result<Source, Fa
         None => Ok(Source::Daemon(Box::new(Learner::connect(&memory.name.learner(general)?)?))),
         Some(directory) => Ok(Source::Disk(Box::new(MemoryOnDisk::open(directory, memory.data.until)?))),
     }
+}
+
+/// Asks a question, and prints the answer as JSON or as the text for people.
+pub(crate) fn show<Q: Inspect>(
+    args: &AskArgs,
+    general: &General,
+    question: Q,
+    text: impl FnOnce(&Q::Answer) -> String,
+) -> Result<(), Failure> {
+    output::show(args.json, &asked(&args.memory, general)?.ask(question)?, text)
 }
 
 impl Asks for Source {

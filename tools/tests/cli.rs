@@ -2,6 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
+mod described;
+
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -148,6 +150,7 @@ fn doctor_finds_a_runtime_directory_that_is_open_to_others() {
     let runtime = runtime();
     let well = pschema(runtime.path(), &["doctor", "--json"]);
     let findings: serde_json::Value = serde_json::from_slice(&well.stdout).unwrap();
+    described::assert_described("doctor", &findings);
     let checks = findings["checks"].as_array().unwrap();
     let found = checks.iter().find(|check| check["name"] == "runtime directory").unwrap();
     assert_eq!(found["ok"], true, "{findings}");
@@ -161,8 +164,12 @@ fn doctor_finds_a_runtime_directory_that_is_open_to_others() {
 /// An experiment of one's own, with variants.
 const SMALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/curricula/small.toml");
 
+/// The runs that `experiment --json` printed, each as its JSON Schema says.
 fn lines(output: &Output) -> Vec<serde_json::Value> {
-    text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    let lines: Vec<_> =
+        text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    lines.iter().for_each(|line| described::assert_described("experiment", line));
+    lines
 }
 
 #[test]

@@ -2,11 +2,17 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
+mod described;
+
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use described::assert_described;
+use pschema_inspect::{LiveQuery, Request, TraceQuery, ask};
+use pschema_protocol::client::Client;
+use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -75,8 +81,23 @@ impl House {
         text(&output.stdout)
     }
 
+    /// What it prints as JSON, which is as its JSON Schema says.
     fn json(&self, arguments: &[&str]) -> Value {
-        serde_json::from_str(&self.text(&[arguments, &["--json"]].concat())).unwrap()
+        let printed = self.text(&[arguments, &["--json"]].concat());
+        let printed = serde_json::from_str(&printed).unwrap_or_else(|error| panic!("{arguments:?}: {error}"));
+        let schema = match arguments {
+            ["status", rest @ ..] if rest.contains(&"--data") => "status-data",
+            ["explain", rest @ ..] if rest.contains(&"--why-not") => "why-not",
+            _ => arguments[0],
+        };
+        assert_described(schema, &printed);
+        printed
+    }
+
+    /// Checks each of some lines of JSON.
+    fn assert_lines_described(&self, schema: &str, lines: &str) {
+        assert!(!lines.is_empty(), "{schema}");
+        lines.lines().for_each(|line| assert_described(schema, &serde_json::from_str(line).unwrap()));
     }
 
     /// Why it can't be done, and with which exit code.
@@ -145,6 +166,7 @@ fn a_life_that_was_killed_is_told_as_the_daemon_told_it() {
     let body = house.start(&["sim", "--seed", "7"]);
     let later = then["step"].as_u64().unwrap() + 100;
     house.until(|status| status["step"].as_u64() >= Some(later));
+    answers_are_as_their_schemas_say(&house);
     // Beside the daemon that goes on, and after it was killed.
     let beside = house.json(&["status", "--data", "life", "--until", &step]);
     drop(daemon);
@@ -180,9 +202,32 @@ fn a_life_that_was_killed_is_told_as_the_daemon_told_it() {
         "{checked}"
     );
     assert!(checked["last_step"].as_u64() >= Some(later), "nothing that was acted on is lost");
+    let journal = house.text(&["journal", "--data", "life", "--limit", "50", "--effects", "--json"]);
+    house.assert_lines_described("journal", &journal);
     let replayed = house.json(&["replay", "--data", "life", "--until", &step]);
     assert_eq!(replayed["memory_digest"], then["memory_digest"]);
     assert!(files(&house.path("life")) == kept, "looking changes nothing");
+}
+
+/// What a daemon with a body answers, of all that is not asked elsewhere here.
+fn answers_are_as_their_schemas_say(house: &House) {
+    house.json(&["explain", "--why-not", "3"]);
+    let graph = house.text(&["graph", "--limit", "20", "--format", "json"]);
+    assert_described("graph", &serde_json::from_str(&graph).unwrap());
+    house.json(&["say", "touch"]);
+    house.json(&["achieve", "finger{}"]);
+    assert_eq!(house.json(&["record", "--jsonl", "steps.jsonl", "--steps", "20"])["steps"], 20);
+    let recorded = std::fs::read_to_string(house.path("steps.jsonl")).unwrap();
+    house.assert_lines_described("record-jsonl", &recorded);
+
+    let place = Place::new(RuntimeDir::at(&house.path("run")).unwrap(), LearnerName::new("default").unwrap());
+    let mut client = Client::connect(&place, PATIENCE).unwrap();
+    let query = LiveQuery { candidates_max: 5, terms_max: 5, newest_max: 5, ..LiveQuery::default() };
+    assert_described("request", &serde_json::to_value(Request::from(query.clone())).unwrap());
+    let live = ask(query, |request| client.request(request)).unwrap();
+    assert_described("live", &serde_json::to_value(live).unwrap());
+    let trace = ask(TraceQuery { from: 0 }, |request| client.request(request)).unwrap();
+    assert_described("trace", &serde_json::to_value(trace).unwrap());
 }
 
 /// A life of some hundred steps in `life`, whose daemon was killed.
@@ -242,6 +287,7 @@ fn damage_is_found_told_and_mended() {
     let output = house.run(&["verify", "--data", "life", "--json"]);
     assert_eq!(output.status.code(), Some(1));
     let checked: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_described("verify", &checked);
     let finding = &checked["findings"][0];
     assert_eq!((&checked["sound"], finding["file"].as_str()), (&Value::Bool(false), segment.to_str()));
     let lost = finding["lost_from"].as_u64().unwrap();
@@ -332,8 +378,7 @@ fn memory_in_ram_is_measured_and_not_exported() {
     daemon.end();
 }
 
-/// What is printed of the data directory of format 1 that every release must read, compared with files in
-/// `tests/golden`. To accept a change, run with `UPDATE_GOLDEN=1` and read the difference.
+/// What is printed of the data directory of format 1 that every release must read, compared with files in `tests/golden`.
 #[test]
 fn what_is_printed_of_an_old_directory() {
     let house = House::new();
@@ -357,14 +402,7 @@ fn what_is_printed_of_an_old_directory() {
         // The directory's name differs each time, and is always as long.
         let printed = printed.replace(house.0.path().to_str().unwrap(), "/tmp/pst-000000");
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
-        if std::env::var_os("UPDATE_GOLDEN").is_some() {
-            std::fs::write(&path, &printed).unwrap();
-        }
-        let golden = std::fs::read_to_string(&path).unwrap();
-        assert!(
-            printed == golden,
-            "{name} differs.\n--- as in the file:\n{golden}\n--- as printed:\n{printed}"
-        );
+        expect_test::expect_file![path].assert_eq(&printed);
         let too_wide = |line: &&str| name.ends_with(".txt") && line.chars().count() > 80;
         assert!(!printed.lines().any(|line| too_wide(&line)), "{name} fits 80 columns:\n{printed}");
     };

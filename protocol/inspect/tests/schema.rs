@@ -1,4 +1,4 @@
-//! The files in `schema` are what the types say of themselves. After a change of a type, `UPDATE_GOLDEN=1` writes them anew:
+//! The files in `schema` are what the types say of themselves. After a change of a type, `UPDATE_EXPECT=1` writes them anew:
 //! read the difference, for field names are promised to keep their meaning.
 
 #![allow(clippy::unwrap_used)] // A test panics to fail.
@@ -6,6 +6,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use expect_test::expect_file;
 use pschema_inspect::{
     Explanation, Graph, Live, Plan, Prediction, Pursuit, Report, Request, SchemaDetail, SchemaList, Status,
     TracePage, WhyNot,
@@ -43,18 +44,8 @@ fn the_files_are_what_the_types_say() {
     ];
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("schema");
     for (name, schema) in &schemas {
-        let path = folder.join(format!("{name}.json"));
-        let now = serde_json::to_string_pretty(schema).unwrap() + "\n";
-        if std::env::var_os("UPDATE_GOLDEN").is_some() {
-            std::fs::write(&path, &now).unwrap();
-        }
-        let kept =
-            std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-        assert!(
-            kept == now,
-            "{} is not what its type says any more: run this with UPDATE_GOLDEN=1, and read the difference",
-            path.display()
-        );
+        let written = serde_json::to_string_pretty(schema).unwrap() + "\n";
+        expect_file![folder.join(format!("{name}.json"))].assert_eq(&written);
     }
     let known: BTreeSet<_> = schemas.iter().map(|(name, _)| format!("{name}.json")).collect();
     let files = std::fs::read_dir(&folder).unwrap();

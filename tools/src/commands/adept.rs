@@ -8,6 +8,8 @@ use crate::args::{General, ParentArgs};
 use crate::failure::Failure;
 use crate::run::follow_parent;
 
+use super::sim::body_ended;
+
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  pschema adept --port /dev/ttyS0 --arm my-arm.toml --camera folder:/var/camera"
@@ -26,10 +28,7 @@ pub(crate) fn run(command: AdeptCommand, general: &General) -> Result<(), Failur
         name.as_str().clone_into(&mut args.name);
     }
     follow_parent(command.parent.parent)?;
-    if let Some(summary) = pschema_adept::run(&args)? {
-        let (frames, orders, refused) = (summary.frames, summary.orders, summary.refused);
-        tracing::info!(frames, orders, refused, sessions = summary.sessions, ending = ?summary.ending, "body ended");
-    }
+    pschema_adept::run(&args)?.iter().for_each(body_ended);
     Ok(())
 }
 

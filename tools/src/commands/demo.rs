@@ -9,11 +9,10 @@ use crate::args::General;
 use crate::design::BodyKind;
 use crate::failure::Failure;
 use crate::output::{self, Style};
-use crate::render::figures;
 use crate::render::schema::{capital, wrapped};
 use crate::render::story::Story;
 use crate::render::words::{duration, missing, probability, schema_notation, schema_sentence};
-use crate::report::{self, Group, Section};
+use crate::report::{self, Group, Section, figures};
 use crate::run::{Bars, Condition, Experiment, Knowledge, Outcome, Overrides, Pair, Progress, Results};
 
 use super::experiment::write_report;
@@ -55,9 +54,9 @@ pub(crate) fn run(args: DemoArgs, general: &General) -> Result<(), Failure> {
     }
     let outcome = learn(&experiment, condition, args.seed, &stop, general.quiet() || args.json)?;
     if args.json {
-        output::print_json(&outcome.figures)?;
+        output::print_json(&outcome.results)?;
     } else {
-        output::print(&told(&outcome.figures, &outcome.learnt, Style::of_stdout()))?;
+        output::print(&told(&outcome.results, &outcome.learnt, Style::of_stdout()))?;
     }
     let Some(folder) = &args.out else { return Ok(()) };
     let group = Group::new(condition, std::slice::from_ref(&outcome));
@@ -94,7 +93,7 @@ fn learn(
     })
 }
 
-fn told(figures: &Results, learnt: &Knowledge, style: Style) -> String {
+fn told(results: &Results, learnt: &Knowledge, style: Style) -> String {
     let mut text = format!("\n{}\n", style.bold("What it learnt"));
     for schema in &learnt.generalised {
         let (n, of) = (schema.successes, schema.executions);
@@ -119,8 +118,8 @@ fn told(figures: &Results, learnt: &Knowledge, style: Style) -> String {
         text.push_str(&wrapped(&format!("schema {}: {}", schema.id, schema_notation(schema)), "    "));
     }
     text.push_str(&format!("\n{}\n", style.bold("In figures")));
-    text.push_str(&figures::one(figures));
-    text.push_str(&format!("\nIt took {}. {}\n", duration(figures.wall_s), style.bold("Try next:")));
+    text.push_str(&figures::one(results));
+    text.push_str(&format!("\nIt took {}. {}\n", duration(results.wall_s), style.bold("Try next:")));
     text + &next_commands(&invocation())
 }
 

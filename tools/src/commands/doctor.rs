@@ -36,18 +36,27 @@ const YOUNG: Duration = Duration::from_secs(10);
 
 /// One thing looked at.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Check {
+    /// What was looked at.
     name: &'static str,
+    /// Whether it is as it should be.
     ok: bool,
+    /// How it is, for people.
     found: String,
+    /// How to mend it; none where nothing is wrong.
     mend: Option<String>,
 }
 
-/// What `pschema doctor --json` prints.
+/// The state of a machine.
 #[derive(Debug, Serialize)]
-struct Findings {
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct Findings {
+    /// Whether nothing is wrong.
     ok: bool,
+    /// Everything that was looked at.
     checks: Vec<Check>,
+    /// The files of dead daemons that were removed.
     cleaned: Vec<String>,
 }
 
@@ -82,15 +91,14 @@ fn examine(clean: bool) -> Result<Findings, Failure> {
     checks
         .push(fine("runtime directory", format!("{}, yours and closed to others", runtime.path().display())));
     checks.push(writable(Path::new(SHARED_MEMORY)));
-    let mut facts = domain::examine(&runtime)?;
+    let mut machine = domain::examine(&runtime)?;
     if clean {
-        cleaned = sweep(&runtime, &facts.stale)?;
-        facts = domain::examine(&runtime)?;
+        cleaned = sweep(&runtime, &machine.stale)?;
+        machine = domain::examine(&runtime)?;
     }
-    checks.push(space(&facts));
-    checks.push(daemons(&facts));
-    checks.extend(access(&facts));
-    checks.extend(left_behind(&facts.stale));
+    checks.extend([space(&machine), daemons(&machine)]);
+    checks.extend(access(&machine));
+    checks.extend(left_behind(&machine.stale));
     Ok(Findings { ok: checks.iter().all(|check| check.ok), checks, cleaned })
 }
 
@@ -112,23 +120,21 @@ fn cores() -> Check {
 /// Whether files can be made in shared memory, by making one.
 fn writable(directory: &Path) -> Check {
     let path = directory.join(format!("pschema-doctor-{}", std::process::id()));
-    match OpenOptions::new().write(true).create_new(true).open(&path) {
-        Ok(_) => match fs::remove_file(&path) {
-            Ok(()) => fine("shared memory", format!("{} is writable", directory.display())),
-            Err(error) => {
-                wrong("shared memory", format!("cannot remove {}: {error}", path.display()), "remove it")
-            }
-        },
-        Err(error) => wrong(
-            "shared memory",
-            format!("cannot make a file in {}: {error}", directory.display()),
-            format!("mount it: `sudo mount -t tmpfs -o mode=1777 tmpfs {}`", directory.display()),
-        ),
+    let directory = directory.display();
+    if let Err(error) = OpenOptions::new().write(true).create_new(true).open(&path) {
+        let mend = format!("mount it: `sudo mount -t tmpfs -o mode=1777 tmpfs {directory}`");
+        return wrong("shared memory", format!("cannot make a file in {directory}: {error}"), mend);
+    }
+    match fs::remove_file(&path) {
+        Ok(()) => fine("shared memory", format!("{directory} is writable")),
+        Err(error) => {
+            wrong("shared memory", format!("cannot remove {}: {error}", path.display()), "remove it")
+        }
     }
 }
 
-fn space(facts: &MachineState) -> Check {
-    let (available, needed) = (facts.shared_memory_available, facts.shared_memory_needed);
+fn space(machine: &MachineState) -> Check {
+    let (available, needed) = (machine.shared_memory_available, machine.shared_memory_needed);
     let found = format!("{} free, a daemon needs {}", bytes(available), bytes(needed));
     if available >= needed {
         return fine("its space", found);
@@ -138,18 +144,18 @@ fn space(facts: &MachineState) -> Check {
 }
 
 /// Whether everything is the user's own and closed to others.
-fn access(facts: &MachineState) -> Vec<Check> {
-    if facts.exposed.is_empty() {
+fn access(machine: &MachineState) -> Vec<Check> {
+    if machine.exposed.is_empty() {
         return vec![fine("access", "files of daemons are yours and closed to others")];
     }
     let told = |one: &Exposure| {
         wrong("access", format!("{}: {}", one.path.display(), one.problem), one.mend.clone())
     };
-    facts.exposed.iter().map(told).collect()
+    machine.exposed.iter().map(told).collect()
 }
 
-fn daemons(facts: &MachineState) -> Check {
-    let served: Vec<_> = facts.served.iter().map(LearnerName::as_str).collect();
+fn daemons(machine: &MachineState) -> Check {
+    let served: Vec<_> = machine.served.iter().map(LearnerName::as_str).collect();
     fine("daemons", if served.is_empty() { "none running".to_owned() } else { served.join(", ") })
 }
 

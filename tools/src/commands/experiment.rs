@@ -10,10 +10,8 @@ use crate::args::General;
 use crate::design::BodyKind;
 use crate::failure::Failure;
 use crate::output;
-use crate::render::comparison::{self, ConditionRuns};
-use crate::render::figures;
 use crate::render::schema::wrapped;
-use crate::report::{self, Group, Provenance, Section};
+use crate::report::{self, Group, Provenance, Section, comparison, figures};
 use crate::run::{Experiment, Job, Outcome, Overrides, Results, Schedule, Seeds, Trace, carry_out};
 
 #[derive(Debug, Args)]
@@ -85,7 +83,7 @@ pub(crate) fn run(args: ExperimentArgs, general: &General) -> Result<(), Failure
     carry_out(&jobs, schedule, &stop, |_, mut outcome| {
         if args.json && several {
             // As soon as it is known: a sweep may be long.
-            output::print_json_line(&outcome.figures)?;
+            output::print_json_line(&outcome.results)?;
         }
         if args.out.is_none() {
             outcome.trace = Trace::default();
@@ -143,38 +141,39 @@ fn sections<'a>(
 }
 
 fn print(args: &ExperimentArgs, several: bool, sections: &[Section<'_>]) -> Result<(), Failure> {
-    let figures: Vec<&Results> = sections.iter().flat_map(Section::figures).collect();
+    let results: Vec<&Results> = sections.iter().flat_map(Section::results).collect();
     if args.json {
-        return match figures.first() {
-            Some(figures) if !several => output::print_json(figures),
+        return match results.first() {
+            Some(results) if !several => output::print_json(results),
             _ => Ok(()),
         };
     }
-    let lines: Vec<_> = sections.iter().filter_map(Section::base).flat_map(comparison::lines).collect();
-    let compared = || sections.iter().filter(|section| section.groups.len() > 1);
+    let compared = sections.iter().filter(|section| section.groups.len() > 1);
+    let lines = comparison::as_they_stand(sections);
     if args.markdown {
         let mut text = comparison::markdown(&lines);
-        for section in compared() {
-            let runs: Vec<ConditionRuns<'_>> = section.runs().collect();
-            text.push_str(&format!("\n{}\n\n{}", section.design.title, comparison::variants_markdown(&runs)));
+        for section in compared {
+            text.push_str(&format!(
+                "\n{}\n\n{}",
+                section.design.title,
+                comparison::variants_markdown(section)
+            ));
         }
         return output::print(&text);
     }
-    let mut text = match sections {
-        [section] => match section.groups.as_slice() {
-            [group] if !several => group.figures.first().map_or_else(String::new, figures::one),
-            [group] => figures::several(&group.figures),
-            _ => comparison::table(&lines),
-        },
+    let is_one_condition = sections.len() == 1 && compared.clone().next().is_none();
+    let mut text = match results.as_slice() {
+        [only] if is_one_condition && !several => figures::one(only),
+        all if is_one_condition => figures::several(all),
         _ => comparison::table(&lines),
     };
-    for section in compared() {
-        let runs: Vec<ConditionRuns<'_>> = section.runs().collect();
-        text.push_str(&format!("\n{}\n\n{}", section.design.title, comparison::variants(&runs)));
+    for section in compared {
+        text.push_str(&format!("\n{}\n\n{}", section.design.title, comparison::variants(section)));
     }
-    let grouped = sections.len() > 1 || compared().next().is_some();
-    if grouped && let Some(group) = sections.first().and_then(|section| section.groups.first()) {
-        text.push_str(&format!("\n{}", wrapped(&comparison::footnote(group.figures.len()), "")));
+    if let Some(group) =
+        sections.first().and_then(|section| section.groups.first()).filter(|_| !is_one_condition)
+    {
+        text.push_str(&format!("\n{}", wrapped(&comparison::footnote(group.outcomes.len()), "")));
     }
     output::print(&text)
 }

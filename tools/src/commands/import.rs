@@ -32,12 +32,17 @@ pub(crate) struct ImportArgs {
 /// How often a person is told how far it is, in lines.
 const TELL_EVERY: u64 = 1_024;
 
-/// What `--json` prints.
+/// A memory that was imported, and the data directory that was made of it.
 #[derive(Serialize)]
-struct ImportReport {
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct ImportReport {
+    /// Lines of the export.
     lines: u64,
+    /// The learner's name.
     learner: String,
+    /// The learner's seed.
     seed: u64,
+    /// Schemas in memory.
     schemas_total: u64,
     #[serde(flatten)]
     made: DataDirectory,
@@ -55,7 +60,7 @@ pub(crate) fn run(args: ImportArgs, general: &General) -> Result<(), Failure> {
     let imported = imported.map_err(|error| Failure::Failed(format!("{shown}: {error}")))?;
     let made = past::import(&imported, &args.data)?;
     drop(bar);
-    let figures = ImportReport {
+    let report = ImportReport {
         lines: imported.lines.lines,
         learner: imported.learner,
         seed: imported.seed,
@@ -63,13 +68,13 @@ pub(crate) fn run(args: ImportArgs, general: &General) -> Result<(), Failure> {
         made,
     };
     if args.json {
-        return output::print_json(&figures);
+        return output::print_json(&report);
     }
-    let DataDirectory { directory, step, memory_digest } = &figures.made;
+    let DataDirectory { directory, step, memory_digest } = &report.made;
     output::print(&format!(
         "Memory of {} at step {step}, {} schemas, digest {memory_digest}.\n\
          Go on from there with: pschema server --data {directory}\n",
-        figures.learner, figures.schemas_total
+        report.learner, report.schemas_total
     ))
 }
 

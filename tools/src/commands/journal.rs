@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use pschema_store::past::Past;
+use pschema_store::past::{Batch, Past};
 use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::output;
-use crate::render::journal::{self, JournalListing};
+use crate::render::journal::{self, DirectoryListing};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema journal --data ~/arm\n  \
@@ -34,16 +34,15 @@ pub(crate) struct JournalArgs {
     json: bool,
 }
 
-/// The last line of the JSON: the directory.
+/// A line of the JSON.
 #[derive(Serialize)]
-struct DirectoryLine<'a> {
-    directory: &'a journal::DirectoryListing,
-}
-
-/// Every other line of the JSON: a batch.
-#[derive(Serialize)]
-struct BatchLine<'a> {
-    batch: &'a pschema_store::past::Batch,
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub(super) enum JournalLine<'a> {
+    /// What one step, one order or one attachment changed.
+    Batch(&'a Batch),
+    /// The directory: the last line.
+    Directory(&'a DirectoryListing),
 }
 
 pub(crate) fn run(args: JournalArgs) -> Result<(), Failure> {
@@ -56,12 +55,12 @@ pub(crate) fn run(args: JournalArgs) -> Result<(), Failure> {
     let limit = usize::try_from(args.limit).unwrap_or(usize::MAX);
     let (batches, tail) = past.batches(args.from, args.to, limit, args.effects)?;
     let (path, learner) = (past.directory().display().to_string(), past.learner().to_owned());
-    let listed = journal::DirectoryListing { path, learner, seed: past.seed(), files: past.files()?, tail };
+    let listed = DirectoryListing { path, learner, seed: past.seed(), files: past.files()?, tail };
     if !args.json {
-        return output::print(&journal::listing(&JournalListing { batches: &batches, listed: &listed }));
+        return output::print(&journal::listing(&batches, &listed));
     }
     for batch in &batches {
-        output::print_json_line(&BatchLine { batch })?;
+        output::print_json_line(&JournalLine::Batch(batch))?;
     }
-    output::print_json_line(&DirectoryLine { directory: &listed })
+    output::print_json_line(&JournalLine::Directory(&listed))
 }

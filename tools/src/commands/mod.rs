@@ -27,3 +27,6 @@ pub(crate) mod status;
 pub(crate) mod verify;
 pub(crate) mod view;
 pub(crate) mod watch;
+
+#[cfg(test)]
+mod tests;

@@ -3,11 +3,9 @@
 use clap::Args;
 use pschema_inspect::PlanQuery;
 
-use crate::args::{General, MemoryArgs};
+use crate::args::{AskArgs, General};
 use crate::failure::Failure;
-use crate::learner::Asks;
-use crate::output;
-use crate::past::asked;
+use crate::past::show;
 use crate::render::goals;
 
 #[derive(Debug, Args)]
@@ -15,16 +13,12 @@ use crate::render::goals;
     pschema plan 'object{colour=blue, field=$x}' 'finger{field=$x}'")]
 pub(crate) struct PlanArgs {
     #[command(flatten)]
-    memory: MemoryArgs,
+    ask: AskArgs,
     /// What is wanted, all of it: patterns as schemas print; a variable is the same value in all of them
     #[arg(required = true, value_name = "PATTERN")]
     goal: Vec<String>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
 }
 
 pub(crate) fn run(args: PlanArgs, general: &General) -> Result<(), Failure> {
-    let mut memory = asked(&args.memory, general)?;
-    output::show(args.json, &memory.ask(PlanQuery { goal: args.goal })?, goals::plan)
+    show(&args.ask, general, PlanQuery { goal: args.goal }, goals::plan)
 }

@@ -30,12 +30,13 @@ pub(crate) struct RepairArgs {
     json: bool,
 }
 
-/// What `--json` prints.
+/// What is damaged and can be saved, and what was done about it.
 #[derive(Serialize)]
-struct RepairReport<'a> {
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct RepairReport<'a> {
     #[serde(flatten)]
     plan: &'a RepairPlan,
-    /// What was done; `null` when nothing was to be done or only asked for.
+    /// What was done; none when nothing was to be done, or the plan alone was asked for.
     done: Option<&'a RepairOutcome>,
 }
 

@@ -34,24 +34,35 @@ pub(crate) struct ReplayArgs {
     json: bool,
 }
 
-/// What `--json` prints.
+/// Memory as it was at a step.
 #[derive(Serialize)]
-struct ReplayReport {
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct ReplayReport {
+    /// The step.
     step: u64,
+    /// The last frame of the journal that belongs to it.
     frame: u64,
+    /// The curriculum.
     curriculum: String,
+    /// The stage of the curriculum.
     stage: String,
+    /// What the stage was doing.
     stage_state: StageState,
+    /// Schemas in memory.
     schemas_total: u32,
+    /// Those with constants only.
     schemas_concrete: u32,
+    /// Those with variables.
     schemas_generalised: u32,
+    /// Digest of everything learnt.
     memory_digest: String,
-    /// The step of the snapshot that it was rebuilt from; `null`: from its beginning.
+    /// The step of the snapshot that memory was rebuilt from; none: from its beginning.
     snapshot_step: Option<u64>,
-    /// Frames of the journal gone through after it.
+    /// Frames of the journal that were replayed after that snapshot.
     frames_replayed: u64,
+    /// How long that took.
     replay_s: f64,
-    /// The data directory that was made; `null` when none was asked for.
+    /// The data directory that was made; none when none was asked for.
     made: Option<DataDirectory>,
 }
 
@@ -66,7 +77,7 @@ pub(crate) fn run(args: ReplayArgs) -> Result<(), Failure> {
         Some(out) => Some(remembered.past().branch(args.until, out)?),
         None => None,
     };
-    let figures = ReplayReport {
+    let report = ReplayReport {
         step: status.step,
         frame,
         curriculum: status.curriculum,
@@ -81,12 +92,12 @@ pub(crate) fn run(args: ReplayArgs) -> Result<(), Failure> {
         replay_s,
         made,
     };
-    output::show(args.json, &figures, text)
+    output::show(args.json, &report, text)
 }
 
 fn text(f: &ReplayReport) -> String {
     let mut facts = Columns::new(&[]);
-    let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
+    let mut fact = |name: &str, value: String| facts.fact(name, value);
     fact("step", f.step.to_string());
     fact(
         "stage",

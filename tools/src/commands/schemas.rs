@@ -3,11 +3,9 @@
 use clap::{Args, ValueEnum};
 use pschema_inspect::{SchemaQuery, SchemaSort};
 
-use crate::args::{General, MemoryArgs};
+use crate::args::{AskArgs, General};
 use crate::failure::Failure;
-use crate::learner::Asks;
-use crate::output;
-use crate::past::asked;
+use crate::past::show;
 use crate::render::schema;
 
 #[derive(Debug, Args)]
@@ -15,7 +13,7 @@ use crate::render::schema;
     pschema schemas --post 'touch{}' --sort probability --limit 5")]
 pub(crate) struct SchemasArgs {
     #[command(flatten)]
-    memory: MemoryArgs,
+    ask: AskArgs,
     /// Only those with this action
     #[arg(long, value_name = "NAME")]
     action: Option<String>,
@@ -37,9 +35,6 @@ pub(crate) struct SchemasArgs {
     /// Leave out so many of the first: with --limit, page by page
     #[arg(long, default_value_t = 0, value_name = "N")]
     offset: u32,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -67,7 +62,6 @@ impl From<Sort> for SchemaSort {
 }
 
 pub(crate) fn run(args: SchemasArgs, general: &General) -> Result<(), Failure> {
-    let mut memory = asked(&args.memory, general)?;
     let query = SchemaQuery {
         action: args.action,
         pre: args.pre,
@@ -77,5 +71,5 @@ pub(crate) fn run(args: SchemasArgs, general: &General) -> Result<(), Failure> {
         limit: args.limit,
         offset: args.offset,
     };
-    output::show(args.json, &memory.ask(query)?, |list| schema::list(list, args.offset))
+    show(&args.ask, general, query, |list| schema::list(list, args.offset))
 }

@@ -1,6 +1,7 @@
 //! `pschema sim`: the simulated body.
 
 use clap::Args;
+use pschema_protocol::body::RunSummary;
 use pschema_protocol::domain::DomainError;
 use pschema_sim::SimError;
 
@@ -24,11 +25,14 @@ pub(crate) fn run(command: SimCommand, general: &General) -> Result<(), Failure>
         name.as_str().clone_into(&mut args.name);
     }
     follow_parent(command.parent.parent)?;
-    if let Some(summary) = pschema_sim::run(&args)? {
-        let (frames, orders, refused) = (summary.frames, summary.orders, summary.refused);
-        tracing::info!(frames, orders, refused, sessions = summary.sessions, ending = ?summary.ending, "body ended");
-    }
+    pschema_sim::run(&args)?.iter().for_each(body_ended);
     Ok(())
+}
+
+/// Logs what a body has done.
+pub(super) fn body_ended(summary: &RunSummary) {
+    let (frames, orders, refused) = (summary.frames, summary.orders, summary.refused);
+    tracing::info!(frames, orders, refused, sessions = summary.sessions, ending = ?summary.ending, "body ended");
 }
 
 impl From<SimError> for Failure {

@@ -47,8 +47,6 @@ fn past(remembered: &MemoryOnDisk, json: bool) -> Result<(), Failure> {
     let moment = remembered.moment(&StatusQuery {})?;
     let (frame, at_unix_ms) = (moment.frame, moment.at_unix_ms);
     let status = remembered.answer(moment, &StatusQuery {})?;
-    let past = remembered.past();
-    let directory = past.directory().display().to_string();
-    let told = PastStatus::new(&status, directory, past.seed(), frame, at_unix_ms, past.files()?);
+    let told = PastStatus::new(&status, remembered.past(), frame, at_unix_ms)?;
     output::show(json, &told, |told| past_status::past_status(told, &status))
 }

@@ -43,9 +43,9 @@ fn a_table_says_all_there_is_about_a_run() {
     assert_eq!(experiment.published.unwrap().schemas_total, Some(227));
     assert_eq!(experiment.measures[0].against, ["two"]);
     let variant = &experiment.variants[0];
-    assert_eq!(variant.settings, ["learner.attention=false", "values.rate=1.0"]);
-    assert_eq!(variant.noise, [("finger_misplaced".to_owned(), 0.1)]);
-    assert_eq!(experiment.sweep, Some(Sweep { name: "rate".to_owned(), values: vec![0.0, 0.5] }));
+    assert_eq!(variant.settings(), ["learner.attention=false", "values.rate=1.0"]);
+    assert_eq!(variant.noise, BTreeMap::from([("finger_misplaced".to_owned(), 0.1)]));
+    assert_eq!(experiment.sweep, BTreeMap::from([("rate".to_owned(), vec![0.0, 0.5])]));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use pschema_inspect::{SchemaSummary, TraceRecord};
 use pschema_protocol::picture::PictureMessage;
 use serde::Serialize;
 
-use super::Recorder;
+use super::recorder::Recorder;
 use crate::failure::Failure;
 
 /// A file with one object a line: `{"step": …}` or `{"schema": …}`.
@@ -17,15 +17,21 @@ pub(crate) struct JsonLinesFile {
     to: BufWriter<File>,
 }
 
+/// A line of the file.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-enum RecordingEntry<'a> {
+pub(crate) enum RecordingEntry<'a> {
+    /// A step.
     Step {
+        /// The name of its stage.
         stage_name: &'a str,
         #[serde(flatten)]
         record: &'a TraceRecord,
     },
+    /// A schema that was new.
     Schema {
+        /// The step in which it was new.
         step: u64,
         #[serde(flatten)]
         schema: &'a SchemaSummary,

@@ -2,6 +2,7 @@
 //! them.
 
 mod lines;
+mod recorder;
 #[cfg(feature = "rerun")]
 mod rerun;
 
@@ -9,34 +10,22 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use pschema_inspect::{Live, LiveQuery, SchemaQuery, SchemaSummary, TraceRecord};
+use pschema_inspect::{Live, LiveQuery, SchemaQuery, TraceRecord};
 use pschema_protocol::domain::Place;
-use pschema_protocol::picture::PictureMessage;
 use pschema_protocol::transport::pictures::PictureWatch;
 
 use crate::failure::Failure;
 use crate::learner::Learner;
 
 pub(crate) use lines::JsonLinesFile;
+#[cfg(test)]
+pub(crate) use lines::RecordingEntry;
+pub(crate) use recorder::Recorder;
 
 /// The pause when no step has come.
 const PAUSE: Duration = Duration::from_millis(30);
 /// Newest schemas that come with each page of steps; if more were made, they are asked for.
 const NEWEST_MAX: u32 = 100;
-
-/// Something that writes steps down.
-pub(crate) trait Recorder {
-    /// Writes a step, in the stage of this name.
-    fn step(&mut self, record: &TraceRecord, stage: &str) -> Result<(), Failure>;
-    /// Writes a schema that was new in this step.
-    fn schema(&mut self, step: u64, schema: &SchemaSummary) -> Result<(), Failure>;
-    /// Writes a picture that the body took about this step.
-    fn picture(&mut self, step: u64, seen: &PictureMessage) -> Result<(), Failure>;
-    /// Makes everything written so far readable, because nothing more comes for a moment.
-    fn flush(&mut self) -> Result<(), Failure>;
-    /// Ends the recording.
-    fn finish(&mut self) -> Result<(), Failure>;
-}
 
 /// A recording for the Rerun viewer.
 ///
@@ -55,6 +44,7 @@ pub(crate) fn rerun(path: &Path, learner: &str) -> Result<Box<dyn Recorder>, Fai
 
 /// The counts of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct RecordingSummary {
     /// Steps that were written.
     pub(crate) steps: u64,

@@ -9,8 +9,9 @@ use re_sdk::{RecordingStream, RecordingStreamBuilder};
 use re_sdk_types::AsComponents;
 use re_sdk_types::archetypes::{Image, Points2D, Scalars, TextLog};
 
-use super::Recorder;
+use super::recorder::Recorder;
 use crate::failure::Failure;
+use crate::render::words::summary_notation;
 
 /// The timeline of a recording.
 const STEP: &str = "step";
@@ -74,8 +75,7 @@ impl Recorder for Recording {
 
     fn schema(&mut self, step: u64, schema: &SchemaSummary) -> Result<(), Failure> {
         self.at(step);
-        let SchemaSummary { id, kind, pre, action, post, .. } = schema;
-        let text = format!("{id} ({kind}): {} / {action} / {}", pre.join(", "), post.join(", "));
+        let text = format!("{} ({}): {}", schema.id, schema.kind, summary_notation(schema));
         self.log("memory/new", &TextLog::new(text))
     }
 

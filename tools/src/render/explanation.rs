@@ -5,7 +5,7 @@ use pschema_inspect::{Candidate, ExcitationTerm, Explanation, ObservationText, R
 use super::goals;
 use super::schema::wrapped;
 use super::table::Columns;
-use super::words::{binding, bound, count, expectation, notation, plain, side};
+use super::words::{bound, count, expectation, notation, plain, side, with_values};
 
 /// Why an action was chosen.
 pub fn explanation(e: &Explanation) -> String {
@@ -134,12 +134,10 @@ pub(super) fn sum(candidate: &Candidate) -> f64 {
 
 fn heading(chosen: &Candidate) -> String {
     let subject = match chosen.schema {
-        Some(id) => format!("Schema {id}: {}", plain(&chosen.text)),
-        None => format!("Primitive {}", plain(&chosen.text)),
+        Some(id) => format!("Schema {id}: {}", chosen.text),
+        None => format!("Primitive {}", chosen.text),
     };
-    let with = binding(&chosen.binding);
-    let subject = if with.is_empty() { subject } else { format!("{subject}, with {with}") };
-    wrapped(&subject, "")
+    wrapped(&with_values(&subject, &chosen.binding), "")
 }
 
 /// The observations, numbered so that the terms can refer to them.
@@ -202,12 +200,10 @@ fn others(e: &Explanation) -> String {
     }
     let mut table = Columns::new(&["", "schema", "candidate", "distance", "e"]).figures(&[1, 3, 4]);
     for (at, c) in e.candidates.iter().enumerate() {
-        let with = binding(&c.binding);
-        let text = if with.is_empty() { plain(&c.text) } else { format!("{}, with {with}", plain(&c.text)) };
         table.row([
             if u32::try_from(at).is_ok_and(|at| at == e.chosen) { ">".to_owned() } else { String::new() },
             c.schema.map_or_else(|| "-".to_owned(), |id| id.to_string()),
-            text,
+            with_values(&c.text, &c.binding),
             c.distance.to_string(),
             shown(c.excitation),
         ]);

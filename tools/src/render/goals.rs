@@ -7,7 +7,7 @@ use pschema_inspect::{
 
 use super::schema::wrapped;
 use super::table::Columns;
-use super::words::{binding, condition, count, notation, plain, probability, side};
+use super::words::{binding, condition, count, notation, plain, probability, side, with_values};
 
 /// A prediction.
 pub(crate) fn prediction(p: &Prediction) -> String {
@@ -91,10 +91,8 @@ pub(crate) fn goal(patterns: &[String]) -> String {
 
 /// A schema with its binding: `schema 226 (generalised), with $a=blue, $b=17`.
 fn in_use(s: &SchemaInUse) -> String {
-    let with = binding(&s.binding);
-    let with = if with.is_empty() { String::new() } else { format!(", with {with}") };
     let carrier = s.carrier.map_or_else(String::new, |carrier| format!(", through schema {carrier}"));
-    format!("schema {} ({}), {}{with}{carrier}", s.id, s.kind, plain(&s.text))
+    format!("schema {} ({}), {}{carrier}", s.id, s.kind, with_values(&s.text, &s.binding))
 }
 
 /// A plan made in pursuit of a goal, as a line of the talk.
@@ -156,9 +154,7 @@ pub(crate) fn chain(f: &DecisionGoal) -> String {
     let mut table = Columns::new(&["", "schema", "plan", "action"]).figures(&[1]);
     for (at, s) in f.chain.iter().enumerate() {
         let mark = if u32::try_from(at).is_ok_and(|at| at == f.at) { ">" } else { "" };
-        let with = binding(&s.binding);
-        let text = if with.is_empty() { plain(&s.text) } else { format!("{}, with {with}", plain(&s.text)) };
-        table.row([mark.to_owned(), s.id.to_string(), text, plain(&s.action)]);
+        table.row([mark.to_owned(), s.id.to_string(), with_values(&s.text, &s.binding), plain(&s.action)]);
     }
     table.text(&[0, 1])
 }

@@ -5,11 +5,12 @@ use serde::Serialize;
 
 use super::schema::wrapped;
 use super::table::Columns;
+use super::time::time;
 use super::words::{bytes, count, plain};
-use crate::report::time;
 
 /// The contents of a data directory.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct DirectoryListing {
     /// The path of the directory.
     pub(crate) path: String,
@@ -24,28 +25,20 @@ pub(crate) struct DirectoryListing {
     pub(crate) tail: Tail,
 }
 
-/// Some batches of a journal, with the directory that they are in.
-#[derive(Debug)]
-pub(crate) struct JournalListing<'a> {
-    pub(crate) batches: &'a [Batch],
-    pub(crate) listed: &'a DirectoryListing,
-}
-
 /// `2026-11-22 07:05:09.120`, in UTC.
 pub(crate) fn moment(unix_ms: u64) -> String {
     format!("{}.{:03}", time(unix_ms / 1_000), unix_ms % 1_000)
 }
 
 /// Batches as a table, or one by one where effects are told; then the files.
-pub(crate) fn listing(listing: &JournalListing<'_>) -> String {
-    let batches = listing.batches;
+pub(crate) fn listing(batches: &[Batch], listed: &DirectoryListing) -> String {
     let mut text = match batches {
         [] => "No batch of such a step.\n".to_owned(),
         _ if batches.iter().any(|batch| !batch.told.is_empty()) => batches.iter().map(told).collect(),
         _ => table(batches),
     };
     text.push('\n');
-    text.push_str(&files(listing.listed));
+    text.push_str(&files(listed));
     text
 }
 
@@ -114,16 +107,11 @@ fn files(listed: &DirectoryListing) -> String {
         steps => format!("of steps {}, {}", steps.join(", "), bytes(kept)),
     };
     let mut facts = Columns::new(&[]);
-    facts.row([
-        "memory".to_owned(),
-        format!("of {}, seed {}, in {}", plain(&listed.learner), listed.seed, plain(&listed.path)),
-    ]);
-    facts.row([
-        "journal".to_owned(),
-        format!("{segments}, {}; back to step {}", bytes(journal), files.oldest_step),
-    ]);
-    facts.row(["snapshots".to_owned(), snapshots]);
-    facts.row(["end".to_owned(), self::tail(tail)]);
+    let (learner, path) = (plain(&listed.learner), plain(&listed.path));
+    facts.fact("memory", format!("of {learner}, seed {}, in {path}", listed.seed));
+    facts.fact("journal", format!("{segments}, {}; back to step {}", bytes(journal), files.oldest_step));
+    facts.fact("snapshots", snapshots);
+    facts.fact("end", self::tail(tail));
     facts.text(&[0])
 }
 
@@ -142,7 +130,7 @@ fn tail(tail: &Tail) -> String {
 /// The result of a check.
 pub(crate) fn checked(c: &Verification, relearn: bool) -> String {
     let mut facts = Columns::new(&[]);
-    let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
+    let mut fact = |name: &str, value: String| facts.fact(name, value);
     let segments = count(c.segments, "file");
     fact("journal", format!("{segments}, {} of sound frames", bytes(c.journal_bytes)));
     fact("frames", format!("{}, each with its checksum and the one before", c.frames));
@@ -210,19 +198,17 @@ pub(crate) fn repair(r: &RepairPlan) -> String {
         text.push_str(&wrapped(&format!("DAMAGED: {}", plain(damage)), ""));
     }
     let mut facts = Columns::new(&[]);
-    facts.row([
-        "can be saved".to_owned(),
-        format!("memory up to step {}, digest {}", r.saved_step, r.memory_digest),
-    ]);
+    let (step, digest) = (r.saved_step, &r.memory_digest);
+    facts.fact("can be saved", format!("memory up to step {step}, digest {digest}"));
     let lost = match r.last_step.saturating_sub(r.saved_step) {
         0 => "no step".to_owned(),
         1 => format!("step {}", r.last_step),
         _ => format!("steps {} to {}, which were taken and acted on", r.saved_step + 1, r.last_step),
     };
-    facts.row(["is lost".to_owned(), lost]);
+    facts.fact("is lost", lost);
     if r.saved_first_step > r.first_step {
         let (first, kept) = (r.first_step, r.saved_first_step);
-        facts.row(["its past".to_owned(), format!("goes back to step {kept} then, and not to {first}")]);
+        facts.fact("its past", format!("goes back to step {kept} then, and not to {first}"));
     }
     format!("{text}\n{}", facts.text(&[0]))
 }

@@ -4,14 +4,6 @@ use std::collections::BTreeMap;
 
 use pschema_inspect::{BodyState, BodyStatus, Durability, Status};
 
-/// The type of a family of samples.
-#[derive(Clone, Copy)]
-enum FamilyKind {
-    Counter,
-    Gauge,
-    Summary,
-}
-
 /// Families of samples, all of them about one learner.
 struct MetricsPage<'a> {
     learner: &'a str,
@@ -21,30 +13,31 @@ struct MetricsPage<'a> {
 type Labels<'a> = &'a [(&'a str, &'a str)];
 
 impl MetricsPage<'_> {
-    /// Begins a family: its name without `pschema_`, in base units, and `_total` at the end of a counter's.
-    fn family(&mut self, name: &str, kind: FamilyKind, help: &str) {
-        let kind = match kind {
-            FamilyKind::Counter => "counter",
-            FamilyKind::Gauge => "gauge",
-            FamilyKind::Summary => "summary",
-        };
-        self.text.push_str(&format!("# HELP pschema_{name} {help}\n# TYPE pschema_{name} {kind}\n"));
+    /// Begins a family of this type: its name without `pschema_`, in base units, and `_total` at the end of a counter's.
+    fn family(&mut self, name: &str, kind: &str, help: &str) {
+        self.text += &format!("# HELP pschema_{name} {help}\n# TYPE pschema_{name} {kind}\n");
     }
 
     fn sample(&mut self, name: &str, labels: Labels<'_>, value: f64) {
         let all = [("learner", self.learner)].into_iter().chain(labels.iter().copied());
         let all: Vec<_> = all.map(|(name, value)| format!("{name}=\"{}\"", escaped(value))).collect();
-        self.text.push_str(&format!("pschema_{name}{{{}}} {value}\n", all.join(",")));
+        self.text += &format!("pschema_{name}{{{}}} {value}\n", all.join(","));
     }
 
-    /// A family of one sample.
-    fn one(&mut self, name: &str, kind: FamilyKind, help: &str, value: f64) {
-        self.family(name, kind, help);
+    /// A gauge of one sample.
+    fn gauge(&mut self, name: &str, value: f64, help: &str) {
+        self.family(name, "gauge", help);
         self.sample(name, &[], value);
     }
 
-    fn summary(&mut self, name: &str, help: &str, p50_us: f64, p99_us: f64) {
-        self.family(name, FamilyKind::Summary, help);
+    /// A counter of one sample.
+    fn counter(&mut self, name: &str, count: u64, help: &str) {
+        self.family(name, "counter", help);
+        self.sample(name, &[], float(count));
+    }
+
+    fn summary(&mut self, name: &str, p50_us: f64, p99_us: f64, help: &str) {
+        self.family(name, "summary", help);
         for (quantile, microseconds) in [("0.5", p50_us), ("0.99", p99_us)] {
             self.sample(name, &[("quantile", quantile)], microseconds / 1e6);
         }
@@ -60,37 +53,28 @@ fn float(count: u64) -> f64 {
     count as f64
 }
 
-/// The metrics of a learner that no daemon serves.
-pub(crate) fn down(learner: &str) -> String {
+/// A page that begins with whether a daemon serves the learner.
+fn begun(learner: &str, up: f64) -> MetricsPage<'_> {
     let mut page = MetricsPage { learner, text: String::new() };
-    up(&mut page, 0.0);
-    page.text
+    page.gauge("up", up, "Whether a daemon serves the learner.");
+    page
 }
 
-fn up(page: &mut MetricsPage<'_>, value: f64) {
-    page.one("up", FamilyKind::Gauge, "Whether a daemon serves the learner.", value);
+/// The metrics of a learner that no daemon serves.
+pub(crate) fn down(learner: &str) -> String {
+    begun(learner, 0.0).text
 }
 
 /// The metrics of a daemon and its learner.
 pub(crate) fn metrics(s: &Status) -> String {
-    let mut page = MetricsPage { learner: &s.name, text: String::new() };
-    up(&mut page, 1.0);
-    page.one("uptime_seconds", FamilyKind::Gauge, "Time since the daemon began.", s.uptime_s);
-    page.one(
-        "resident_memory_bytes",
-        FamilyKind::Gauge,
-        "Resident memory of the daemon.",
-        float(s.memory_bytes),
-    );
+    let mut page = begun(&s.name, 1.0);
+    page.gauge("uptime_seconds", s.uptime_s, "Time since the daemon began.");
+    page.gauge("resident_memory_bytes", float(s.memory_bytes), "Resident memory of the daemon.");
     learnt(&mut page, s);
     kept(&mut page, s);
     times(&mut page, s);
     bodies(&mut page, &s.bodies);
-    page.family(
-        "refusals_total",
-        FamilyKind::Counter,
-        "Messages of bodies and tools that were refused, by reason.",
-    );
+    page.family("refusals_total", "counter", "Messages of bodies and tools that were refused, by reason.");
     for refused in &s.refused {
         let code = refused.code.to_string();
         let labels = [("code", code.as_str()), ("reason", &refused.reason)];
@@ -100,88 +84,67 @@ pub(crate) fn metrics(s: &Status) -> String {
 }
 
 fn learnt(page: &mut MetricsPage<'_>, s: &Status) {
-    page.one("steps_total", FamilyKind::Counter, "Steps taken in the life of this memory.", float(s.step));
-    page.family("schemas", FamilyKind::Gauge, "Schemas in memory.");
+    page.counter("steps_total", s.step, "Steps taken in the life of this memory.");
+    page.family("schemas", "gauge", "Schemas in memory.");
     for (kind, count) in [("concrete", s.schemas_concrete), ("generalised", s.schemas_generalised)] {
         page.sample("schemas", &[("kind", kind)], count.into());
     }
-    page.family(
-        "stage_info",
-        FamilyKind::Gauge,
-        "The present stage of the curriculum, and what it is doing.",
-    );
+    page.family("stage_info", "gauge", "The present stage of the curriculum, and what it is doing.");
     // What it is stuck on may be anything, and would make a series of its own each time.
     let labels =
         [("curriculum", s.curriculum.as_str()), ("stage", &s.stage), ("state", s.stage_state.as_str())];
     page.sample("stage_info", &labels, 1.0);
-    let top = "Top excitation of the last decision.";
-    page.one("excitation_top", FamilyKind::Gauge, top, s.excitation_top);
+    page.gauge("excitation_top", s.excitation_top, "Top excitation of the last decision.");
     if let Some(saturation) = &s.saturation {
-        let quiet = "Actions in a row that brought nothing new or exciting.";
-        page.one("quiet_actions", FamilyKind::Gauge, quiet, saturation.quiet_actions.into());
+        let help = "Actions in a row that brought nothing new or exciting.";
+        page.gauge("quiet_actions", saturation.quiet_actions.into(), help);
     }
 }
 
 fn kept(page: &mut MetricsPage<'_>, s: &Status) {
-    let durable = "Whether memory is on disk before anything rests on it.";
     let strict = s.storage.as_ref().is_some_and(|storage| storage.durability == Durability::Strict);
-    page.one("durability_strict", FamilyKind::Gauge, durable, if strict { 1.0 } else { 0.0 });
+    let help = "Whether memory is on disk before anything rests on it.";
+    page.gauge("durability_strict", f64::from(u8::from(strict)), help);
     let Some(storage) = &s.storage else { return };
-    let last = "Steps known to be on disk.";
-    page.one("durable_steps_total", FamilyKind::Counter, last, float(storage.durable_step));
-    page.one(
-        "journal_bytes",
-        FamilyKind::Gauge,
-        "Bytes of journal that are kept.",
-        float(storage.journal_bytes),
-    );
-    let oldest = "The oldest step that memory can be returned to.";
-    page.one("oldest_step", FamilyKind::Gauge, oldest, float(storage.oldest_step));
+    page.counter("durable_steps_total", storage.durable_step, "Steps known to be on disk.");
+    page.gauge("journal_bytes", float(storage.journal_bytes), "Bytes of journal that are kept.");
+    let help = "The oldest step that memory can be returned to.";
+    page.gauge("oldest_step", float(storage.oldest_step), help);
     if let Some(step) = storage.snapshot_step {
-        page.one("snapshot_step", FamilyKind::Gauge, "The step of the last snapshot.", float(step));
+        page.gauge("snapshot_step", float(step), "The step of the last snapshot.");
     }
 }
 
 fn times(page: &mut MetricsPage<'_>, s: &Status) {
-    page.one(
-        "steps_per_second",
-        FamilyKind::Gauge,
-        "Steps a second, over the last 10 seconds.",
-        s.steps_per_s,
-    );
-    let decision = "Time from a frame to the decision, of the last 4096.";
-    page.summary("decision_duration_seconds", decision, s.step_latency_us_p50, s.step_latency_us_p99);
-    let commit = "Time from a frame to its reply, which waits for the disk if memory is kept strictly, of the last 4096.";
-    page.summary("reply_duration_seconds", commit, s.commit_latency_us_p50, s.commit_latency_us_p99);
+    page.gauge("steps_per_second", s.steps_per_s, "Steps a second, over the last 10 seconds.");
+    let help = "Time from a frame to the decision, of the last 4096.";
+    page.summary("decision_duration_seconds", s.step_latency_us_p50, s.step_latency_us_p99, help);
+    let help = "Time from a frame to its reply, which waits for the disk if memory is kept strictly, of the last 4096.";
+    page.summary("reply_duration_seconds", s.commit_latency_us_p50, s.commit_latency_us_p99, help);
 }
 
 /// The bodies by name: all sessions of one body are one series.
 fn bodies(page: &mut MetricsPage<'_>, bodies: &[BodyStatus]) {
-    let mut named: BTreeMap<(&str, &str), (bool, u64, u64)> = BTreeMap::new();
+    let mut named: BTreeMap<(&str, &str), [f64; 3]> = BTreeMap::new();
     for body in bodies {
-        let (attached, frames, refused) = named.entry((&body.name, &body.kind)).or_default();
-        *attached |= body.state == BodyState::Attached;
-        *frames = frames.saturating_add(body.frames);
-        *refused = refused.saturating_add(body.frames_refused);
+        let [attached, frames, refused] = named.entry((&body.name, &body.kind)).or_default();
+        *attached = attached.max(f64::from(u8::from(body.state == BodyState::Attached)));
+        *frames += float(body.frames);
+        *refused += float(body.frames_refused);
     }
     let families = [
-        ("body_attached", FamilyKind::Gauge, "Whether the body is attached."),
-        ("body_frames_total", FamilyKind::Counter, "Frames taken of the body in its last session."),
+        ("body_attached", "gauge", "Whether the body is attached."),
+        ("body_frames_total", "counter", "Frames taken of the body in its last session."),
         (
             "body_frames_refused_total",
-            FamilyKind::Counter,
+            "counter",
             "Frames of the body that were refused, in its last session.",
         ),
     ];
     for (at, (name, kind, help)) in families.into_iter().enumerate() {
         page.family(name, kind, help);
-        for ((body, kind), (attached, frames, refused)) in &named {
-            let value = match at {
-                0 => f64::from(u8::from(*attached)),
-                1 => float(*frames),
-                _ => float(*refused),
-            };
-            page.sample(name, &[("body", body), ("kind", kind)], value);
+        for ((body, kind), values) in &named {
+            page.sample(name, &[("body", body), ("kind", kind)], values[at]);
         }
     }
 }
@@ -193,7 +156,7 @@ mod tests {
     use pschema_inspect::StorageStatus;
 
     use super::*;
-    use crate::render::golden::a_status;
+    use crate::render::tests::a_status;
 
     /// What the exposition format asks of a page: families together, each announced once before its samples; names
     /// and labels of its alphabet; values that are numbers.

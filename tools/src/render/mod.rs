@@ -1,11 +1,7 @@
 //! Turns answers of a daemon into text for people, pictures and metrics. Pure: values in, text out.
 
-pub(crate) mod comparison;
 pub(crate) mod explanation;
-pub(crate) mod figures;
 pub(crate) mod goals;
-#[cfg(test)]
-mod golden;
 pub(crate) mod graph;
 pub(crate) mod journal;
 pub(crate) mod metrics;
@@ -15,5 +11,9 @@ pub(crate) mod statistics;
 pub(crate) mod status;
 pub(crate) mod story;
 pub(crate) mod table;
+pub(crate) mod time;
 pub(crate) mod why_not;
 pub(crate) mod words;
+
+#[cfg(test)]
+mod tests;

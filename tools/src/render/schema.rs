@@ -3,7 +3,9 @@
 use pschema_inspect::{Condition, SchemaDetail, SchemaList};
 
 use super::table::{Columns, WIDTH};
-use super::words::{condition, count, notation, plain, probability, schema_sentence, side, summary_notation};
+use super::words::{
+    capitalised, condition, count, notation, plain, probability, schema_sentence, side, summary_notation,
+};
 
 /// A list of schemas, from which the first `offset` were left out.
 pub(crate) fn list(list: &SchemaList, offset: u32) -> String {
@@ -35,7 +37,7 @@ pub(crate) fn detail(s: &SchemaDetail) -> String {
     text.push_str(&wrapped(&capital(&schema_sentence(s)), "  "));
     text.push('\n');
     let mut facts = Columns::new(&[]);
-    let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
+    let mut fact = |name: &str, value: String| facts.fact(name, value);
     fact("pre-conditions", side(s.pre.iter().map(notation)));
     if s.target.is_empty() {
         fact("action", plain(&s.action));
@@ -111,6 +113,5 @@ pub fn wrapped(sentence: &str, indent: &str) -> String {
 
 /// The sentence with a capital letter and a full stop.
 pub(crate) fn capital(sentence: &str) -> String {
-    let mut letters = sentence.chars();
-    letters.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
+    if sentence.is_empty() { String::new() } else { capitalised(sentence) + "." }
 }

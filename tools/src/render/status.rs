@@ -16,21 +16,21 @@ const GROWTH_MAX: usize = 3;
 /// A daemon and its learner, as a table.
 pub(crate) fn status(s: &Status) -> String {
     let mut facts = Columns::new(&[]);
-    facts.row(["learner", &format!("{}: process {}, up {}", plain(&s.name), s.pid, duration(s.uptime_s))]);
-    facts.row(["step", &format!("{}, {}", s.step, durability(s))]);
+    facts.fact("learner", format!("{}: process {}, up {}", plain(&s.name), s.pid, duration(s.uptime_s)));
+    facts.fact("step", format!("{}, {}", s.step, durability(s)));
     learnt(s, &mut facts);
-    facts.row(["speed", &format!("{:.1} steps/s", s.steps_per_s)]);
-    facts.row(["latency", &latency(s)]);
-    facts.row(["memory", &format!("{} resident", bytes(s.memory_bytes))]);
+    facts.fact("speed", format!("{:.1} steps/s", s.steps_per_s));
+    facts.fact("latency", latency(s));
+    facts.fact("memory", format!("{} resident", bytes(s.memory_bytes)));
     if let Some(told) = growth(&s.growth) {
-        facts.row(["growth", &told]);
+        facts.fact("growth", told);
     }
     if let Some(storage) = &s.storage {
         let snapshot = storage.snapshot_step.map_or("none yet".to_owned(), |step| format!("of step {step}"));
         let (journal, oldest) = (bytes(storage.journal_bytes), storage.oldest_step);
         let directory = plain(&storage.directory);
         let data = format!("{directory}; journal {journal}, back to step {oldest}; snapshot {snapshot}");
-        facts.row(["data", &data]);
+        facts.fact("data", data);
     }
     doing(s, &mut facts);
     format!("{}\n{}", facts.text(&[0]), bodies(&s.bodies))
@@ -54,7 +54,7 @@ pub(crate) fn state(state: &StageState) -> String {
 
 /// Adds the stage of the curriculum and the numbers of schemas to a table.
 pub(crate) fn learnt(s: &Status, facts: &mut Columns) {
-    let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
+    let mut fact = |name: &str, value: String| facts.fact(name, value);
     fact("stage", format!("{} ({}) of {}", plain(&s.stage), state(&s.stage_state), plain(&s.curriculum)));
     if let Some(told) = &s.trial {
         fact("trial", trial(told));
@@ -71,7 +71,7 @@ pub(crate) fn learnt(s: &Status, facts: &mut Columns) {
 
 /// Adds the digest of memory, the goal, the excitation and the world state to a table.
 pub(crate) fn doing(s: &Status, facts: &mut Columns) {
-    let mut fact = |name: &str, value: String| facts.row([name.to_owned(), value]);
+    let mut fact = |name: &str, value: String| facts.fact(name, value);
     if let Some(digest) = &s.memory_digest {
         fact("digest", plain(digest));
     }

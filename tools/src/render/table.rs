@@ -44,6 +44,11 @@ impl Columns {
         self.table.add_row(Row::from(cells));
     }
 
+    /// Adds a name with its value.
+    pub fn fact(&mut self, name: &str, value: impl Into<String>) {
+        self.row([name.to_owned(), value.into()]);
+    }
+
     /// The text, ending in a line break. `whole` columns are never wrapped.
     #[must_use]
     pub fn text(mut self, whole: &[usize]) -> String {

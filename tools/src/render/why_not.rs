@@ -7,7 +7,7 @@ use pschema_inspect::{
 use super::explanation::{named, perceived, shown, sum, terms};
 use super::schema::wrapped;
 use super::table::Columns;
-use super::words::{bound, form_notation, notation, plain, side, value};
+use super::words::{bound, capitalised, form_notation, notation, plain, side, value};
 
 /// Why a schema was not executed.
 pub fn why_not(why: &WhyNot) -> String {
@@ -22,7 +22,11 @@ pub fn why_not(why: &WhyNot) -> String {
     {
         text.push_str(&format!("\n{}", beside(why, candidate)));
         text.push_str(&format!("\nSchema {}:\n{}", why.schema, terms(candidate, &why.world)));
-        text.push_str(&format!("\n{}:\n{}", capital(&named(&why.chosen)), terms(&why.chosen, &why.world)));
+        text.push_str(&format!(
+            "\n{}:\n{}",
+            capitalised(&named(&why.chosen)),
+            terms(&why.chosen, &why.world)
+        ));
     }
     text
 }
@@ -34,7 +38,7 @@ fn sentence(why: &WhyNot) -> String {
         Some(id) => format!("schema {id} was executed instead ({action})"),
         None => format!("{action} was tried instead"),
     };
-    let instead = capital(&instead);
+    let instead = capitalised(&instead);
     let not = |reason: String| format!("Schema {schema} was not executed in step {step}: {reason}");
     match &why.verdict {
         Verdict::Chosen => format!("Schema {schema} is what was chosen in step {step} ({action})."),
@@ -179,9 +183,4 @@ fn beside(why: &WhyNot, asked: &Candidate) -> String {
     table.row(["distance".to_owned(), asked.distance.to_string(), why.chosen.distance.to_string()]);
     table.row(["E".to_owned(), shown(asked.excitation), shown(why.chosen.excitation)]);
     table.text(&[1, 2])
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

@@ -3,6 +3,7 @@
 use pschema_inspect::{
     Condition, Expectation, NamedValues, ObservationText, SchemaDetail, SchemaForm, SchemaSummary, ValueText,
 };
+use pschema_learner::notation::{SchemaText, by_names, outcome};
 
 /// Text of others (names of bodies, words heard) without control characters, which would steer a terminal.
 pub(crate) fn plain(text: &str) -> String {
@@ -11,8 +12,8 @@ pub(crate) fn plain(text: &str) -> String {
 
 /// An observation as it is written on the command line: `object{colour=blue, field=$x}`.
 pub fn notation(observation: &ObservationText) -> String {
-    let properties = observation.properties.iter().map(|(name, v)| format!("{}={}", plain(name), value(v)));
-    format!("{}{{{}}}", plain(&observation.kind), properties.collect::<Vec<_>>().join(", "))
+    let properties = observation.properties.iter().map(|(name, known)| (plain(name), value(known)));
+    by_names(&plain(&observation.kind), properties)
 }
 
 /// Conditions joined as in a schema's notation; `∅` for none.
@@ -21,20 +22,14 @@ pub(crate) fn side(things: impl IntoIterator<Item = String>) -> String {
     if things.is_empty() { "∅".to_owned() } else { things.join(" & ") }
 }
 
-/// An observation, with `no longer` before it where it is not observed any more.
-fn outcome(observation: &ObservationText, absent: bool) -> String {
-    let observation = notation(observation);
-    if absent { format!("no longer {observation}") } else { observation }
-}
-
 /// A post-condition as it is written.
 pub(crate) fn condition(condition: &Condition) -> String {
-    outcome(&condition.observation, condition.absent)
+    outcome(notation(&condition.observation), condition.absent)
 }
 
 /// An expectation as it is written.
 pub(crate) fn expectation(expectation: &Expectation) -> String {
-    outcome(&expectation.observation, expectation.absent)
+    outcome(notation(&expectation.observation), expectation.absent)
 }
 
 /// A schema as it is written, on one line: pre-conditions / action / post-conditions.
@@ -48,7 +43,7 @@ fn on_one_line(
         [] => plain(action),
         target => format!("achieve {}", side(target.iter().map(notation))),
     };
-    format!("{} / {action} / {}", side(pre.iter().map(notation)), side(post))
+    SchemaText { pre: pre.iter().map(notation).collect(), action, post: post.collect() }.to_string()
 }
 
 /// A schema as it is written, on one line.
@@ -63,8 +58,9 @@ pub(crate) fn form_notation(form: &SchemaForm) -> String {
 
 /// A schema of a list as it is written, on one line.
 pub(crate) fn summary_notation(schema: &SchemaSummary) -> String {
-    let written = |list: &[String]| side(list.iter().map(|one| plain(one)));
-    format!("{} / {} / {}", written(&schema.pre), plain(&schema.action), written(&schema.post))
+    let written = |list: &[String]| list.iter().map(|one| plain(one)).collect();
+    SchemaText { pre: written(&schema.pre), action: plain(&schema.action), post: written(&schema.post) }
+        .to_string()
 }
 
 /// The parts of a schema with the values of its variables put in.
@@ -104,6 +100,18 @@ pub(crate) fn value(value: &ValueText) -> String {
 pub(crate) fn binding(binding: &NamedValues) -> String {
     let pairs = binding.iter().map(|(name, v)| format!("${}={}", plain(name), value(v)));
     pairs.collect::<Vec<_>>().join(", ")
+}
+
+/// A text, and the values of the variables in it: `object{field=$b}, with $b=17`.
+pub(crate) fn with_values(text: &str, values: &NamedValues) -> String {
+    let (text, values) = (plain(text), binding(values));
+    if values.is_empty() { text } else { format!("{text}, with {values}") }
+}
+
+/// The text with a capital letter.
+pub(crate) fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// A probability with its counts and its interval: `0.93 (14/15, 0.70-0.99)`.

@@ -3,29 +3,28 @@
 use maud::{Markup, html};
 
 use crate::design::Peak;
-use crate::run::{Outcome, StepRecord, Trace};
+use crate::run::{Outcome, Trace, TracedStep};
 
-use super::Section;
 use super::plot::{Frame, both, curve, drawing, px, steps, x_axis, y_axis};
 use super::scale::Scale;
+use super::section::Section;
 
 /// Room that the label of a peak needs.
 const PEAK_LABEL_PX: f64 = 14.0;
 
 /// The figure, of the first seed of the experiment as it stands; none without a decision.
 pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
-    let outcome = section.groups.first()?.outcomes.first()?;
-    let rows = shown(section, &outcome.trace);
-    let top: Vec<(f64, f64)> = rows.iter().map(|(at, row)| (*at, excitation(row))).collect();
+    let outcome = section.first()?;
+    let steps_shown = shown(section, &outcome.trace);
+    let top: Vec<(f64, f64)> = steps_shown.iter().map(|(at, step)| (*at, excitation(step))).collect();
     let highest = top.iter().map(|point| point.1).fold(0.0, f64::max);
     let last = top.last()?.0;
-    let touching: Option<Vec<(f64, f64)>> = section
-        .design
-        .touching
-        .as_ref()
-        .map(|_| rows.iter().map(|(at, row)| (*at, f64::from(u8::from(is_touching(row))))).collect());
-    let peaks = peaks(section, &outcome.trace, &rows);
-    let heard: Vec<f64> = rows.iter().filter(|(_, row)| !row.heard.is_empty()).map(|(at, _)| *at).collect();
+    let touching = |(at, step): &(f64, &TracedStep)| (*at, f64::from(u8::from(step.touching)));
+    let touching: Option<Vec<(f64, f64)>> =
+        section.design.touching.as_ref().map(|_| steps_shown.iter().map(touching).collect());
+    let peaks = peaks(section, &outcome.trace, &steps_shown);
+    let heard = steps_shown.iter().filter(|(_, step)| !step.record.heard.is_empty());
+    let heard: Vec<f64> = heard.map(|(at, _)| *at).collect();
     let figure = |width: f64| {
         let upper = Frame { left: 62.0, right: width - 10.0, top: 52.0, bottom: 222.0 };
         let lower = Frame { top: 242.0, bottom: 282.0, ..upper };
@@ -53,32 +52,29 @@ pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
     })
 }
 
-/// The rows that decided something, from the stage that the figure begins with; numbered from 0.
-fn shown<'a>(section: &Section<'_>, trace: &'a Trace) -> Vec<(f64, &'a StepRecord)> {
-    let from = section.design.figure_from.as_ref();
-    let place = |name: &String| trace.stages.iter().position(|stage| stage == name);
-    let begins = from.and_then(place).unwrap_or(0);
-    let ends = section.design.figure_to.as_ref().and_then(place).unwrap_or(usize::MAX);
-    let rows = trace.rows.iter().filter(|row| (begins..=ends).contains(&row.stage) && row.decision.is_some());
+/// The steps that decided something, in the stages that the figure is about; numbered from 0.
+fn shown<'a>(section: &Section<'_>, trace: &'a Trace) -> Vec<(f64, &'a TracedStep)> {
+    let place = |name: &Option<String>| trace.stage_index(name.as_deref()?);
+    let begins = place(&section.design.figure_from).unwrap_or(0);
+    let ends = place(&section.design.figure_to).unwrap_or(u32::MAX);
+    let steps = trace.steps.iter().filter(|step| (begins..=ends).contains(&step.record.stage));
+    let decided = steps.filter(|step| step.record.decision.is_some());
     #[expect(clippy::cast_precision_loss, reason = "numbers of steps")]
-    rows.enumerate().map(|(at, row)| (at as f64, row)).collect()
+    decided.enumerate().map(|(at, step)| (at as f64, step)).collect()
 }
 
-fn excitation(row: &StepRecord) -> f64 {
-    row.decision.as_ref().map_or(0.0, |decision| decision.excitation_top)
-}
-
-fn is_touching(row: &StepRecord) -> bool {
-    row.decision.as_ref().is_some_and(|decision| decision.touching)
+fn excitation(step: &TracedStep) -> f64 {
+    step.record.decision.as_ref().map_or(0.0, |decision| decision.excitation_top)
 }
 
 /// Labels and where they stand.
-fn peaks(section: &Section<'_>, trace: &Trace, rows: &[(f64, &StepRecord)]) -> Vec<(String, f64)> {
+fn peaks(section: &Section<'_>, trace: &Trace, steps: &[(f64, &TracedStep)]) -> Vec<(String, f64)> {
     let place = |peak: &Peak| {
-        let stage = trace.stages.iter().position(|stage| *stage == peak.stage)?;
-        let is_first =
-            |row: &StepRecord| row.stage == stage && peak.trial.is_none_or(|trial| row.trial == trial);
-        let (at, _) = rows.iter().find(|(_, row)| is_first(row))?;
+        let stage = trace.stage_index(&peak.stage)?;
+        let is_at = |step: &TracedStep| {
+            step.record.stage == stage && peak.trial.is_none_or(|trial| step.record.trial == trial)
+        };
+        let (at, _) = steps.iter().find(|(_, step)| is_at(step))?;
         Some((peak.label.clone(), *at))
     };
     let mut peaks: Vec<_> = section.design.peaks.iter().filter_map(place).collect();
@@ -122,7 +118,7 @@ fn caption(section: &Section<'_>, outcome: &Outcome, words: bool) -> Markup {
     let design = section.design;
     html! {
         b { "Excitation (the paper's figure 6)." }
-        " Seed " (outcome.figures.seed) ", each decision"
+        " Seed " (outcome.results.seed) ", each decision"
         @if let Some(stage) = &design.figure_from { ", from stage “" (stage) "” on" }
         @if let Some(stage) = &design.figure_to { ", to the end of “" (stage) "”" }
         ". Top: excitation of the most excited schema."

@@ -8,34 +8,34 @@ use pschema_sim::workspace::Workspace;
 
 use crate::run::Trial;
 
-use super::Section;
 use super::plot::{drawing, px};
+use super::section::Section;
 
-/// What came of the placements in one field, the better before the worse.
+/// How far the effector got with the placements in one field, the better before the worse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Came {
+enum Reach {
     AtOnce,
     Later,
     Pointed,
     Never,
 }
 
-const KINDS: [(Came, &str, &str); 4] = [
-    (Came::AtOnce, "at-once", "reached at the first try"),
-    (Came::Later, "later", "reached, but later"),
-    (Came::Pointed, "pointed", "pointed at: seen in its field, not reached"),
-    (Came::Never, "never", "neither"),
+const KINDS: [(Reach, &str, &str); 4] = [
+    (Reach::AtOnce, "at-once", "reached at the first try"),
+    (Reach::Later, "later", "reached, but later"),
+    (Reach::Pointed, "pointed", "pointed at: seen in its field, not reached"),
+    (Reach::Never, "never", "neither"),
 ];
 
 /// The figure, of the first seed of the experiment as it stands; none when the experiment asks for none.
 pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
     let map = section.design.map.as_ref()?;
-    let outcome = section.groups.first()?.outcomes.first()?;
-    let world = &outcome.figures.world;
+    let outcome = section.first()?;
+    let world = &outcome.results.world;
     // The page is still worth having where the world has gone since.
     let workspace = WorldFile::load(world).and_then(|file| Workspace::new(world, file)).ok()?;
-    let came = came(&outcome.trace.trials());
-    if came.is_empty() {
+    let reached = reached(&outcome.trace.trials());
+    if reached.is_empty() {
         return None;
     }
     let (fields, camera) = (&workspace.fields, &workspace.file.camera);
@@ -44,15 +44,15 @@ pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
     let content = html! {
         rect.picture x="0" y="0" width=(px(width)) height=(px(height)) {}
         @for (at, (u, v)) in fields.centres_px().iter().enumerate() {
-            @let found = i64::try_from(at).ok().and_then(|at| came.get(&at));
-            @let class = found.map_or("field", |came| class(*came));
+            @let found = i64::try_from(at).ok().and_then(|at| reached.get(&at));
+            @let class = found.map_or("field", |reach| class(*reach));
             g.field {
                 circle class=(class) cx=(px(*u)) cy=(px(*v)) r=(px(radius)) {}
                 (mark(found.copied(), *u, *v, radius))
             }
         }
     };
-    let count = |kind: Came| came.values().filter(|came| **came == kind).count();
+    let count = |kind: Reach| reached.values().filter(|reach| **reach == kind).count();
     Some(html! {
         figure {
             div.map { (drawing(width, height, "what came of a block in each visual field", &content)) }
@@ -68,48 +68,49 @@ pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
                 }
                 li {
                     svg.key viewBox="-13 -13 26 26" aria-hidden="true" { circle.field r="11" {} }
-                    "never placed there (" (fields.count().saturating_sub(came.len())) ")"
+                    "never placed there (" (fields.count().saturating_sub(reached.len())) ")"
                 }
             }
             figcaption {
                 b { "The visual fields, as the camera sees them." }
-                " Seed " (outcome.figures.seed) ": what came of “" (map.object) "” in each field that it was first seen \
+                " Seed " (outcome.results.seed) ": what came of “" (map.object) "” in each field that it was first seen \
                  in; of several placements in one field, the best."
             }
         }
     })
 }
 
-fn class(came: Came) -> &'static str {
-    KINDS.iter().find(|(kind, _, _)| *kind == came).map_or("field", |(_, class, _)| class)
+fn class(reach: Reach) -> &'static str {
+    KINDS.iter().find(|(kind, _, _)| *kind == reach).map_or("field", |(_, class, _)| class)
 }
 
 /// Kinds are told apart without colour as well.
-fn mark(came: Option<Came>, u: f64, v: f64, radius: f64) -> Markup {
+fn mark(reach: Option<Reach>, u: f64, v: f64, radius: f64) -> Markup {
     let r = radius * 0.42;
     let (left, right, top, bottom) = (px(u - r), px(u + r), px(v - r), px(v + r));
     html! {
-        @match came {
-            Some(Came::Later) => circle.mark cx=(px(u)) cy=(px(v)) r=(px(r * 0.8)) {},
-            Some(Came::Pointed) => path.mark d=(format!("M{left} {bottom}H{right}L{} {top}Z", px(u))) {},
-            Some(Came::Never) => path.mark d=(format!("M{left} {top}L{right} {bottom}M{left} {bottom}L{right} {top}")) {},
-            Some(Came::AtOnce) | None => {},
+        @match reach {
+            Some(Reach::Later) => circle.mark cx=(px(u)) cy=(px(v)) r=(px(r * 0.8)) {},
+            Some(Reach::Pointed) => path.mark d=(format!("M{left} {bottom}H{right}L{} {top}Z", px(u))) {},
+            Some(Reach::Never) => path.mark d=(format!("M{left} {top}L{right} {bottom}M{left} {bottom}L{right} {top}")) {},
+            Some(Reach::AtOnce) | None => {},
         }
     }
 }
 
-fn came(trials: &[Trial]) -> BTreeMap<i64, Came> {
+/// How far the effector got in each field, at best.
+fn reached(trials: &[Trial]) -> BTreeMap<i64, Reach> {
     let mut all = BTreeMap::new();
     for trial in trials.iter().filter(|trial| trial.met.is_some() && !trial.drawn.is_empty()) {
         let Some(field) = trial.object_at else { continue };
-        let came = match trial.reached_after {
-            Some(0 | 1) => Came::AtOnce,
-            Some(_) => Came::Later,
-            None if trial.covered => Came::Pointed,
-            None => Came::Never,
+        let reach = match trial.reached_after {
+            Some(0 | 1) => Reach::AtOnce,
+            Some(_) => Reach::Later,
+            None if trial.covered => Reach::Pointed,
+            None => Reach::Never,
         };
-        let known = all.entry(field).or_insert(came);
-        *known = came.min(*known);
+        let known = all.entry(field).or_insert(reach);
+        *known = reach.min(*known);
     }
     all
 }
@@ -141,7 +142,7 @@ mod tests {
             trial(6, None, true),
             trial(7, None, false),
         ];
-        let expected = [(4, Came::Later), (5, Came::AtOnce), (6, Came::Pointed), (7, Came::Never)];
-        assert_eq!(came(&trials), BTreeMap::from(expected));
+        let expected = [(4, Reach::Later), (5, Reach::AtOnce), (6, Reach::Pointed), (7, Reach::Never)];
+        assert_eq!(reached(&trials), BTreeMap::from(expected));
     }
 }

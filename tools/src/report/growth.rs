@@ -7,7 +7,7 @@ use crate::run::{Outcome, Trace};
 
 use super::plot::{COLOURS, Frame, both, curve, drawing, legend, px, steps, x_axis, y_axis};
 use super::scale::Scale;
-use super::{Group, Section};
+use super::section::{Group, Section};
 
 /// Places along x at which the median over the seeds is taken.
 const MEDIAN_POINTS: u32 = 300;
@@ -27,8 +27,7 @@ pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
     if actions == 0.0 {
         return None;
     }
-    let first = section.groups.first().and_then(|group| group.outcomes.first());
-    let trace = first.map(|outcome| &outcome.trace).filter(|_| section.groups.len() == 1);
+    let trace = section.first().map(|outcome| &outcome.trace).filter(|_| section.groups.len() == 1);
     let figure = |width: f64| {
         let frame = Frame { left: 52.0, right: width - 10.0, top: 42.0, bottom: 256.0 };
         let x = Scale::linear(0.0, actions, frame.x());
@@ -45,7 +44,7 @@ pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
     Some(html! {
         figure {
             (both(figure))
-            @if section.groups.len() > 1 { (legend(&conditions(&section.groups))) }
+            @if section.groups.len() > 1 { (legend(&section.groups.iter().map(Group::name).collect::<Vec<_>>())) }
             figcaption {
                 b { "Schemas over actions." }
                 @if section.groups.len() > 1 {
@@ -63,9 +62,9 @@ pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
 }
 
 fn points(outcome: &Outcome) -> Points {
-    let rows = &outcome.trace.rows;
+    let records = outcome.trace.steps.iter().map(|step| &step.record);
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^52")]
-    let points = rows.iter().map(|row| (row.actions as f64, f64::from(row.schemas_total)));
+    let points = records.map(|record| (record.actions as f64, f64::from(record.schemas_total)));
     // Of several steps at one number of actions the last says what they left.
     let mut kept: Points = Vec::new();
     for point in points {
@@ -108,19 +107,19 @@ fn value_at(run: &Points, actions: f64) -> Option<f64> {
 }
 
 /// Where each stage begins and ends, in actions.
-fn stages(trace: &Trace) -> Vec<(usize, f64, f64)> {
-    let mut stages: Vec<(usize, f64, f64)> = Vec::new();
-    for row in &trace.rows {
+fn stages(trace: &Trace) -> Vec<(u32, f64, f64)> {
+    let mut stages: Vec<(u32, f64, f64)> = Vec::new();
+    for record in trace.steps.iter().map(|step| &step.record) {
         #[expect(clippy::cast_precision_loss, reason = "counts far below 2^52")]
-        let actions = row.actions as f64;
+        let actions = record.actions as f64;
         match stages.last_mut() {
-            Some((stage, _, to)) if *stage == row.stage => *to = actions,
+            Some((stage, _, to)) if *stage == record.stage => *to = actions,
             last => {
                 let from = last.map_or(0.0, |(_, _, to)| {
                     *to = actions;
                     actions
                 });
-                stages.push((row.stage, from, actions));
+                stages.push((record.stage, from, actions));
             }
         }
     }
@@ -156,14 +155,4 @@ fn placements(trace: &Trace, frame: &Frame, x: &Scale) -> Markup {
             line.placement x1=(at) x2=(at) y1=(px(frame.bottom)) y2=(px(frame.bottom - 5.0)) {}
         }
     }
-}
-
-/// Legend entries for conditions that are lines of their own.
-pub(super) fn conditions(groups: &[Group<'_>]) -> Vec<(String, String)> {
-    let name = |group: &Group<'_>| group.condition.name.clone().unwrap_or_default();
-    groups
-        .iter()
-        .enumerate()
-        .map(|(at, group)| (format!("curve bold c{}", at % COLOURS), name(group)))
-        .collect()
 }

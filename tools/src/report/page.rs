@@ -3,19 +3,20 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use pschema_inspect::SchemaDetail;
 
-use crate::render::comparison::{COMPARED, ComparisonLine, footnote, lines, shown};
 use crate::render::schema::capital;
-use crate::render::statistics::summary;
 use crate::render::words::{missing, probability, schema_notation, schema_sentence};
 use crate::run::Knowledge;
 
+use super::comparison::{COMPARED, as_they_stand, footnote, shown};
 use super::provenance::Provenance;
-use super::{Group, Section, excitation, field_map, growth, stages, sweep, timing};
+use super::section::Section;
+use super::table::table;
+use super::{excitation, field_map, growth, stages, sweep, timing};
 
 const STYLE: &str = include_str!("style.css");
 
 /// The whole page.
-pub(super) fn page(sections: &[Section<'_>], facts: &Provenance) -> String {
+pub(super) fn page(sections: &[Section<'_>], provenance: &Provenance) -> String {
     let title = match sections {
         [only] => only.design.title.clone(),
         _ => "Experiments".to_owned(),
@@ -32,8 +33,8 @@ pub(super) fn page(sections: &[Section<'_>], facts: &Provenance) -> String {
             body {
                 h1 { (title) }
                 p.facts {
-                    (facts.date) " · pschema " (facts.version) " · " (facts.machine) br;
-                    code { (facts.command) }
+                    (provenance.date) " · pschema " (provenance.version) " · " (provenance.machine) br;
+                    code { (provenance.command) }
                 }
                 (compared(sections))
                 @if sections.len() > 1 { (contents(sections)) }
@@ -76,110 +77,77 @@ fn one(section: &Section<'_>, several: bool) -> Markup {
 
 /// The table of published figures and ours.
 fn compared(sections: &[Section<'_>]) -> Markup {
-    let all: Vec<ComparisonLine> = sections.iter().filter_map(Section::base).flat_map(lines).collect();
-    let runs =
-        sections.iter().filter_map(|section| Some(section.groups.first()?.figures.len())).max().unwrap_or(0);
+    let runs = sections.iter().filter_map(|section| Some(section.groups.first()?.outcomes.len())).max();
     let or_dash = |text: &Option<String>| text.clone().unwrap_or_else(|| "–".to_owned());
-    html! {
-        figure.table {
-            figcaption { b { "Published and here." } " Here: " (footnote(runs)) "." }
-            div.scroll {
-                table {
-                    thead {
-                        tr {
-                            @if sections.len() > 1 { th { "experiment" } }
-                            th { "figure" } th { "published" } th.n { "here" } th { "why they differ" }
-                        }
-                    }
-                    tbody {
-                        @for line in &all {
-                            tr {
-                                @if sections.len() > 1 { td { (line.experiment) } }
-                                td { (line.what()) }
-                                td { (or_dash(&line.published)) }
-                                td.n { (shown(line.ours, line.unit)) }
-                                td { (line.why.as_deref().unwrap_or("")) }
-                            }
-                        }
-                    }
+    let several = sections.len() > 1;
+    table(
+        &html! { b { "Published and here." } " Here: " (footnote(runs.unwrap_or(0))) "." },
+        &html! {
+            @if several { th { "experiment" } }
+            th { "figure" } th { "published" } th.n { "here" } th { "why they differ" }
+        },
+        &html! {
+            @for line in as_they_stand(sections) {
+                tr {
+                    @if several { td { (line.experiment) } }
+                    td { (line.what()) }
+                    td { (or_dash(&line.published)) }
+                    td.n { (shown(line.ours, line.unit)) }
+                    td { (line.why.as_deref().unwrap_or("")) }
                 }
             }
-        }
-    }
+        },
+    )
 }
 
 /// Variants side by side.
 fn variants(section: &Section<'_>) -> Markup {
-    let name = |group: &Group<'_>| group.condition.name.clone().unwrap_or_else(|| "as it is".to_owned());
-    html! {
-        figure.table {
-            figcaption {
-                b { "The same run with something changed." } " " (capital(&footnote(most_runs(section))))
-                " Generalised after so many placements; 1st try: the share of places touched with the first action, \
-                learning frozen."
-            }
-            div.scroll {
-                table {
-                    thead { tr { th { "variant" } @for (heading, _, _) in COMPARED { th.n { (heading) } } } }
-                    tbody {
-                        @for group in &section.groups {
-                            tr {
-                                td { (name(group)) }
-                                @for (_, unit, of) in COMPARED {
-                                    td.n { (shown(summary(group.figures.iter().filter_map(of).collect()), unit)) }
-                                }
-                            }
-                        }
-                    }
+    let variants = table(
+        &html! {
+            b { "The same run with something changed." } " " (capital(&footnote(section.seeds())))
+            " Generalised after so many placements; 1st try: the share of places touched with the first action, \
+            learning frozen."
+        },
+        &html! { th { "variant" } @for (heading, _, _) in COMPARED { th.n { (heading) } } },
+        &html! {
+            @for group in &section.groups {
+                tr {
+                    td { (group.name()) }
+                    @for (_, unit, of) in COMPARED { td.n { (shown(group.over(of), unit)) } }
                 }
             }
-        }
-        (measures(section, name))
-    }
+        },
+    );
+    html! { (variants) (measures(section)) }
 }
 
-/// What else was read off the runs, by variant.
-fn measures(section: &Section<'_>, name: impl Fn(&Group<'_>) -> String) -> Markup {
-    let measures = section.figures().next().map_or(&[][..], |figures| &figures.measures);
+/// The measures of the experiment, by variant.
+fn measures(section: &Section<'_>) -> Markup {
+    let measures = section.measures();
     if measures.is_empty() {
         return html! {};
     }
-    html! {
-        figure.table {
-            figcaption { b { "Measures." } " Of each variant, as above." }
-            div.scroll {
-                table {
-                    thead { tr { th { "measure" } @for group in &section.groups { th.n { (name(group)) } } } }
-                    tbody {
-                        @for (at, measure) in measures.iter().enumerate() {
-                            tr {
-                                td { (measure.name) }
-                                @for group in &section.groups {
-                                    @let values = group.figures.iter().filter_map(|f| f.measures.get(at)?.value).collect();
-                                    td.n { (shown(summary(values), measure.unit)) }
-                                }
-                            }
-                        }
-                    }
+    table(
+        &html! { b { "Measures." } " Of each variant, as above." },
+        &html! { th { "measure" } @for group in &section.groups { th.n { (group.name()) } } },
+        &html! {
+            @for (at, measure) in measures.iter().enumerate() {
+                tr {
+                    td { (measure.name) }
+                    @for group in &section.groups { td.n { (shown(group.measured(at), measure.unit)) } }
                 }
             }
-        }
-    }
-}
-
-fn most_runs(section: &Section<'_>) -> usize {
-    section.groups.iter().map(|group| group.figures.len()).max().unwrap_or(0)
+        },
+    )
 }
 
 /// What the first run left in memory, in words.
 fn learnt(section: &Section<'_>) -> Markup {
-    let Some(outcome) = section.groups.first().and_then(|group| group.outcomes.first()) else {
-        return html! {};
-    };
+    let Some(outcome) = section.first() else { return html! {} };
     let Knowledge { generalised, exceptions } = &outcome.learnt;
     let general = |exception: &SchemaDetail| generalised.iter().find(|g| Some(g.id) == exception.contradicts);
     html! {
-        h3 { "What it learnt (seed " (outcome.figures.seed) ")" }
+        h3 { "What it learnt (seed " (outcome.results.seed) ")" }
         @if generalised.is_empty() { p { "Nothing was generalised." } }
         ul.learnt {
             @for schema in generalised { li { (told(schema, "")) } }
@@ -204,13 +172,8 @@ fn told(schema: &SchemaDetail, missing: &str) -> Markup {
 
 /// All that is needed to run it again.
 fn made_of(section: &Section<'_>) -> Markup {
-    let seeds: Vec<_> = section
-        .groups
-        .first()
-        .map_or(&[][..], |group| &group.figures)
-        .iter()
-        .map(|f| f.seed.to_string())
-        .collect();
+    let seeds = section.groups.first().into_iter().flat_map(|group| group.results());
+    let seeds: Vec<_> = seeds.map(|results| results.seed.to_string()).collect();
     let outcomes = section.groups.iter().flat_map(|group| group.outcomes);
     let lost: u64 = outcomes.map(|outcome| outcome.trace.lost).sum();
     html! {
@@ -228,9 +191,9 @@ fn made_of(section: &Section<'_>) -> Markup {
         details {
             summary { "Memory digests" }
             pre {
-                @for figures in section.figures() {
-                    (figures.variant.as_deref().map_or_else(String::new, |name| format!("{name}, ")))
-                    "seed " (figures.seed) ": " (figures.memory_digest) "\n"
+                @for results in section.results() {
+                    (results.variant.as_deref().map_or_else(String::new, |name| format!("{name}, ")))
+                    "seed " (results.seed) ": " (results.memory_digest) "\n"
                 }
             }
         }

@@ -132,14 +132,14 @@ fn thinned(points: &[(f64, f64)], x: &Scale) -> Vec<(f64, f64)> {
     kept
 }
 
-/// What the curves are, below one another or side by side.
-pub(super) fn legend(entries: &[(String, String)]) -> Markup {
+/// The names of the curves, below one another or side by side; their colours are `c0`, `c1`, … in this order.
+pub(super) fn legend(names: &[&str]) -> Markup {
     html! {
         ul.legend {
-            @for (class, name) in entries {
+            @for (at, name) in names.iter().enumerate() {
                 li {
                     svg.key viewBox="0 0 26 12" aria-hidden="true" {
-                        line class=(class) x1="1" x2="25" y1="6" y2="6" {}
+                        line class=(format!("curve bold c{}", at % COLOURS)) x1="1" x2="25" y1="6" y2="6" {}
                     }
                     (name)
                 }

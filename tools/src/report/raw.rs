@@ -1,11 +1,12 @@
 //! The raw figures: CSV for tables, JSON Lines for runs.
 
+use std::fmt::Display;
 use std::io::{self, Write};
 
-use crate::render::comparison::lines;
 use crate::run::Outcome;
 
-use super::{Group, Section};
+use super::comparison::lines;
+use super::section::Section;
 
 /// Every step of every run.
 pub(super) fn steps(to: &mut dyn Write, section: &Section<'_>) -> io::Result<()> {
@@ -14,30 +15,31 @@ pub(super) fn steps(to: &mut dyn Write, section: &Section<'_>) -> io::Result<()>
         "variant,seed,step,stage,trial,actions,schemas_total,schemas_generalised,excitation_top,excitation,schema,\
          generalised,distance,action,reason,predicts,heard,perceived,quiet_actions,habituating,latency_us"
     )?;
-    for (group, outcome) in runs(section) {
-        let variant = group.condition.name.as_deref().unwrap_or("");
-        for row in &outcome.trace.rows {
-            let stage = outcome.trace.stages.get(row.stage).map_or("", String::as_str);
-            let mut line =
-                vec![field(variant), outcome.figures.seed.to_string(), row.step.to_string(), field(stage)];
-            line.extend([row.trial.to_string(), row.actions.to_string()]);
-            line.extend([row.schemas_total.to_string(), row.schemas_generalised.to_string()]);
-            match &row.decision {
-                None => line.extend(std::iter::repeat_n(String::new(), 8)),
-                Some(decision) => line.extend([
-                    decision.excitation_top.to_string(),
-                    decision.excitation.to_string(),
-                    decision.schema.map_or_else(String::new, |schema| schema.to_string()),
-                    decision.generalised.to_string(),
-                    decision.distance.to_string(),
+    for (run, outcome) in runs(section) {
+        for step in &outcome.trace.steps {
+            let record = &step.record;
+            let (trial, actions) = (record.trial, record.actions);
+            let (total, generalised) = (record.schemas_total, record.schemas_generalised);
+            let stage = outcome.trace.stage(record.stage);
+            write!(to, "{run},{},{},{trial},{actions},{total},{generalised},", record.step, field(stage))?;
+            match &record.decision {
+                None => write!(to, ",,,,,,,")?,
+                Some(decision) => write!(
+                    to,
+                    "{},{},{},{},{},{},{},{}",
+                    decision.excitation_top,
+                    decision.excitation,
+                    or_nothing(decision.schema),
+                    decision.generalised,
+                    decision.distance,
                     field(&decision.action),
-                    field(decision.reason.as_str()),
-                    field(&decision.predicts),
-                ]),
+                    decision.reason,
+                    field(&decision.predicts.join(" "))
+                )?,
             }
-            line.extend([field(&row.heard), field(&row.perceived), row.quiet_actions.to_string()]);
-            line.extend([row.habituating.to_string(), format!("{:.1}", row.latency_us)]);
-            writeln!(to, "{}", line.join(","))?;
+            let (heard, perceived) = (field(&record.heard.join(" ")), field(&step.perceived));
+            let (quiet, latency) = (record.quiet_actions, record.latency_us);
+            writeln!(to, ",{heard},{perceived},{quiet},{},{latency:.1}", record.habituating)?;
         }
     }
     Ok(())
@@ -46,38 +48,30 @@ pub(super) fn steps(to: &mut dyn Write, section: &Section<'_>) -> io::Result<()>
 /// Every trial of every run.
 pub(super) fn trials(to: &mut dyn Write, section: &Section<'_>) -> io::Result<()> {
     writeln!(to, "variant,seed,stage,trial,drawn,actions,met,object_at,reached_after,covered")?;
-    for (group, outcome) in runs(section) {
-        let variant = group.condition.name.as_deref().unwrap_or("");
+    for (run, outcome) in runs(section) {
         for trial in outcome.trace.trials() {
-            let stage = outcome.trace.stages.get(trial.stage).map_or("", String::as_str);
             let drawn: Vec<_> = trial.drawn.iter().map(i64::to_string).collect();
-            let line = [
-                field(variant),
-                outcome.figures.seed.to_string(),
-                field(stage),
-                trial.number.to_string(),
+            writeln!(
+                to,
+                "{run},{},{},{},{},{},{},{},{}",
+                field(outcome.trace.stage(trial.stage)),
+                trial.number,
                 drawn.join(" "),
-                trial.actions.to_string(),
-                trial.met.map_or_else(String::new, |met| met.to_string()),
-                trial.object_at.map_or_else(String::new, |at| at.to_string()),
-                trial.reached_after.map_or_else(String::new, |after| after.to_string()),
-                trial.covered.to_string(),
-            ];
-            writeln!(to, "{}", line.join(","))?;
+                trial.actions,
+                or_nothing(trial.met),
+                or_nothing(trial.object_at),
+                or_nothing(trial.reached_after),
+                trial.covered
+            )?;
         }
     }
     Ok(())
 }
 
-/// What `experiment --json` prints of each run.
-fn runs_of(section: &Section<'_>) -> impl Iterator<Item = io::Result<String>> {
-    section.figures().map(|figures| serde_json::to_string(figures).map_err(io::Error::other))
-}
-
-/// The same of all sections, one object a line.
+/// What `experiment --json` prints of each run, one object a line.
 pub(super) fn runs_lines(to: &mut dyn Write, sections: &[Section<'_>]) -> io::Result<()> {
-    for line in sections.iter().flat_map(runs_of) {
-        writeln!(to, "{}", line?)?;
+    for results in sections.iter().flat_map(Section::results) {
+        writeln!(to, "{}", serde_json::to_string(results).map_err(io::Error::other)?)?;
     }
     Ok(())
 }
@@ -85,30 +79,35 @@ pub(super) fn runs_lines(to: &mut dyn Write, sections: &[Section<'_>]) -> io::Re
 /// Published figures beside ours.
 pub(super) fn comparison(to: &mut dyn Write, sections: &[Section<'_>]) -> io::Result<()> {
     writeln!(to, "experiment,variant,figure,published,median,low,high,runs,why")?;
-    for runs in sections.iter().flat_map(Section::runs) {
-        for line in lines(runs) {
-            let of = |get: fn(&crate::render::statistics::Summary) -> f64| {
-                line.ours.as_ref().map_or_else(String::new, |summary| get(summary).to_string())
-            };
-            let cells = [
-                field(&line.experiment),
-                field(runs.condition.unwrap_or("")),
-                field(&line.what),
-                field(line.published.as_deref().unwrap_or("")),
-                of(|s| s.median),
-                of(|s| s.low),
-                of(|s| s.high),
-                line.ours.as_ref().map_or(0, |summary| summary.n).to_string(),
-                field(line.why.as_deref().unwrap_or("")),
-            ];
-            writeln!(to, "{}", cells.join(","))?;
-        }
+    let groups =
+        sections.iter().flat_map(|section| section.groups.iter().map(|group| (section.design, group)));
+    for line in groups.flat_map(|(design, group)| lines(design, group)) {
+        let ends =
+            line.ours.map_or_else(|| ",,".to_owned(), |s| format!("{},{},{}", s.median, s.low, s.high));
+        writeln!(
+            to,
+            "{},{},{},{},{ends},{},{}",
+            field(&line.experiment),
+            field(line.condition.as_deref().unwrap_or("")),
+            field(&line.what),
+            field(line.published.as_deref().unwrap_or("")),
+            line.ours.map_or(0, |summary| summary.n),
+            field(line.why.as_deref().unwrap_or(""))
+        )?;
     }
     Ok(())
 }
 
-fn runs<'a>(section: &'a Section<'a>) -> impl Iterator<Item = (&'a Group<'a>, &'a Outcome)> {
-    section.groups.iter().flat_map(|group| group.outcomes.iter().map(move |outcome| (group, outcome)))
+/// Every run, with its variant and its seed as the first two fields of a line.
+fn runs<'a>(section: &'a Section<'a>) -> impl Iterator<Item = (String, &'a Outcome)> {
+    section.groups.iter().flat_map(|group| {
+        let variant = field(group.condition.name.as_deref().unwrap_or(""));
+        group.outcomes.iter().map(move |outcome| (format!("{variant},{}", outcome.results.seed), outcome))
+    })
+}
+
+fn or_nothing(value: Option<impl Display>) -> String {
+    value.map_or_else(String::new, |value| value.to_string())
 }
 
 /// A text as a field: quoted where it has to be. One that a spreadsheet would take for a formula is kept from it.

@@ -4,9 +4,9 @@ use maud::{Markup, html};
 
 use crate::render::statistics::percentile;
 
-use super::Section;
 use super::plot::{Frame, both, curve, drawing, legend, px, x_axis, y_axis};
 use super::scale::Scale;
+use super::section::Section;
 
 /// Sizes of memory told apart.
 const BINS: usize = 24;
@@ -25,9 +25,9 @@ struct Bin {
 /// The figure, of all seeds of the experiment as it stands; none when too few steps were taken.
 pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
     let group = section.groups.first()?;
-    let rows =
-        group.outcomes.iter().flat_map(|outcome| &outcome.trace.rows).filter(|row| row.decision.is_some());
-    let bins = bins(rows.map(|row| (row.schemas_total, row.latency_us)).collect());
+    let records = group.outcomes.iter().flat_map(|outcome| &outcome.trace.steps).map(|step| &step.record);
+    let decided = records.filter(|record| record.decision.is_some());
+    let bins = bins(decided.map(|record| (record.schemas_total, record.latency_us)).collect());
     if bins.len() < 2 {
         return None;
     }
@@ -50,12 +50,10 @@ pub(super) fn figure(section: &Section<'_>) -> Option<Markup> {
         };
         drawing(width, 268.0, "time of a step over schemas in memory", &content)
     };
-    let entries = [("curve bold c0", "median"), ("curve bold c1", "99th percentile")];
-    let entries = entries.map(|(class, name)| (class.to_owned(), name.to_owned()));
     Some(html! {
         figure {
             (both(figure))
-            (legend(&entries))
+            (legend(&["median", "99th percentile"]))
             figcaption {
                 b { "Time of a step." }
                 " From the frame decoded to the reply sent, over the number of schemas in memory, all seeds together; \

@@ -29,7 +29,10 @@ impl AnyBody {
         match condition.body {
             BodyKind::Sim => {
                 let arguments = read::<SimArgs>(condition.simulated(seed))?;
-                Ok(Self { body: Box::new(pschema_sim::build(&arguments)?), _emulated: None })
+                Ok(Self {
+                    body: Box::new(pschema_sim::build(&arguments).map_err(Failure::of)?),
+                    _emulated: None,
+                })
             }
             BodyKind::Adept => Self::adept(condition, seed),
         }

@@ -2,15 +2,14 @@
 //! the end of a serial line whose other end is emulated.
 
 use std::path::{Path, PathBuf};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use pschema_process::Stop;
 
 use crate::design::BodyKind;
 use crate::failure::Failure;
 
-use super::child::Child;
+use super::child::{Child, retry};
 use super::experiment::Condition;
 
 /// How many times as fast as a real arm the emulated one moves in experiments.
@@ -96,57 +95,31 @@ pub(super) fn check_adept(condition: &Condition) -> Result<(), Failure> {
 }
 
 pub(super) fn emulator_arguments(condition: &Condition, seed: u64, places: &Places) -> Vec<String> {
-    let at = |path: &Path| path.display().to_string();
-    let seed = seed.to_string();
-    [
-        "--link",
-        &at(&places.line),
-        "--camera",
-        &at(&places.camera),
-        "--operator",
-        &at(&places.operator),
-        "--world",
-        &condition.world,
-        "--seed",
-        &seed,
-        "--fast",
-        FAST,
-        "--consent",
-    ]
-    .map(str::to_owned)
-    .to_vec()
+    let (world, seed) = (condition.world.as_str(), seed.to_string());
+    let [line, camera, operator] =
+        [&places.line, &places.camera, &places.operator].map(|path| path.display().to_string());
+    let places = ["--link", &line, "--camera", &camera, "--operator", &operator];
+    let run = ["--world", world, "--seed", &seed, "--fast", FAST, "--consent"];
+    places.into_iter().chain(run).map(str::to_owned).collect()
 }
 
 pub(super) fn adept_arguments(places: &Places) -> Vec<String> {
     let socket = |path: &Path| format!("socket:{}", path.display());
-    [
-        "--arm",
-        "emulated",
-        "--port",
-        &places.line.display().to_string(),
-        "--camera",
-        &socket(&places.camera),
-        "--operator",
-        &socket(&places.operator),
-        "--enable",
-        "--home",
-    ]
-    .map(str::to_owned)
-    .to_vec()
+    let port = places.line.display().to_string();
+    let (camera, operator) = (socket(&places.camera), socket(&places.operator));
+    let ways = ["--port", &port, "--camera", &camera, "--operator", &operator];
+    let arm = ["--arm", "emulated", "--enable", "--home"];
+    ways.into_iter().chain(arm).map(str::to_owned).collect()
 }
 
 fn wait_for_line(line: &Path, emulator: &mut Child, stop: &Stop) -> Result<(), Failure> {
-    let start = Instant::now();
-    while !line.exists() {
+    let is_there = || {
         stop.check()?;
         emulator.check()?;
-        if start.elapsed() > LINE_WITHIN {
-            return Err(Failure::Failed(format!(
-                "the emulated controller was not ready after {} s",
-                LINE_WITHIN.as_secs()
-            )));
-        }
-        thread::sleep(Duration::from_millis(5));
-    }
-    Ok(())
+        Ok(line.exists().then_some(()))
+    };
+    retry(LINE_WITHIN, is_there)?.ok_or_else(|| {
+        let seconds = LINE_WITHIN.as_secs();
+        Failure::Failed(format!("the emulated controller was not ready after {seconds} s"))
+    })
 }

@@ -98,12 +98,8 @@ impl Child {
                 tracing::warn!(%error, "cannot ask the {} to end", self.what);
             }
         }
-        let start = Instant::now();
-        while start.elapsed() < END_WITHIN {
-            if matches!(self.process.try_wait(), Ok(Some(_))) {
-                return;
-            }
-            thread::sleep(LOOK_EVERY);
+        if let Ok(Some(_)) = retry(END_WITHIN, || Ok(self.process.try_wait().ok().flatten())) {
+            return;
         }
         tracing::warn!("the {} did not end within {END_WITHIN:?} and was killed", self.what);
         drop(self.process.kill());
@@ -132,6 +128,21 @@ fn keep_tail(stderr: impl Read, what: &'static str, tail: &Mutex<VecDeque<String
             tail.pop_front();
         }
         tail.push_back(line);
+    }
+}
+
+/// Tries again and again until it succeeds, fails, or the time is up: then it is none.
+pub(super) fn retry<T>(
+    within: Duration,
+    mut attempt: impl FnMut() -> Result<Option<T>, Failure>,
+) -> Result<Option<T>, Failure> {
+    let start = Instant::now();
+    loop {
+        let made = attempt()?;
+        if made.is_some() || start.elapsed() > within {
+            return Ok(made);
+        }
+        thread::sleep(LOOK_EVERY);
     }
 }
 

@@ -1,5 +1,7 @@
 //! An experiment as it is carried out: the runs that a curriculum's `[experiment]` table asks for.
 
+use std::collections::BTreeMap;
+
 use clap::{Args, Parser};
 use pschema_protocol::body::Body;
 use pschema_server::config::{self, ConfigError};
@@ -32,8 +34,8 @@ pub(crate) struct Condition {
     pub(crate) after: Option<Box<Condition>>,
     /// Settings of the daemon.
     pub(crate) settings: Vec<String>,
-    /// Noise of the body.
-    pub(crate) noise: Vec<(String, f64)>,
+    /// Noise of the body, by name.
+    pub(crate) noise: BTreeMap<String, f64>,
     /// What a swept value is set to.
     pub(crate) swept: Option<f64>,
 }
@@ -102,45 +104,39 @@ fn conditions(design: &Design, world: Option<&str>) -> Vec<Condition> {
     let alone = design.variants.is_empty();
     let base = Variant { name: design.base.clone(), ..Variant::default() };
     let variants = [&base].into_iter().chain(&design.variants);
-    let condition = |variant: &Variant| Condition {
-        name: (!alone).then(|| variant.name.clone()),
-        curriculum: variant.curriculum.clone().unwrap_or_else(|| design.curriculum.clone()),
-        world: world
-            .map(str::to_owned)
-            .or_else(|| variant.world.clone())
-            .unwrap_or_else(|| design.world.clone()),
-        body: design.body,
-        after: None,
-        settings: variant.settings.clone(),
-        noise: variant.noise.clone(),
-        swept: None,
-    };
-    // What was learnt before is learnt in the same world, whatever is changed afterwards.
     let condition = |variant: &Variant| {
-        let mut condition = condition(variant);
-        condition.after = design.after.as_ref().map(|earlier| {
-            Box::new(Condition {
-                curriculum: earlier.curriculum.clone(),
-                world: condition.world.clone(),
-                body: earlier.body,
-                ..Condition::default()
-            })
+        let world = world.or(variant.world.as_deref()).unwrap_or(&design.world).to_owned();
+        // What was learnt before is learnt in the same world, whatever is changed afterwards.
+        let after = design.after.as_ref().map(|earlier| {
+            let (curriculum, world) = (earlier.curriculum.clone(), world.clone());
+            Box::new(Condition { curriculum, world, body: earlier.body, ..Condition::default() })
         });
-        condition
+        Condition {
+            name: (!alone).then(|| variant.name.clone()),
+            curriculum: variant.curriculum.as_ref().unwrap_or(&design.curriculum).clone(),
+            world,
+            body: design.body,
+            after,
+            settings: variant.settings(),
+            noise: variant.noise.clone(),
+            swept: None,
+        }
     };
-    let Some(sweep) = &design.sweep else { return variants.map(condition).collect() };
+    let Some((name, values)) = design.sweep.first_key_value() else {
+        return variants.map(condition).collect();
+    };
     let swept = |variant: &Variant| {
         let condition = condition(variant);
         let at = |value: &f64| {
             let mut condition = condition.clone();
-            let set = format!("{} = {value}", sweep.name);
+            let set = format!("{name} = {value}");
             condition.name =
                 Some(condition.name.map_or_else(|| set.clone(), |name| format!("{name}, {set}")));
-            condition.settings.push(format!("values.{}={value:?}", sweep.name));
+            condition.settings.push(format!("values.{name}={value:?}"));
             condition.swept = Some(*value);
             condition
         };
-        sweep.values.iter().map(at).collect::<Vec<_>>()
+        values.iter().map(at).collect::<Vec<_>>()
     };
     variants.flat_map(swept).collect()
 }
@@ -210,7 +206,6 @@ pub(super) fn read<A: Args>(arguments: Vec<String>) -> Result<A, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::Sweep;
 
     #[test]
     fn a_run_alone_has_no_name_and_starts_as_its_file_says() {
@@ -236,8 +231,8 @@ mod tests {
         design.base = "whole".to_owned();
         design.variants.push(Variant {
             name: "deaf".to_owned(),
-            settings: vec!["learner.attention=false".to_owned()],
-            noise: vec![("finger_misplaced".to_owned(), 0.1)],
+            learner: [("attention".to_owned(), false.into())].into_iter().collect(),
+            noise: BTreeMap::from([("finger_misplaced".to_owned(), 0.1)]),
             ..Variant::default()
         });
         let names = |design: &Design| -> Vec<_> {
@@ -247,7 +242,7 @@ mod tests {
         let deaf = &conditions(&design, None)[1];
         assert_eq!(deaf.daemon(1)[4..], ["--set", "learner.attention=false"]);
         assert_eq!(deaf.simulated(1)[4..], ["--noise", "finger_misplaced=0.1"]);
-        design.sweep = Some(Sweep { name: "rate".to_owned(), values: vec![0.0, 0.5] });
+        design.sweep = BTreeMap::from([("rate".to_owned(), vec![0.0, 0.5])]);
         assert_eq!(
             names(&design),
             ["whole, rate = 0", "whole, rate = 0.5", "deaf, rate = 0", "deaf, rate = 0.5"]

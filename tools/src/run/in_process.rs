@@ -5,9 +5,8 @@ use std::time::{Duration, Instant};
 use pschema_inspect::Report;
 use pschema_process::Stop;
 use pschema_server::ServerArgs;
-use pschema_server::in_process::{InProcess, InProcessError, RunState};
+use pschema_server::in_process::{InProcess, RunState};
 use pschema_server::inspect::Inspect;
-use pschema_sim::config::FileError;
 
 use crate::design::Design;
 use crate::failure::Failure;
@@ -34,7 +33,7 @@ pub(crate) fn in_process(
     let mut run = begun(condition, seed, stop)?;
     let mut looked = Instant::now();
     let mut trace = Trace::default();
-    while run.advance()? == RunState::Running {
+    while run.advance().map_err(Failure::of)? == RunState::Running {
         stop.check()?;
         if looked.elapsed() > LOOK_EVERY {
             trace.fetch(&mut run, design)?;
@@ -54,9 +53,9 @@ pub(crate) fn in_process(
 fn begun(condition: &Condition, seed: u64, stop: &Stop) -> Result<InProcess<AnyBody>, Failure> {
     let body = AnyBody::new(condition, seed)?;
     let setup = read::<ServerArgs>(condition.daemon(seed))?.setup().map_err(Failure::of)?;
-    let Some(earlier) = &condition.after else { return Ok(InProcess::new(body, setup)?) };
+    let Some(earlier) = &condition.after else { return InProcess::new(body, setup).map_err(Failure::of) };
     let mut first = begun(earlier, seed, stop)?;
-    while first.advance()? == RunState::Running {
+    while first.advance().map_err(Failure::of)? == RunState::Running {
         stop.check()?;
     }
     let report = first.report();
@@ -65,23 +64,11 @@ fn begun(condition: &Condition, seed: u64, stop: &Stop) -> Result<InProcess<AnyB
     }
     let mut learner = first.into_learner();
     learner.change(setup.parameters, setup.curriculum).map_err(Failure::of)?;
-    Ok(InProcess::going_on(body, learner, seed)?)
+    InProcess::going_on(body, learner, seed).map_err(Failure::of)
 }
 
 impl Asks for InProcess<AnyBody> {
     fn ask<Q: Inspect>(&mut self, question: Q) -> Result<Q::Answer, Failure> {
         InProcess::ask(self, &question).map_err(Failure::of)
-    }
-}
-
-impl From<InProcessError> for Failure {
-    fn from(error: InProcessError) -> Self {
-        Self::of(error)
-    }
-}
-
-impl From<FileError> for Failure {
-    fn from(error: FileError) -> Self {
-        Self::of(error)
     }
 }

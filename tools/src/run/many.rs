@@ -59,18 +59,18 @@ pub(crate) fn carry_out(
         }
         drop(sender);
         let mut early = BTreeMap::new();
-        let mut design = 0;
+        let mut next_known = 0;
         let mut failed = None;
         for (at, result) in results {
             early.insert(at, result);
             while failed.is_none()
-                && let Some(result) = early.remove(&design)
+                && let Some(result) = early.remove(&next_known)
             {
-                let done = result.and_then(|outcome| match jobs.get(design) {
+                let done = result.and_then(|outcome| match jobs.get(next_known) {
                     Some(job) => each(job, outcome),
                     None => Ok(()),
                 });
-                design += 1;
+                next_known += 1;
                 failed = done.err();
             }
             // One that failed out of turn ends the others as well; its own failure is then the one to tell.
@@ -140,7 +140,7 @@ mod tests {
         let jobs: Vec<_> = (1..=5).map(job).collect();
         let mut seeds = Vec::new();
         let each = |job: &Job<'_>, outcome: Outcome| {
-            assert_eq!(job.seed, outcome.figures.seed);
+            assert_eq!(job.seed, outcome.results.seed);
             seeds.push(job.seed);
             Ok(())
         };
@@ -155,14 +155,14 @@ mod tests {
         let broken = Condition { world: "/nowhere/w.toml".to_owned(), ..sound.clone() };
         let job = |condition, seed| Job { design: &experiment.design, condition, seed };
         let jobs: Vec<_> = (1..=40).map(|seed| job(if seed == 2 { &broken } else { sound }, seed)).collect();
-        let mut design = 0;
+        let mut told = 0;
         let each = |_: &Job<'_>, _| {
-            design += 1;
+            told += 1;
             Ok(())
         };
         let failure = carry_out(&jobs, SCHEDULE, &Stop::default(), each).unwrap_err().to_string();
         assert!(failure.contains("/nowhere/w.toml"), "{failure}");
-        assert!(design <= 1, "{design} outcomes were design after a failure");
+        assert!(told <= 1, "{told} outcomes were told after a failure");
     }
 
     #[test]

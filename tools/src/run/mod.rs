@@ -27,9 +27,7 @@ pub(crate) use progress::{Bars, Progress};
 pub(crate) use readings::{Reading, Unit};
 pub(crate) use results::Results;
 pub(crate) use seeds::Seeds;
-#[cfg(test)]
-pub(crate) use trace::StepDecision;
-pub(crate) use trace::{StepRecord, Trace, Trial};
+pub(crate) use trace::{Trace, TracedStep, Trial};
 
 /// Made-up reports, for tests of whatever reads them.
 #[cfg(test)]

@@ -16,7 +16,7 @@ use super::trace::Trace;
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
     /// What it is judged by.
-    pub(crate) figures: Results,
+    pub(crate) results: Results,
     /// Every step.
     pub(crate) trace: Trace,
     /// What it left in memory.
@@ -35,7 +35,7 @@ impl Outcome {
     ) -> Result<Self, Failure> {
         trace.fetch(asked, design)?;
         let readings = Reader { design, report, trace: &trace }.readings(asked)?;
-        let figures = Results::new(design, condition, report, readings, wall_s);
-        Ok(Self { figures, trace, learnt: Knowledge::ask(asked)? })
+        let results = Results::new(design, condition, report, readings, wall_s);
+        Ok(Self { results, trace, learnt: Knowledge::ask(asked)? })
     }
 }

@@ -18,7 +18,7 @@ use crate::learner::Learner;
 use crate::render::words::plain;
 
 use super::body::BodyProcess;
-use super::child::{Child, private_name};
+use super::child::{Child, private_name, retry};
 use super::experiment::Condition;
 use super::outcome::Outcome;
 use super::trace::Trace;
@@ -100,26 +100,18 @@ impl Pair {
         design: &Design,
         condition: &Condition,
         stop: &Stop,
-        seen: impl FnMut(&Report),
-    ) -> Result<Outcome, Failure> {
-        self.watched(design, condition, stop, seen).map_err(|failure| self.explained(failure, stop))
-    }
-
-    fn watched(
-        &mut self,
-        design: &Design,
-        condition: &Condition,
-        stop: &Stop,
         mut seen: impl FnMut(&Report),
     ) -> Result<Outcome, Failure> {
         let mut trace = Trace::default();
-        let report = self.follow(stop, |report, learner| {
+        let followed = self.follow(stop, |report, learner| {
             seen(report);
             // Now and then, so that nothing is lost of a run longer than the daemon keeps.
             if report.step > trace.last_step() + FETCH_EVERY { trace.fetch(learner, design) } else { Ok(()) }
-        })?;
+        });
         let wall_s = self.started.elapsed().as_secs_f64();
-        Outcome::ask(design, condition, &report, trace, wall_s, &mut self.learner)
+        let outcome = followed
+            .and_then(|report| Outcome::ask(design, condition, &report, trace, wall_s, &mut self.learner));
+        outcome.map_err(|failure| self.explained(failure, stop))
     }
 
     fn follow(
@@ -153,19 +145,12 @@ impl Pair {
     /// What an answer that did not come is down to, if that becomes known within a moment: a process that ended is
     /// noticed later than its silence.
     fn cause(&mut self, stop: &Stop) -> Option<Failure> {
-        let start = Instant::now();
-        loop {
-            let found = stop
-                .check()
-                .map_err(Failure::from)
-                .and_then(|()| self.daemon.check())
-                .and_then(|()| self.body.check())
-                .err();
-            if found.is_some() || start.elapsed() > CAUSE_WITHIN {
-                return found;
-            }
-            thread::sleep(Duration::from_millis(5));
-        }
+        let attempt = || {
+            stop.check()?;
+            self.daemon.check()?;
+            self.body.check().map(|()| None::<()>)
+        };
+        retry(CAUSE_WITHIN, attempt).err()
     }
 }
 
@@ -203,24 +188,17 @@ fn connect(
     body: &mut BodyProcess,
     stop: &Stop,
 ) -> Result<Learner, Failure> {
-    let start = Instant::now();
-    loop {
+    let attempt = || {
         stop.check()?;
         daemon.check()?;
         body.check()?;
-        let failure = match Learner::connect_at(place) {
-            Ok(learner) => return Ok(learner),
-            Err(failure) => failure,
-        };
-        if !matches!(failure, Failure::NoDaemon(_)) {
-            return Err(failure);
+        match Learner::connect_at(place) {
+            Ok(learner) => Ok(Some(learner)),
+            Err(Failure::NoDaemon(_)) => Ok(None),
+            Err(failure) => Err(failure),
         }
-        if start.elapsed() > READY_WITHIN {
-            return Err(Failure::Failed(format!(
-                "the daemon was not ready after {} s",
-                READY_WITHIN.as_secs()
-            )));
-        }
-        thread::sleep(Duration::from_millis(5));
-    }
+    };
+    retry(READY_WITHIN, attempt)?.ok_or_else(|| {
+        Failure::Failed(format!("the daemon was not ready after {} s", READY_WITHIN.as_secs()))
+    })
 }

@@ -1,12 +1,17 @@
 //! How a run is going: a bar on a terminal, nothing but finished stages elsewhere.
 
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget};
 use pschema_inspect::Report;
 use pschema_process::{colour_is_wanted, say};
 
+use crate::bar;
 use crate::render::story::{StageProgress, doing};
 
 use super::experiment::Workload;
+
+const UNBOUNDED: &str = "{spinner} {pos}  {msg}";
+const BOUNDED: &str = "{bar:30} {pos}/{len}  {msg}";
+const BOUNDED_IN_COLOUR: &str = "{bar:30.green} {pos}/{len}  {msg}";
 
 /// Bars on stderr, when that is a terminal: one for each run under way.
 pub(crate) struct Bars(MultiProgress);
@@ -31,7 +36,7 @@ impl Progress {
     /// One more bar.
     pub(crate) fn new(bars: &Bars, label: String, size: Workload) -> Self {
         let bar = bars.0.add(ProgressBar::no_length());
-        bar.set_style(style(false));
+        bar.set_style(bar::style(UNBOUNDED));
         Self { bar, size, label }
     }
 
@@ -42,11 +47,12 @@ impl Progress {
             return;
         };
         if self.bar.length() != of {
-            self.bar.set_style(style(of.is_some()));
             match of {
                 Some(of) => self.bar.set_length(of),
                 None => self.bar.unset_length(),
             }
+            let bounded = if colour_is_wanted() { BOUNDED_IN_COLOUR } else { BOUNDED };
+            self.bar.set_style(bar::style(if of.is_some() { bounded } else { UNBOUNDED }));
         }
         self.bar.set_message(format!("{}{what}", self.label));
         self.bar.set_position(done);
@@ -62,14 +68,4 @@ impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }
-}
-
-fn style(bounded: bool) -> ProgressStyle {
-    let template = match (bounded, colour_is_wanted()) {
-        (true, true) => "{bar:30.green} {pos}/{len}  {msg}",
-        (true, false) => "{bar:30} {pos}/{len}  {msg}",
-        (false, _) => "{spinner} {pos}  {msg}",
-    };
-    // A template of ours that does not parse would show as the default one.
-    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }

@@ -7,14 +7,15 @@ use crate::design::{Design, Measure, Quantity};
 use crate::failure::Failure;
 use crate::learner::Asks;
 
-use super::trace::Trace;
+use super::trace::{Trace, Trial};
 
 /// One figure read off a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Reading {
     /// What it is, for people.
     pub(crate) name: String,
-    /// Its value; none where there is nothing to read it off.
+    /// Its value, of a share 0 to 1; none where there is nothing to read it off.
     pub(crate) value: Option<f64>,
     /// What the paper says of it.
     pub(crate) published: Option<String>,
@@ -111,21 +112,20 @@ impl Reader<'_> {
 
     /// The median.
     fn actions_to_met(&self, names: &[String]) -> Option<f64> {
-        let at = |index: usize| self.trace.stages.get(index).is_some_and(|name| names.contains(name));
-        let met = self.trace.trials().into_iter().filter(|trial| trial.met == Some(true) && at(trial.stage));
+        let is_asked = |trial: &Trial| names.iter().any(|name| name == self.trace.stage(trial.stage));
+        let met = self.trace.trials().into_iter().filter(|trial| trial.met == Some(true) && is_asked(trial));
         #[expect(clippy::cast_precision_loss, reason = "counts far below 2^52")]
         let actions = met.map(|trial| trial.actions as f64).collect();
         crate::render::statistics::median(actions)
     }
-}
 
-impl Reader<'_> {
     fn touching_share(&self, names: &[String]) -> Option<f64> {
-        let at = |stage: usize| self.trace.stages.get(stage).is_some_and(|name| names.contains(name));
-        let rows = self.trace.rows.iter().filter(|row| names.is_empty() || at(row.stage));
-        let decided = rows.filter_map(|row| row.decision.as_ref());
-        let (touching, all) = decided.fold((0_u32, 0_u32), |(touching, all), decision| {
-            (touching + u32::from(decision.touching), all.saturating_add(1))
+        let is_asked =
+            |stage: u32| names.is_empty() || names.iter().any(|name| name == self.trace.stage(stage));
+        let decided = self.trace.steps.iter().filter(|step| step.record.decision.is_some());
+        let asked = decided.filter(|step| is_asked(step.record.stage));
+        let (touching, all) = asked.fold((0_u32, 0_u32), |(touching, all), step| {
+            (touching + u32::from(step.touching), all.saturating_add(1))
         });
         ratio(touching, all)
     }

@@ -8,14 +8,15 @@ use crate::design::{Design, Published};
 use super::experiment::Condition;
 use super::readings::{Reading, first_generalisation, placements};
 
-/// Everything an experiment is judged by.
+/// One run of an experiment, and everything it is judged by.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Results {
-    /// Its name.
+    /// The experiment's name.
     pub(crate) experiment: String,
-    /// Which of its variants, when it has any.
+    /// The variant; none where the experiment has none.
     pub(crate) variant: Option<String>,
-    /// What a swept value was set to.
+    /// What a swept value was set to; none where nothing is swept.
     pub(crate) swept: Option<f64>,
     /// The world it was run in.
     pub(crate) world: String,
@@ -37,53 +38,27 @@ pub(crate) struct Results {
     pub(crate) counter_examples: u32,
     /// Actions carried out, the probe's included.
     pub(crate) actions_total: u64,
-    /// Each stage.
-    pub(crate) stages: Vec<StageResults>,
-    /// What was measured afterwards, learning frozen.
+    /// Its stages, in the order in which they were entered.
+    pub(crate) stages: Vec<StageSummary>,
+    /// What was measured after learning.
     pub(crate) probe: Probe,
-    /// What else the curriculum asks to be read off the run.
+    /// What the curriculum's `[[experiment.measure]]` tables ask to be read off the run.
     pub(crate) measures: Vec<Reading>,
     /// How long the run took, from starting the processes to the last report.
     pub(crate) wall_s: f64,
-    /// Median time of a step in the daemon.
+    /// Median time of a step in the daemon, from the frame decoded to the reply sent.
     pub(crate) step_latency_us_p50: f64,
     /// 99th percentile of it.
     pub(crate) step_latency_us_p99: f64,
-    /// Digest of everything learnt.
+    /// Digest of everything learnt: equal digests are equal memories.
     pub(crate) memory_digest: String,
-    /// The paper's figures for this run.
+    /// The paper's figures for this set-up; none for another world and for variants.
     pub(crate) published: Option<Published>,
 }
 
-/// One stage's figures.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct StageResults {
-    /// Its name.
-    pub(crate) name: String,
-    /// Whether anything was learnt, or only measured.
-    pub(crate) learning: bool,
-    /// Actions carried out.
-    pub(crate) actions: u64,
-    /// Schemas made.
-    pub(crate) schemas_new: u32,
-    /// Generalised ones among them.
-    pub(crate) generalised_new: u32,
-    /// Counter-examples among them.
-    pub(crate) counter_examples_new: u32,
-    /// Placements.
-    pub(crate) trials: u32,
-    /// Placements after which the awaited was observed.
-    pub(crate) trials_met: u32,
-    /// Of these, after one action.
-    pub(crate) trials_met_first: u32,
-    /// Actions of each trial that is over.
-    pub(crate) actions_of_trial: Vec<u32>,
-    /// Whether it ended by saturation.
-    pub(crate) saturated: bool,
-}
-
-/// Touching at positions never used in training.
+/// Touching at positions never used in training, learning frozen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Probe {
     /// Positions tried.
     pub(crate) placements_tried: u32,
@@ -117,7 +92,7 @@ impl Results {
             generalised_after_placement: first_generalisation(&report.stages),
             counter_examples: report.stages.iter().map(|stage| stage.counter_examples_new).sum(),
             actions_total: report.actions_total,
-            stages: report.stages.iter().map(StageResults::from).collect(),
+            stages: report.stages.clone(),
             probe: probe(&report.stages),
             measures,
             wall_s,
@@ -137,24 +112,6 @@ fn probe(stages: &[StageSummary]) -> Probe {
         touched_first_try: probe.touched_first_try + stage.trials_met_first,
         touched: probe.touched + stage.trials_met,
     })
-}
-
-impl From<&StageSummary> for StageResults {
-    fn from(stage: &StageSummary) -> Self {
-        Self {
-            name: stage.name.clone(),
-            learning: stage.learning,
-            actions: stage.actions,
-            schemas_new: stage.schemas_new,
-            generalised_new: stage.generalised_new,
-            counter_examples_new: stage.counter_examples_new,
-            trials: stage.trials,
-            trials_met: stage.trials_met,
-            trials_met_first: stage.trials_met_first,
-            actions_of_trial: stage.actions_of_trial.clone(),
-            saturated: stage.saturated,
-        }
-    }
 }
 
 #[cfg(test)]
@@ -203,8 +160,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// The figures of exp1-s1 in `world`, had it given this report.
-    pub(crate) fn figures(world: &str, report: &Report) -> Results {
+    /// The results of exp1-s1 in `world`, had it given this report.
+    pub(crate) fn results(world: &str, report: &Report) -> Results {
         let asked = Overrides { world: Some(world), ..Overrides::default() };
         let experiment = Experiment::new("exp1-s1", asked).unwrap();
         Results::new(&experiment.design, &experiment.conditions[0], report, Vec::new(), 4.25)
@@ -218,18 +175,18 @@ pub(crate) mod tests {
             stage("second", true, &[true, true], &[1, 1]),
             stage("probe", false, &[true, false], &[1, 1]),
         ];
-        let figures = figures("wide", &report(stages));
-        assert_eq!(figures.placements, 2);
-        assert_eq!(figures.probe, Probe { placements_tried: 2, touched_first_try: 1, touched: 1 });
-        assert_eq!(figures.published.unwrap().schemas_total, Some(227));
+        let results = results("wide", &report(stages));
+        assert_eq!(results.placements, 2);
+        assert_eq!(results.probe, Probe { placements_tried: 2, touched_first_try: 1, touched: 1 });
+        assert_eq!(results.published.unwrap().schemas_total, Some(227));
     }
 
     #[test]
     fn a_probe_alone_never_counts_as_learning_and_no_generalisation_is_none() {
         let stages = vec![stage("first", true, &[true], &[0]), stage("probe", false, &[true], &[1])];
-        let figures = figures("my-world.toml", &report(stages));
+        let results = results("my-world.toml", &report(stages));
         assert_eq!(
-            (figures.placements, figures.generalised_after_placement, figures.published),
+            (results.placements, results.generalised_after_placement, results.published),
             (1, None, None)
         );
     }

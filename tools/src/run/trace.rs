@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use pschema_inspect::{ObservationText, Reason, TracePage, TraceQuery, TraceRecord, ValueText};
+use pschema_inspect::{ObservationText, TracePage, TraceQuery, TraceRecord, ValueText};
 
 use crate::design::{Design, FieldMap};
 use crate::failure::Failure;
@@ -13,10 +13,10 @@ use crate::render::words::notation;
 /// Every step of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Trace {
-    /// Names of the stages, which rows refer to by index.
+    /// Names of the stages, to which records refer by index.
     pub(crate) stages: Vec<String>,
     /// The steps, in order.
-    pub(crate) rows: Vec<StepRecord>,
+    pub(crate) steps: Vec<TracedStep>,
     /// Steps that were no longer kept when they were asked for.
     pub(crate) lost: u64,
     /// The number of the record to ask for next.
@@ -25,52 +25,25 @@ pub(crate) struct Trace {
     texts: BTreeSet<Arc<str>>,
 }
 
-/// One step.
+/// One step: its record, with what the experiment's design reads off it.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct StepRecord {
-    pub(crate) step: u64,
-    pub(crate) stage: usize,
-    /// From 1; 0 for none.
-    pub(crate) trial: u32,
-    /// What was drawn for a trial begun.
-    pub(crate) drawn: Vec<i64>,
-    /// How a trial ended, if one did.
-    pub(crate) trial_met: Option<bool>,
-    /// Carried out so far.
-    pub(crate) actions: u64,
-    pub(crate) schemas_total: u32,
-    pub(crate) schemas_generalised: u32,
-    /// As it prints.
+pub(crate) struct TracedStep {
+    /// The record. Its observations have become `perceived`, which takes a fraction of the space.
+    pub(crate) record: TraceRecord,
+    /// The observations as they print.
     pub(crate) perceived: Arc<str>,
-    /// Where what is placed is seen, and where what reaches for it, by the experiment's map.
+    /// The place of the object, by the experiment's map.
     pub(crate) object_at: Option<i64>,
+    /// The place of the effector that reaches for it.
     pub(crate) effector_at: Option<i64>,
-    /// Whether the one has reached the other, by what is perceived.
+    /// Whether the effector has reached the object, by the observations.
     pub(crate) reached: bool,
-    pub(crate) heard: Arc<str>,
-    pub(crate) decision: Option<StepDecision>,
-    pub(crate) quiet_actions: u32,
-    pub(crate) habituating: bool,
-    pub(crate) latency_us: f64,
-}
-
-/// What a step decided.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct StepDecision {
-    pub(crate) excitation_top: f64,
-    pub(crate) excitation: f64,
-    pub(crate) schema: Option<u32>,
-    pub(crate) generalised: bool,
-    pub(crate) distance: u32,
-    pub(crate) action: Arc<str>,
-    pub(crate) reason: Reason,
-    pub(crate) predicts: Arc<str>,
-    /// Whether the schema is one of those that figure 6 tells apart.
+    /// Whether the chosen schema is one of touching, which figure 6 tells apart.
     pub(crate) touching: bool,
 }
 
 impl Trace {
-    /// Fetches what has been added since the last time.
+    /// Fetches the steps that have been added since the last time.
     pub(crate) fn fetch(&mut self, asked: &mut impl Asks, design: &Design) -> Result<(), Failure> {
         loop {
             let page = asked.ask(TraceQuery { from: self.next })?;
@@ -84,7 +57,17 @@ impl Trace {
 
     /// The last step fetched; 0 before the first.
     pub(crate) fn last_step(&self) -> u64 {
-        self.rows.last().map_or(0, |row| row.step)
+        self.steps.last().map_or(0, |step| step.record.step)
+    }
+
+    /// The name of the stage with this index.
+    pub(crate) fn stage(&self, index: u32) -> &str {
+        usize::try_from(index).ok().and_then(|at| self.stages.get(at)).map_or("", String::as_str)
+    }
+
+    /// The index of the stage of this name.
+    pub(crate) fn stage_index(&self, name: &str) -> Option<u32> {
+        self.stages.iter().position(|stage| stage == name).and_then(|at| u32::try_from(at).ok())
     }
 
     fn take(&mut self, page: TracePage, design: &Design) {
@@ -92,50 +75,27 @@ impl Trace {
         self.next = page.from + page.records.len() as u64;
         self.stages = page.stages;
         for record in page.records {
-            let row = self.row(record, design);
-            self.rows.push(row);
+            let step = self.step(record, design);
+            self.steps.push(step);
         }
     }
 
-    fn row(&mut self, record: TraceRecord, design: &Design) -> StepRecord {
+    fn step(&mut self, mut record: TraceRecord, design: &Design) -> TracedStep {
+        let perceived = std::mem::take(&mut record.perceived);
+        let map = design.map.as_ref();
         let place = |kind: fn(&FieldMap) -> &String| {
-            let map = design.map.as_ref()?;
-            let seen = record.perceived.iter().find(|one| one.kind == *kind(map))?;
-            integer(seen, &map.place)
+            let seen = perceived.iter().find(|one| Some(&one.kind) == map.map(kind))?;
+            integer(seen, &map?.place)
         };
-        let (object_at, effector_at) = (place(|map| &map.object), place(|map| &map.effector));
-        let reached = design.map.as_ref().and_then(|map| map.reached.as_ref()).or(design.touching.as_ref());
-        let reached = reached.is_some_and(|kind| record.perceived.iter().any(|one| one.kind == *kind));
-        let perceived: Vec<_> = record.perceived.iter().map(notation).collect();
-        let decision = record.decision.map(|decision| StepDecision {
-            excitation_top: decision.excitation_top,
-            excitation: decision.excitation,
-            schema: decision.schema,
-            generalised: decision.generalised,
-            distance: decision.distance,
-            touching: design.touching.as_ref().is_some_and(|kind| decision.predicts.contains(kind)),
-            action: self.text(&decision.action),
-            reason: decision.reason,
-            predicts: self.text(&decision.predicts.join(" ")),
-        });
-        StepRecord {
-            step: record.step,
-            stage: usize::try_from(record.stage).unwrap_or(usize::MAX),
-            trial: record.trial,
-            drawn: record.drawn,
-            trial_met: record.trial_met,
-            actions: record.actions,
-            schemas_total: record.schemas_total,
-            schemas_generalised: record.schemas_generalised,
-            perceived: self.text(&perceived.join(" & ")),
-            object_at,
-            effector_at,
-            reached,
-            heard: self.text(&record.heard.join(" ")),
-            decision,
-            quiet_actions: record.quiet_actions,
-            habituating: record.habituating,
-            latency_us: record.latency_us,
+        let reached = map.and_then(|map| map.reached.as_ref()).or(design.touching.as_ref());
+        let predicts = record.decision.as_ref().map_or(&[][..], |decision| &decision.predicts);
+        TracedStep {
+            object_at: place(|map| &map.object),
+            effector_at: place(|map| &map.effector),
+            reached: reached.is_some_and(|kind| perceived.iter().any(|one| one.kind == *kind)),
+            touching: design.touching.as_ref().is_some_and(|kind| predicts.contains(kind)),
+            perceived: self.text(&perceived.iter().map(notation).collect::<Vec<_>>().join(" & ")),
+            record,
         }
     }
 
@@ -151,21 +111,20 @@ impl Trace {
     /// The trials of a run, in order.
     pub(crate) fn trials(&self) -> Vec<Trial> {
         let mut trials: Vec<Trial> = Vec::new();
-        // A trial is open from the row that arranges it to the row that ends it; both rows may be one.
+        // A trial is open from the step that arranges it to the step that ends it; both may be one.
         let mut open: Option<Trial> = None;
-        for row in &self.rows {
+        for step in &self.steps {
+            let record = &step.record;
             if let Some(trial) = &mut open {
-                trial.see(row);
-                if let Some(met) = row.trial_met {
+                trial.see(step);
+                if let Some(met) = record.trial_met {
                     trial.met = Some(met);
                     trials.extend(open.take());
                 }
             }
-            if row.trial > 0
-                && open.is_none()
-                && trials.last().is_none_or(|last| last.key() != (row.stage, row.trial))
-            {
-                open = Some(Trial::begun(row));
+            let is_new = |last: &Trial| (last.stage, last.number) != (record.stage, record.trial);
+            if record.trial > 0 && open.is_none() && trials.last().is_none_or(is_new) {
+                open = Some(Trial::begun(step));
             }
         }
         trials.extend(open);
@@ -176,15 +135,16 @@ impl Trace {
 /// One placement, or utterance, and what came of it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Trial {
-    pub(crate) stage: usize,
+    /// The index of its stage.
+    pub(crate) stage: u32,
     /// From 1.
     pub(crate) number: u32,
     pub(crate) drawn: Vec<i64>,
-    /// Carried out before it began.
+    /// Actions carried out before it began.
     pub(crate) begun_at: u64,
-    /// Carried out in it.
+    /// Actions carried out in it.
     pub(crate) actions: u64,
-    /// Whether what it was waiting for was observed; none if it never ended.
+    /// Whether the awaited observation came; none if the trial never ended.
     pub(crate) met: Option<bool>,
     /// Where the object was first seen.
     pub(crate) object_at: Option<i64>,
@@ -195,34 +155,31 @@ pub(crate) struct Trial {
 }
 
 impl Trial {
-    fn begun(row: &StepRecord) -> Self {
+    fn begun(step: &TracedStep) -> Self {
+        let record = &step.record;
         Self {
-            stage: row.stage,
-            number: row.trial,
-            drawn: row.drawn.clone(),
-            begun_at: row.actions,
+            stage: record.stage,
+            number: record.trial,
+            drawn: record.drawn.clone(),
+            begun_at: record.actions,
             actions: 0,
             met: None,
-            // The object is only put down after this row, unless there was nothing to arrange.
-            object_at: if row.drawn.is_empty() { row.object_at } else { None },
+            // The object is only put down after this step, unless there was nothing to arrange.
+            object_at: if record.drawn.is_empty() { step.object_at } else { None },
             reached_after: None,
             covered: false,
         }
     }
 
-    fn key(&self) -> (usize, u32) {
-        (self.stage, self.number)
-    }
-
-    fn see(&mut self, row: &StepRecord) {
-        self.actions = row.actions.saturating_sub(self.begun_at);
+    fn see(&mut self, step: &TracedStep) {
+        self.actions = step.record.actions.saturating_sub(self.begun_at);
         if self.actions == 0 || self.object_at.is_none() {
-            self.object_at = row.object_at.or(self.object_at);
+            self.object_at = step.object_at.or(self.object_at);
         }
-        if row.reached && self.actions > 0 && self.reached_after.is_none() {
+        if step.reached && self.actions > 0 && self.reached_after.is_none() {
             self.reached_after = Some(self.actions);
         }
-        self.covered |= self.actions > 0 && self.object_at.is_some() && row.effector_at == self.object_at;
+        self.covered |= self.actions > 0 && self.object_at.is_some() && step.effector_at == self.object_at;
     }
 }
 
@@ -238,9 +195,8 @@ mod tests {
     use super::*;
     use crate::design;
 
-    fn row(trial: u32, actions: u64, met: Option<bool>) -> StepRecord {
-        let none: Arc<str> = "".into();
-        StepRecord {
+    fn step(trial: u32, actions: u64, met: Option<bool>) -> TracedStep {
+        let record = TraceRecord {
             step: actions,
             stage: 0,
             trial,
@@ -249,34 +205,37 @@ mod tests {
             actions,
             schemas_total: 0,
             schemas_generalised: 0,
-            perceived: none.clone(),
-            object_at: Some(4),
-            effector_at: None,
-            reached: false,
-            heard: none,
+            perceived: Vec::new(),
+            heard: Vec::new(),
             decision: None,
             quiet_actions: 0,
             habituating: false,
             latency_us: 0.0,
-        }
+        };
+        let (perceived, reached, touching) = ("".into(), false, false);
+        TracedStep { record, perceived, object_at: Some(4), effector_at: None, reached, touching }
     }
 
-    fn trials(rows: Vec<StepRecord>) -> Vec<Trial> {
-        Trace { rows, ..Trace::default() }.trials()
+    fn drawn(object: i64, mut step: TracedStep) -> TracedStep {
+        step.record.drawn = vec![object];
+        step
+    }
+
+    fn trials(steps: Vec<TracedStep>) -> Vec<Trial> {
+        Trace { steps, ..Trace::default() }.trials()
     }
 
     #[test]
     fn one_step_may_end_a_trial_and_begin_the_next() {
-        let touched =
-            StepRecord { reached: true, effector_at: Some(4), drawn: vec![9], ..row(2, 7, Some(true)) };
+        let touched = TracedStep { reached: true, effector_at: Some(4), ..step(2, 7, Some(true)) };
         let all = trials(vec![
-            row(0, 5, None),
-            StepRecord { drawn: vec![8], object_at: None, ..row(1, 5, None) },
-            row(1, 5, None),
-            row(1, 6, None),
-            touched,
-            StepRecord { object_at: Some(3), ..row(2, 7, None) },
-            row(2, 9, Some(false)),
+            step(0, 5, None),
+            TracedStep { object_at: None, ..drawn(8, step(1, 5, None)) },
+            step(1, 5, None),
+            step(1, 6, None),
+            drawn(9, touched),
+            TracedStep { object_at: Some(3), ..step(2, 7, None) },
+            step(2, 9, Some(false)),
         ]);
         let told: Vec<_> = all.iter().map(|t| (t.number, &t.drawn[..], t.actions, t.met)).collect();
         assert_eq!(told, [(1, &[8][..], 2, Some(true)), (2, &[9][..], 2, Some(false))]);
@@ -286,9 +245,9 @@ mod tests {
 
     #[test]
     fn a_trial_that_never_ended_is_told_as_such() {
-        let all = trials(vec![row(1, 0, None), row(1, 3, None)]);
+        let all = trials(vec![step(1, 0, None), step(1, 3, None)]);
         assert_eq!(all.iter().map(|t| (t.actions, t.met)).collect::<Vec<_>>(), [(3, None)]);
-        assert!(trials(vec![row(0, 1, None)]).is_empty());
+        assert!(trials(vec![step(0, 1, None)]).is_empty());
     }
 
     #[test]

@@ -3,8 +3,8 @@
 
 use hyper::StatusCode;
 use pschema_inspect::{
-    Ask, DetailQuery, Graph, GraphQuery, Live, LiveQuery, Report, ReportQuery, SayOrder, SchemaDetail,
-    SchemaQuery, StageOrder, WhyNotQuery,
+    Ask, Graph, GraphQuery, Live, LiveQuery, Report, ReportQuery, SayOrder, SchemaDetail, SchemaQuery,
+    StageOrder, WhyNotQuery,
 };
 use serde::Serialize;
 
@@ -73,11 +73,10 @@ pub(super) fn reply(question: Question, from: &mut impl Respondent) -> Reply {
             json(&Moment { live: &live, sentence, undecided: from.undecided() })
         }
         Question::Report => json(&from.ask(ReportQuery {})?),
-        Question::Schemas { action, pre, post, generalised, sort, limit, offset } => {
-            let limit = limit.clamp(1, LISTED_MAX);
-            json(&from.ask(SchemaQuery { action, pre, post, generalised, sort, limit, offset })?)
+        Question::Schemas(query) => {
+            json(&from.ask(SchemaQuery { limit: query.limit.clamp(1, LISTED_MAX), ..query })?)
         }
-        Question::Show { id } => json(&Whole::from(&from.ask(DetailQuery { id })?)),
+        Question::Show(query) => json(&SchemaTexts::from(&from.ask(query)?)),
         Question::WhyNot { id } => {
             let why = from.ask(WhyNotQuery { schema: id, step: None })?;
             json(&WhyNotText { text: why_not::why_not(&why) })
@@ -111,14 +110,14 @@ struct Moment<'a> {
 
 /// A schema, with how it reads.
 #[derive(Serialize)]
-struct Whole<'a> {
+struct SchemaTexts<'a> {
     #[serde(flatten)]
     schema: &'a SchemaDetail,
     sentence: String,
     notation: String,
 }
 
-impl<'a> From<&'a SchemaDetail> for Whole<'a> {
+impl<'a> From<&'a SchemaDetail> for SchemaTexts<'a> {
     fn from(schema: &'a SchemaDetail) -> Self {
         Self { sentence: schema_sentence(schema), notation: schema_notation(schema), schema }
     }
@@ -167,7 +166,7 @@ pub(super) fn no_orders() -> Trouble {
 
 #[cfg(test)]
 mod tests {
-    use pschema_inspect::{Request, SchemaSort};
+    use pschema_inspect::{DetailQuery, Request, SchemaSort};
     use pschema_server::inspect::Inspect;
 
     use super::*;
@@ -206,13 +205,11 @@ mod tests {
     #[test]
     fn no_question_asks_for_more_than_a_page_shows() {
         let many = u32::MAX;
-        let (action, pre, post) = (None, None, None);
-        let sort = SchemaSort::Uses;
-        let list = Question::Schemas { action, pre, post, generalised: false, sort, limit: many, offset: 5 };
-        let query = SchemaQuery { sort, limit: LISTED_MAX, offset: 5, ..SchemaQuery::default() };
-        assert_eq!(asked(list), Some(query.into()));
+        let list = SchemaQuery { sort: SchemaSort::Uses, limit: many, offset: 5, ..SchemaQuery::default() };
+        let query = SchemaQuery { limit: LISTED_MAX, ..list.clone() };
+        assert_eq!(asked(Question::Schemas(list)), Some(query.into()));
         let query = GraphQuery { depth: DEPTH_MAX, limit: DRAWN_MAX, ..GraphQuery::default() };
         assert_eq!(asked(Question::Graph { around: None, depth: many }), Some(query.into()));
-        assert_eq!(asked(Question::Show { id: 3 }), Some(DetailQuery { id: 3 }.into()));
+        assert_eq!(asked(Question::Show(DetailQuery { id: 3 })), Some(DetailQuery { id: 3 }.into()));
     }
 }

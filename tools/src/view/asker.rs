@@ -7,31 +7,19 @@ use pschema_protocol::domain::Place;
 use pschema_server::inspect::Inspect;
 
 use super::answers::{self, About, Respondent};
-use super::question::{PageQuestion, Question};
-use super::remembered::Directory;
+use super::past::Directory;
+use super::question::Question;
 use super::work::{Reply, Trouble, Worker};
 use crate::failure::Failure;
 use crate::learner::{Asks, Learner};
 
-/// Takes questions for the daemon.
-#[derive(Clone, Debug)]
-pub(super) struct Asker(Worker);
-
-impl Asker {
-    /// Begins to ask the daemon that serves `place`, whenever there is one. The data directory of the daemon is kept in
-    /// `directory`.
-    ///
-    /// # Errors
-    /// When the system has no thread left.
-    pub(super) fn begin(place: Place, directory: Directory) -> Result<Self, Failure> {
-        let begin = move || Connection { place, directory, learner: None };
-        Ok(Self(Worker::begin("asks", begin, |connection, asked| connection.reply(asked.question))?))
-    }
-
-    /// Asks a question of the daemon.
-    pub(super) async fn ask(&self, question: Question) -> Reply {
-        self.0.ask(PageQuestion { question, until: None }).await
-    }
+/// Begins to ask the daemon that serves `place`, whenever there is one. The data directory of the daemon is kept in `directory`.
+///
+/// # Errors
+/// When the system has no thread left.
+pub(super) fn begin(place: Place, directory: Directory) -> Result<Worker, Failure> {
+    let begin = move || Connection { place, directory, learner: None };
+    Worker::begin("asks", begin, |connection, asked| connection.reply(asked.question))
 }
 
 struct Connection {

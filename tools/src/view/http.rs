@@ -13,12 +13,10 @@ use hyper::service::service_fn;
 use hyper::{Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use pschema_process::Stop;
-use serde::Serialize;
 use tokio::sync::Semaphore;
 
 use crate::failure::Failure;
 
-use super::asker::Asker;
 use super::assets::asset;
 use super::guard::{Denial, Route, way};
 use super::pictures::Pictures;
@@ -67,7 +65,7 @@ pub(super) struct PageServer {
     pub(super) port: u16,
     pub(super) token: Token,
     /// Asks the daemon; none when only a data directory is looked at.
-    pub(super) live: Option<Asker>,
+    pub(super) live: Option<Worker>,
     /// Answers about the past.
     pub(super) past: Worker,
     /// The pictures; none without a daemon.
@@ -170,15 +168,8 @@ fn refused(Denial(status, why): Denial) -> Reply {
     reply
 }
 
-#[derive(Serialize)]
-struct TroubleText<'a> {
-    problem: &'a str,
-    no_daemon: bool,
-}
-
 fn trouble(trouble: &Trouble) -> Reply {
-    let problem = TroubleText { problem: &trouble.problem, no_daemon: trouble.no_daemon };
-    content(trouble.status, JSON, serde_json::to_vec(&problem).unwrap_or_default())
+    content(trouble.status, JSON, serde_json::to_vec(trouble).unwrap_or_default())
 }
 
 async fn answered(house: &PageServer, body: Incoming) -> Reply {
@@ -187,7 +178,7 @@ async fn answered(house: &PageServer, body: Incoming) -> Reply {
         Err(why) => return trouble(&why),
     };
     let answer = match &house.live {
-        Some(live) if asked.until.is_none() => live.ask(asked.question).await,
+        Some(live) if asked.until.is_none() => live.ask(asked).await,
         _ => house.past.ask(asked).await,
     };
     match answer {

@@ -8,9 +8,9 @@ mod asker;
 mod assets;
 mod guard;
 mod http;
+mod past;
 mod pictures;
 mod question;
-mod remembered;
 mod shot;
 mod token;
 mod work;
@@ -19,12 +19,11 @@ use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use asker::Asker;
 use http::PageServer;
+use past::Directory;
 use pictures::Pictures;
 use pschema_process::Stop;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
-use remembered::Directory;
 use token::Token;
 
 use crate::failure::Failure;
@@ -74,10 +73,10 @@ impl ViewPage {
             None => {
                 let place = Place::new(RuntimeDir::from_environment()?, wanted.name.clone());
                 let pictures = pictures::watch(place.clone())?;
-                (Some(Asker::begin(place, directory.clone())?), Some(pictures))
+                (Some(asker::begin(place, directory.clone())?), Some(pictures))
             }
         };
-        let past = remembered::begin(directory)?;
+        let past = past::begin(directory)?;
         let pictures: Option<Pictures> = watching.as_ref().map(pictures::PictureThread::pictures);
         let house = Arc::new(PageServer { port, token: Token::draw()?, live, past, pictures });
         Ok(Self { listener, house, watching })

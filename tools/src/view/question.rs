@@ -1,6 +1,6 @@
 //! The questions and orders of the page. The set is closed: nothing else can be asked.
 
-use pschema_inspect::SchemaSort;
+use pschema_inspect::{DetailQuery, SchemaQuery};
 use serde::Deserialize;
 
 /// A question, with the moment that it is about.
@@ -27,27 +27,9 @@ pub(super) enum Question {
     /// What the curriculum has done so far.
     Report,
     /// A page of the list of schemas.
-    Schemas {
-        /// Only schemas with this action.
-        action: Option<String>,
-        /// Only schemas with a pre-condition that this pattern matches.
-        pre: Option<String>,
-        /// Only schemas with a post-condition that this pattern matches.
-        post: Option<String>,
-        /// Only schemas with variables.
-        generalised: bool,
-        /// The order of the list.
-        sort: SchemaSort,
-        /// How many to list.
-        limit: u32,
-        /// How many of the first in that order to leave out.
-        offset: u32,
-    },
+    Schemas(SchemaQuery),
     /// One schema whole.
-    Show {
-        /// Its number.
-        id: u32,
-    },
+    Show(DetailQuery),
     /// Why a schema was not executed in the last decision.
     WhyNot {
         /// Its number.
@@ -91,7 +73,7 @@ mod tests {
     #[test]
     fn only_what_the_page_asks_is_a_question() {
         let show = read(r#"{"question": {"ask": "show", "id": 3}, "until": 7}"#).unwrap();
-        assert_eq!(show, PageQuestion { question: Question::Show { id: 3 }, until: Some(7) });
+        assert_eq!(show, PageQuestion { question: Question::Show(DetailQuery { id: 3 }), until: Some(7) });
         for text in [
             r#"{"question": {"ask": "shutdown"}, "until": null}"#,
             r#"{"question": {"ask": "show", "id": -1}, "until": null}"#,

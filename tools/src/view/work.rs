@@ -3,6 +3,7 @@
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 
 use hyper::StatusCode;
+use serde::Serialize;
 use tokio::sync::oneshot;
 
 use super::question::PageQuestion;
@@ -15,9 +16,10 @@ const WAITING_MAX: usize = 16;
 pub(super) type Reply = Result<Vec<u8>, Trouble>;
 
 /// The reason why a question is not answered.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub(super) struct Trouble {
     /// The status in HTTP.
+    #[serde(skip)]
     pub(super) status: StatusCode,
     /// What happened and what to do, for people.
     pub(super) problem: String,

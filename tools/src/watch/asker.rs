@@ -164,14 +164,13 @@ impl Asker {
     /// Runs until no wish can come any more. Returns at once when there is no daemon to begin with. Either way `begun` is
     /// told first: the connection is made here, because it can't be handed from one thread to another.
     pub(super) fn run(mut self, begun: &Sender<Result<(), Failure>>) {
-        let (first, connected) = match Link::connect(&self.place) {
+        let (first, mut link) = match Link::connect(&self.place) {
             Ok(link) => (Ok(()), Some(link)),
             Err(failure) => (Err(failure), None),
         };
-        if begun.send(first).is_err() || connected.is_none() {
+        if begun.send(first).is_err() || link.is_none() {
             return;
         }
-        let mut link = connected;
         self.tell(News::Attached);
         loop {
             let began = Instant::now();

@@ -10,8 +10,6 @@ mod event;
 mod eyes;
 mod keys;
 mod once;
-#[cfg(test)]
-mod sample;
 mod state;
 mod terminal;
 #[cfg(test)]

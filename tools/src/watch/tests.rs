@@ -1,7 +1,6 @@
-//! What people see, compared with files in `tests/golden`, and what keys do. To accept a change of what is seen, run the
-//! tests with `UPDATE_GOLDEN=1` and read the difference.
+//! What people see, compared with files in `tests/golden`, and what keys do.
 
-use std::path::Path;
+mod sample;
 
 use pschema_inspect::{LiveQuery, StageState, TracePage};
 use ratatui::Terminal;
@@ -11,10 +10,11 @@ use ratatui::style::{Color, Modifier};
 
 use super::draw::draw;
 use super::keys::Act;
-use super::sample::{self, detail, live, state, trace};
 use super::state::{News, State};
 use super::theme::Theme;
 use super::{Pane, STEPS_KEPT_MAX, WatchPage, Wish, once, query};
+use crate::golden::check;
+use sample::{detail, live, state, trace};
 
 /// The screen that `state` makes on a terminal of this size.
 fn screen(state: &mut State, colour: bool, width: u16, height: u16) -> TestBackend {
@@ -29,15 +29,6 @@ fn screen(state: &mut State, colour: bool, width: u16, height: u16) -> TestBacke
 
 fn read(state: &mut State, width: u16, height: u16) -> String {
     once::text(screen(state, false, width, height).buffer())
-}
-
-fn check(name: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
-    if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        std::fs::write(&path, text).unwrap();
-    }
-    let golden = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    assert!(text == golden, "{name} differs.\n--- as in the file:\n{golden}\n--- as drawn:\n{text}");
 }
 
 #[test]

@@ -18,6 +18,7 @@ use crate::storage::Storage;
 
 /// What one step, one order or one attachment changed.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Batch {
     /// The number of its frame in the journal.
     pub frame: u64,
@@ -42,6 +43,7 @@ pub struct Batch {
 
 /// What led to a batch.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum BatchCause {
     /// A body attached.
@@ -72,6 +74,7 @@ pub enum BatchCause {
 
 /// Effects of one kind.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct EffectCount {
     /// The name of the kind.
     pub kind: &'static str,
@@ -81,6 +84,7 @@ pub struct EffectCount {
 
 /// One effect in words.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct EffectText {
     /// The name of the kind.
     pub kind: &'static str,

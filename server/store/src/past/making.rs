@@ -19,6 +19,7 @@ use crate::storage::{Directory, Storage};
 
 /// A data directory that was made.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DataDirectory {
     /// Where it is.
     pub directory: String,

@@ -19,6 +19,7 @@ use crate::storage::{Directory, Storage};
 
 /// What is damaged in a directory, and what can be saved of it.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RepairPlan {
     /// The directory.
     pub directory: String,
@@ -40,6 +41,7 @@ pub struct RepairPlan {
 
 /// What a repair has done.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RepairOutcome {
     /// The directory that holds the saved part.
     pub directory: String,

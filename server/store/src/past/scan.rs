@@ -21,6 +21,7 @@ use crate::storage::Storage;
 
 /// The files that a memory is kept in.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Files {
     /// The segments of the journal, in order.
     pub segments: Vec<SegmentFile>,
@@ -32,6 +33,7 @@ pub struct Files {
 
 /// A segment of the journal.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SegmentFile {
     /// Its path.
     pub file: String,
@@ -45,6 +47,7 @@ pub struct SegmentFile {
 
 /// A snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SnapshotFile {
     /// Its path.
     pub file: String,
@@ -58,6 +61,7 @@ pub struct SnapshotFile {
 
 /// How a journal ends.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "state", rename_all = "snake_case")]
 pub enum Tail {
     /// With its last frame.

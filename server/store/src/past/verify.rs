@@ -20,6 +20,7 @@ use crate::snapshot;
 
 /// What was checked in a data directory, and what is wrong in it.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Verification {
     /// The directory.
     pub directory: String,
@@ -53,6 +54,7 @@ pub struct Verification {
 
 /// Something that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {
     /// The file; none when it is about the whole directory.
     pub file: Option<String>,

@@ -1,7 +1,5 @@
 //! A graph in the language of Graphviz.
 
-use std::fmt::Write;
-
 use pschema_inspect::{Graph, GraphTie};
 
 use super::{NodeLook, heading, looks, parts, tie, told};
@@ -14,7 +12,7 @@ pub(crate) fn dot(graph: &Graph) -> String {
     );
     let looks = looks(graph);
     for (at, cluster) in graph.clusters.iter().enumerate() {
-        put(&mut to, format_args!("  subgraph cluster_{at} {{\n    label={};\n", quoted(&cluster.name)));
+        to += &format!("  subgraph cluster_{at} {{\n    label={};\n", quoted(&cluster.name));
         let inside = graph.nodes.iter().zip(&looks).enumerate();
         for (number, (node, look)) in inside.filter(|(_, (node, _))| usize::try_from(node.cluster) == Ok(at))
         {
@@ -24,37 +22,18 @@ pub(crate) fn dot(graph: &Graph) -> String {
                 }
                 _ => format!("{} {}", node.members, node.kind),
             };
-            put(
-                &mut to,
-                format_args!(
-                    "    n{number} [label={}, tooltip={}, {}];\n",
-                    quoted(&label),
-                    quoted(&told(graph, node)),
-                    appearance(*look, node.schema.is_none())
-                ),
-            );
+            let (label, tooltip) = (quoted(&label), quoted(&told(graph, node)));
+            let appearance = appearance(*look, node.schema.is_none());
+            to += &format!("    n{number} [label={label}, tooltip={tooltip}, {appearance}];\n");
         }
-        to.push_str("  }\n");
+        to += "  }\n";
     }
     for edge in &graph.edges {
         let times = if edge.count > 1 { format!(" ({})", edge.count) } else { String::new() };
-        put(
-            &mut to,
-            format_args!(
-                "  n{} -> n{} [tooltip={}, {}];\n",
-                edge.from,
-                edge.to,
-                quoted(&format!("{}{times}", tie(edge.kind))),
-                line(edge.kind)
-            ),
-        );
+        let tooltip = quoted(&format!("{}{times}", tie(edge.kind)));
+        to += &format!("  n{} -> n{} [tooltip={tooltip}, {}];\n", edge.from, edge.to, line(edge.kind));
     }
     to + "}\n"
-}
-
-/// Writing to a string never fails.
-fn put(to: &mut String, text: std::fmt::Arguments<'_>) {
-    to.write_fmt(text).ok();
 }
 
 fn quoted(text: &str) -> String {

@@ -31,6 +31,6 @@ pub(crate) fn layout(graph: &Graph) -> Layout {
         let lines = each(graph);
         return Layout { width, height, cards: true, nodes, panels: Vec::new(), lines };
     }
-    let panels::PanelLayout { nodes, panels, width, height } = panels::place(graph);
+    let (nodes, panels, width, height) = panels::place(graph);
     Layout { width, height, cards: false, nodes, panels, lines: gathered(graph) }
 }

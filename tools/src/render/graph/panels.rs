@@ -16,15 +16,8 @@ const STREET: f64 = 70.0;
 /// The wanted ratio of width to height.
 const WIDER: f64 = 1.5;
 
-/// The places of nodes and panels, with the size of the picture.
-pub(super) struct PanelLayout {
-    pub(super) nodes: Vec<Rect>,
-    pub(super) panels: Vec<Panel>,
-    pub(super) width: f64,
-    pub(super) height: f64,
-}
-
-pub(super) fn place(graph: &Graph) -> PanelLayout {
+/// The places of nodes and panels, with the width and height of the picture.
+pub(super) fn place(graph: &Graph) -> (Vec<Rect>, Vec<Panel>, f64, f64) {
     let mut nodes = vec![Rect::default(); graph.nodes.len()];
     let mut panels: Vec<_> =
         (0..graph.clusters.len()).map(|cluster| fill(graph, cluster, &mut nodes)).collect();
@@ -38,7 +31,7 @@ pub(super) fn place(graph: &Graph) -> PanelLayout {
         moved(rect, offset.unwrap_or_default());
     }
     panels.iter_mut().zip(&offsets).for_each(|(panel, offset)| moved(&mut panel.rect, *offset));
-    PanelLayout { nodes, panels, width, height }
+    (nodes, panels, width, height)
 }
 
 /// A panel at the origin with its cells in rows, and the place of each of them in `nodes`.

@@ -1,14 +1,13 @@
 //! A graph as a picture that a browser shows: it can be moved and zoomed, each node says what it is when it is pointed at,
 //! and small print appears when there is room for it. What a thing is shows in its shape as well as in its colour.
 
-use std::fmt::Write;
-
 use pschema_inspect::{Graph, GraphNode, GraphTie, SchemaKind};
 
 use super::geometry::Rect;
 use super::layout::{Layout, layout};
 use super::lines::{LineEnd, TieLine};
 use super::{NodeLook, TIES, heading, looks, parts, tie, told};
+use crate::render::words::capitalised;
 
 /// The height of the heading and the legend.
 const HEAD: f64 = 92.0;
@@ -29,34 +28,49 @@ fn drawn(graph: &Graph, style: &str, script: &str) -> String {
     let layout = layout(graph);
     let looks = looks(graph);
     let (width, height) = (layout.width.max(WIDTH_MIN), layout.height + HEAD);
-    let mut to = String::new();
-    push(
-        &mut to,
-        format_args!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" role=\"img\">\n\
-             <title>{}</title>\n{style}{}\
-             <rect class=\"paper\" width=\"{width:.0}\" height=\"{height:.0}\"/>\n",
-            escaped(&heading(graph)),
-            arrows()
-        ),
+    let (title, arrows) = (escaped(&heading(graph)), arrows());
+    let mut to = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" role=\"img\">\n\
+         <title>{title}</title>\n{style}{arrows}\
+         <rect class=\"paper\" width=\"{width:.0}\" height=\"{height:.0}\"/>\n"
     );
     head(&mut to, graph, &looks);
     let aside = (width - layout.width) / 2.0;
-    push(&mut to, format_args!("<g transform=\"translate({aside:.1} {HEAD:.0})\">\n"));
-    panels(&mut to, &layout);
+    to += &format!("<g transform=\"translate({aside:.1} {HEAD:.0})\">\n");
+    for panel in &layout.panels {
+        rect(&mut to, "panel", panel.rect, 8);
+        text(
+            &mut to,
+            "panel-title",
+            panel.rect.x + 10.0,
+            panel.rect.y + 20.0,
+            &escaped(&cut(&panel.title, 90)),
+        );
+    }
     for (at, line) in layout.lines.iter().enumerate() {
         draw_line(&mut to, &layout, line, at);
     }
     for (at, ((node, rect), look)) in graph.nodes.iter().zip(&layout.nodes).zip(&looks).enumerate() {
         draw_node(&mut to, graph, at, node, *rect, *look, layout.cards);
     }
-    push(&mut to, format_args!("</g>\n{script}</svg>\n"));
-    to
+    to + "</g>\n" + script + "</svg>\n"
 }
 
-/// Writing to a string never fails.
-fn push(to: &mut String, text: std::fmt::Arguments<'_>) {
-    to.write_fmt(text).ok();
+/// Adds a text, which must be escaped.
+fn text(to: &mut String, class: &str, x: f64, y: f64, escaped: &str) {
+    *to += &format!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{escaped}</text>\n");
+}
+
+/// Adds a rectangle whose corners are rounded with this radius.
+fn rect(to: &mut String, class: &str, Rect { x, y, w, h }: Rect, corner: u32) {
+    *to += &format!(
+        "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" rx=\"{corner}\"/>\n"
+    );
+}
+
+/// Adds an outline; `attributes` stand between its class and its path.
+fn path(to: &mut String, class: &str, attributes: &str, path: &str) {
+    *to += &format!("<path class=\"{class}\"{attributes} d=\"{path}\"/>\n");
 }
 
 /// Text of others, escaped so that it is no markup.
@@ -97,89 +111,42 @@ fn class(kind: GraphTie) -> &'static str {
 }
 
 fn arrows() -> String {
-    let mut text = "<defs>".to_owned();
-    for kind in TIES {
-        push(
-            &mut text,
-            format_args!(
-                "<marker id=\"to-{0}\" viewBox=\"0 0 8 8\" refX=\"7.5\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" \
-                 orient=\"auto-start-reverse\" markerUnits=\"userSpaceOnUse\"><path class=\"tip {0}\" d=\"M0 0L8 4L0 8z\"/></marker>",
-                class(kind)
-            ),
-        );
-    }
-    text + "</defs>\n"
+    let arrow = |kind: GraphTie| {
+        format!(
+            "<marker id=\"to-{0}\" viewBox=\"0 0 8 8\" refX=\"7.5\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" \
+             orient=\"auto-start-reverse\" markerUnits=\"userSpaceOnUse\"><path class=\"tip {0}\" d=\"M0 0L8 4L0 8z\"/></marker>",
+            class(kind)
+        )
+    };
+    format!("<defs>{}</defs>\n", TIES.map(arrow).concat())
 }
 
 /// The heading and the legend, of those looks and ties that are in the picture.
 fn head(to: &mut String, graph: &Graph, looks: &[NodeLook]) {
-    push(
-        to,
-        format_args!(
-            "<text class=\"heading\" x=\"24\" y=\"30\">{}</text>\n",
-            escaped(&capital(&heading(graph)))
-        ),
-    );
+    text(to, "heading", 24.0, 30.0, &escaped(&capitalised(&heading(graph))));
     let mut x = 24.0;
     for look in NodeLook::ALL.into_iter().filter(|look| looks.contains(look)) {
-        let rect = Rect { x, y: 42.0, w: 26.0, h: 16.0 };
-        shape(to, rect, look, false);
-        push(
-            to,
-            format_args!("<text class=\"legend\" x=\"{:.1}\" y=\"55\">{}</text>\n", x + 33.0, look.name()),
-        );
+        shape(to, Rect { x, y: 42.0, w: 26.0, h: 16.0 }, look, false);
+        text(to, "legend", x + 33.0, 55.0, look.name());
         x += 52.0 + width_of(look.name());
     }
     if graph.nodes.iter().any(|node| node.schema.is_none()) {
         shape(to, Rect { x, y: 42.0, w: 26.0, h: 14.0 }, NodeLook::Concrete, true);
-        push(
-            to,
-            format_args!(
-                "<text class=\"legend\" x=\"{:.1}\" y=\"55\">several that stand together</text>\n",
-                x + 35.0
-            ),
-        );
+        text(to, "legend", x + 35.0, 55.0, "several that stand together");
     }
     let mut x = 24.0;
     for kind in TIES.into_iter().filter(|kind| graph.edges.iter().any(|edge| edge.kind == *kind)) {
         let (class, name) = (class(kind), tie(kind));
-        push(
-            to,
-            format_args!(
-                "<path class=\"line {class}\" marker-end=\"url(#to-{class})\" d=\"M{x:.1} 74H{:.1}\"/>\
-                 <text class=\"legend\" x=\"{:.1}\" y=\"78\">{name}</text>\n",
-                x + 34.0,
-                x + 41.0
-            ),
-        );
+        let arrow = format!(" marker-end=\"url(#to-{class})\"");
+        path(to, &format!("line {class}"), &arrow, &format!("M{x:.1} 74H{:.1}", x + 34.0));
+        text(to, "legend", x + 41.0, 78.0, name);
         x += 60.0 + width_of(name);
     }
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// About how wide a text of the legend is.
 fn width_of(text: &str) -> f64 {
     f64::from(u32::try_from(text.chars().count()).unwrap_or(0)) * 7.0
-}
-
-fn panels(to: &mut String, layout: &Layout) {
-    for panel in &layout.panels {
-        let Rect { x, y, w, h } = panel.rect;
-        push(
-            to,
-            format_args!(
-                "<rect class=\"panel\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" rx=\"8\"/>\
-                 <text class=\"panel-title\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
-                x + 10.0,
-                y + 20.0,
-                escaped(&cut(&panel.title, 90))
-            ),
-        );
-    }
 }
 
 fn rect_of(layout: &Layout, end: LineEnd) -> Option<Rect> {
@@ -192,36 +159,23 @@ fn rect_of(layout: &Layout, end: LineEnd) -> Option<Rect> {
 fn draw_line(to: &mut String, layout: &Layout, line: &TieLine, at: usize) {
     let (Some(from), Some(end)) = (rect_of(layout, line.from), rect_of(layout, line.to)) else { return };
     let class = class(line.kind);
-    let mut near = String::new();
-    for (end, name) in [(line.from, "f"), (line.to, "t")] {
-        if let LineEnd::Node(node) = end {
-            push(&mut near, format_args!(" {name}{node}"));
-        }
-    }
-    let path = if layout.cards { downwards(from, end, at) } else { straight(from, end) };
+    let near = |end: LineEnd, name: &str| match end {
+        LineEnd::Node(node) => format!(" {name}{node}"),
+        LineEnd::Cluster(_) => String::new(),
+    };
+    let classes = format!("line {class}{}{}", near(line.from, "f"), near(line.to, "t"));
+    let way = if layout.cards { downwards(from, end, at) } else { straight(from, end) };
     let wide = match line.count {
         0..=1 => 1.3,
         2..=8 => 2.0,
         9..=99 => 3.0,
         _ => 4.5,
     };
-    push(
-        to,
-        format_args!(
-            "<path class=\"line {class}{near}\" stroke-width=\"{wide}\" marker-end=\"url(#to-{class})\" d=\"{path}\"/>\n"
-        ),
-    );
+    path(to, &classes, &format!(" stroke-width=\"{wide}\" marker-end=\"url(#to-{class})\""), &way);
     if line.count > 1 {
         let ((x1, y1), (x2, y2)) = (from.border(end.middle()), end.border(from.middle()));
-        push(
-            to,
-            format_args!(
-                "<text class=\"count {class}\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
-                x1 + (x2 - x1) * 0.55,
-                y1 + (y2 - y1) * 0.55,
-                line.count
-            ),
-        );
+        let (x, y) = (x1 + (x2 - x1) * 0.55, y1 + (y2 - y1) * 0.55);
+        text(to, &format!("count {class}"), x, y, &line.count.to_string());
     }
 }
 
@@ -260,164 +214,72 @@ fn draw_node(
     look: NodeLook,
     card: bool,
 ) {
-    push(to, format_args!("<g class=\"node\" id=\"n{at}\"><title>{}</title>", escaped(&told(graph, node))));
+    *to += &format!("<g class=\"node\" id=\"n{at}\"><title>{}</title>\n", escaped(&told(graph, node)));
     shape(to, rect, look, node.schema.is_none());
     let Rect { x, y, w, h } = rect;
     let (mx, my) = rect.middle();
     match (&node.schema, parts(node)) {
-        (Some(schema), Some(parts)) if card => {
+        (Some(schema), Some([pre, action, post])) if card => {
             let share = match schema.executions {
                 0 => "not tried yet".to_owned(),
                 _ => format!("{} of {}", schema.successes, schema.executions),
             };
-            push(
-                to,
-                format_args!(
-                    "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\">{} {}</text>\
-                     <text class=\"share\" x=\"{:.1}\" y=\"{:.1}\">{share}</text>",
-                    x + 14.0,
-                    y + 19.0,
-                    node.kind,
-                    schema.id,
-                    x + w - 14.0,
-                    y + 19.0
-                ),
-            );
-            for (row, (mark, part)) in [" ", "/ ", "/ "].iter().zip(parts).enumerate() {
-                let line = y + 38.0 + f64::from(u32::try_from(row).unwrap_or(0)) * 17.0;
-                let text = escaped(&cut(&format!("{}{part}", mark.trim_start()), 38));
-                push(
-                    to,
-                    format_args!("<text class=\"part\" x=\"{:.1}\" y=\"{line:.1}\">{text}</text>", x + 14.0),
-                );
+            text(to, "name", x + 14.0, y + 19.0, &format!("{} {}", node.kind, schema.id));
+            text(to, "share", x + w - 14.0, y + 19.0, &share);
+            for (part, row) in [pre, format!("/ {action}"), format!("/ {post}")].iter().zip(0_u8..) {
+                text(to, "part", x + 14.0, y + 38.0 + f64::from(row) * 17.0, &escaped(&cut(part, 38)));
             }
         }
         (Some(schema), Some([pre, action, post])) => {
-            push(
-                to,
-                format_args!("<text class=\"id\" x=\"{mx:.1}\" y=\"{:.1}\">{}</text>", my + 1.0, schema.id),
-            );
-            for (row, part) in [pre, format!("/ {action}"), format!("/ {post}")].iter().enumerate() {
-                let line = y + h - 8.2 + f64::from(u32::try_from(row).unwrap_or(0)) * 2.6;
-                let text = escaped(&cut(part, 44));
-                push(to, format_args!("<text class=\"fine\" x=\"{mx:.1}\" y=\"{line:.1}\">{text}</text>"));
+            text(to, "id", mx, my + 1.0, &schema.id.to_string());
+            for (part, row) in [pre, format!("/ {action}"), format!("/ {post}")].iter().zip(0_u8..) {
+                text(to, "fine", mx, y + h - 8.2 + f64::from(row) * 2.6, &escaped(&cut(part, 44)));
             }
         }
-        _ => push(
-            to,
-            format_args!(
-                "<text class=\"id\" x=\"{mx:.1}\" y=\"{:.1}\">{} {}</text>",
-                my + 4.0,
-                node.members,
-                if node.kind == SchemaKind::CounterExample { "exceptions" } else { "more" }
-            ),
-        ),
+        _ => {
+            let others = if node.kind == SchemaKind::CounterExample { "exceptions" } else { "more" };
+            text(to, "id", mx, my + 4.0, &format!("{} {others}", node.members));
+        }
     }
-    push(to, format_args!("</g>\n"));
+    *to += "</g>\n";
 }
 
 /// The outline of a node: a shape of its own for each look.
-fn shape(to: &mut String, rect: Rect, look: NodeLook, several: bool) {
-    let Rect { x, y, w, h } = rect;
-    let class = look.class();
+fn shape(to: &mut String, place: Rect, look: NodeLook, several: bool) {
+    let Rect { x, y, w, h } = place;
+    let class = format!("shape {}", look.class());
     let corner = (h / 3.0).min(14.0);
+    // The corners of a hexagon or an octagon that lie between those of the rectangle.
+    let (left, right, top, bottom) = (x + corner, x + w - corner, y + corner, y + h - corner);
+    let (end, middle, low) = (x + w, y + h / 2.0, y + h);
     if several {
         for behind in [6.0, 3.0] {
-            push(
-                to,
-                format_args!(
-                    "<rect class=\"shape {class}\" x=\"{:.1}\" y=\"{:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" rx=\"4\"/>",
-                    x + behind,
-                    y + behind
-                ),
-            );
+            rect(to, &class, Rect { x: x + behind, y: y + behind, ..place }, 4);
         }
     }
     match look {
-        NodeLook::Concrete | NodeLook::Example => push(
-            to,
-            format_args!(
-                "<rect class=\"shape {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" rx=\"4\"/>"
-            ),
-        ),
-        // A hexagon.
-        NodeLook::Generalised | NodeLook::Retired => push(
-            to,
-            format_args!(
-                "<path class=\"shape {class}\" d=\"M{:.1} {y:.1}H{:.1}L{:.1} {:.1}L{:.1} {:.1}H{:.1}L{x:.1} {:.1}z\"/>",
-                x + corner,
-                x + w - corner,
-                x + w,
-                y + h / 2.0,
-                x + w - corner,
-                y + h,
-                x + corner,
-                y + h / 2.0
-            ),
-        ),
-        // An octagon.
-        NodeLook::CounterExample => push(
-            to,
-            format_args!(
-                "<path class=\"shape {class}\" d=\"M{:.1} {y:.1}H{:.1}L{:.1} {:.1}V{:.1}L{:.1} {:.1}H{:.1}L{x:.1} {:.1}V{:.1}z\"/>",
-                x + corner,
-                x + w - corner,
-                x + w,
-                y + corner,
-                y + h - corner,
-                x + w - corner,
-                y + h,
-                x + corner,
-                y + h - corner,
-                y + corner
-            ),
-        ),
+        NodeLook::Concrete | NodeLook::Example => rect(to, &class, place, 4),
+        NodeLook::Generalised | NodeLook::Retired => {
+            let hexagon = format!(
+                "M{left:.1} {y:.1}H{right:.1}L{end:.1} {middle:.1}L{right:.1} {low:.1}H{left:.1}L{x:.1} {middle:.1}z"
+            );
+            path(to, &class, "", &hexagon);
+        }
+        NodeLook::CounterExample => {
+            let octagon = format!(
+                "M{left:.1} {y:.1}H{right:.1}L{end:.1} {top:.1}V{bottom:.1}L{right:.1} {low:.1}H{left:.1}L{x:.1} {bottom:.1}V{top:.1}z"
+            );
+            path(to, &class, "", &octagon);
+        }
     }
     if look == NodeLook::Example {
         // A corner turned down.
-        push(
-            to,
-            format_args!(
-                "<path class=\"fold\" d=\"M{:.1} {y:.1}H{:.1}V{:.1}z\"/>",
-                x + w - corner,
-                x + w,
-                y + corner
-            ),
-        );
+        path(to, "fold", "", &format!("M{right:.1} {y:.1}H{end:.1}V{top:.1}z"));
     }
 }
 
 /// The style sheet of a picture.
-pub(crate) const STYLE: &str = "\
-.paper{fill:#fbfaf7}.heading{font:600 17px system-ui,sans-serif;fill:#1d1d1b}\
-.legend{font:13px system-ui,sans-serif;fill:#3a3a37}\
-.panel{fill:#f1efe8;stroke:#cfcbbf}.panel-title{font:600 13px system-ui,sans-serif;fill:#4a483f}\
-.shape{stroke-width:1.3}.concrete{fill:#e8f0fa;stroke:#4474a8}.example{fill:#dff0df;stroke:#2e7d32}\
-.counter{fill:#fde3de;stroke:#b3261e;stroke-dasharray:5 2}\
-.general{fill:#fff0c2;stroke:#8a6100;stroke-width:2.6}.retired{fill:#eceae4;stroke:#6f6c63;stroke-dasharray:2 3}\
-.fold{fill:#2e7d32}\
-.name{font:600 13px system-ui,sans-serif;fill:#1d1d1b}.share{font:12px system-ui,sans-serif;fill:#55534b;text-anchor:end}\
-.part{font:11px ui-monospace,monospace;fill:#2b2b28}\
-.id{font:600 11px system-ui,sans-serif;fill:#1d1d1b;text-anchor:middle}\
-.fine{font:2.1px ui-monospace,monospace;fill:#2b2b28;text-anchor:middle;display:none}.near .fine{display:inline}\
-.line{fill:none;opacity:.75}.line.next{stroke:#111;stroke-width:3}.line.enables{stroke:#1c5fb8}\
-.line.carries{stroke:#00796b;stroke-dasharray:9 3}.line.is-example{stroke:#2e7d32;stroke-dasharray:4 3}\
-.line.is-counter{stroke:#b3261e;stroke-dasharray:8 3 2 3}.line.parent{stroke:#8d8a80;stroke-dasharray:1.5 3}\
-.tip.next{fill:#111}.tip.enables{fill:#1c5fb8}.tip.carries{fill:#00796b}.tip.is-example{fill:#2e7d32}\
-.tip.is-counter{fill:#b3261e}.tip.parent{fill:#8d8a80}\
-.count{font:600 12px system-ui,sans-serif;text-anchor:middle;fill:#1d1d1b;stroke:#fbfaf7;stroke-width:3.5;paint-order:stroke}\
-.node:hover .shape{stroke-width:3.4}.dim .line{opacity:.12}.dim .line.lit{opacity:1}";
+pub(crate) const STYLE: &str = include_str!("picture.css");
 
 /// Wheel: zoom; drag: move; double click: whole. Pointing at a node leaves its own lines alone in full colour.
-const SCRIPT: &str = "\
-(()=>{const s=document.currentScript.closest('svg'),v=s.viewBox.baseVal,w=v.width,h=v.height;let p=null;\
-const near=()=>s.classList.toggle('near',s.getBoundingClientRect().width/v.width>2.6);\
-const at=e=>{const m=s.getScreenCTM().inverse();return new DOMPoint(e.clientX,e.clientY).matrixTransform(m)};\
-s.addEventListener('wheel',e=>{e.preventDefault();const c=at(e),k=Math.min(Math.max(Math.exp(e.deltaY*.0015),w/80/v.width),w*1.2/v.width);\
-v.x=c.x-(c.x-v.x)*k;v.y=c.y-(c.y-v.y)*k;v.width*=k;v.height*=k;near()},{passive:false});\
-s.addEventListener('pointerdown',e=>{p=at(e)});addEventListener('pointerup',()=>{p=null});\
-s.addEventListener('pointermove',e=>{if(p){const c=at(e);v.x+=p.x-c.x;v.y+=p.y-c.y}});\
-s.addEventListener('dblclick',()=>{v.x=0;v.y=0;v.width=w;v.height=h;near()});\
-s.querySelectorAll('.node').forEach(n=>{const k=n.id.slice(1),l=[...s.querySelectorAll('.f'+k+',.t'+k)];if(!l.length)return;\
-n.addEventListener('pointerenter',()=>{s.classList.add('dim');l.forEach(x=>x.classList.add('lit'))});\
-n.addEventListener('pointerleave',()=>{s.classList.remove('dim');l.forEach(x=>x.classList.remove('lit'))})});near()})()";
+const SCRIPT: &str = include_str!("picture.js");

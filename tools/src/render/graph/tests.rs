@@ -8,7 +8,7 @@ use super::geometry::Rect;
 use super::layout::{Layout, layout};
 use super::lines::{LineEnd, gathered};
 use super::{dot, svg};
-use crate::render::golden::check;
+use crate::golden::{check, check_json};
 
 fn schema(id: u32, pre: &[&str], action: &str, post: &[&str], kind: SchemaKind) -> GraphNode {
     let texts = |list: &[&str]| list.iter().map(|one| (*one).to_owned()).collect::<Vec<_>>();
@@ -145,7 +145,7 @@ fn a_small_graph_as_picture_text_and_data() {
     let graph = touching();
     check("graph.svg", &svg::svg(&graph));
     check("graph.dot", &dot::dot(&graph));
-    check("graph.json", &(serde_json::to_string_pretty(&graph).unwrap() + "\n"));
+    check_json("graph.json", &graph);
 }
 
 #[test]

@@ -9,8 +9,8 @@ use ratatui::style::Style;
 
 use super::super::state::State;
 use super::super::theme::Theme;
+use super::canvas::{Canvas, PaneContent};
 use super::text::{WrappedText, clipped};
-use super::{Canvas, PaneContent};
 use crate::render::words::plain;
 
 /// The symbol of a field with nothing in it.
@@ -181,7 +181,7 @@ impl Grid {
 
 /// The things in each field, in words: for a body that shows no picture.
 fn list(state: &State, seen: &[CameraMark], canvas: Canvas) -> WrappedText {
-    let mut text = WrappedText::new(usize::from(canvas.area.width));
+    let mut text = canvas.text();
     let why = match (&state.blind, state.body()) {
         (Some(why), _) => format!("no picture: {}", plain(why)),
         (None, None) => "no body is attached: start one with `pschema sim`".to_owned(),

@@ -4,14 +4,14 @@ use pschema_inspect::{Candidate, ExcitationTerm, Explanation, Reason, TermRole};
 use ratatui::style::Style;
 
 use super::super::state::State;
-use super::Canvas;
+use super::canvas::Canvas;
 use super::text::WrappedText;
 use crate::render::goals;
-use crate::render::words::{binding, count, notation, plain};
+use crate::render::words::{count, notation, plain, with_values};
 
 pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
     let theme = canvas.theme;
-    let mut text = WrappedText::new(usize::from(canvas.area.width));
+    let mut text = canvas.text();
     let Some(explanation) = state.live.as_ref().and_then(|live| live.explanation.as_ref()) else {
         text.wrapped("", "nothing has been decided yet", theme.quiet());
         return text;
@@ -41,11 +41,7 @@ fn because(explanation: &Explanation) -> String {
 
 fn one(text: &mut WrappedText, candidate: &Candidate, mark: &str, style: Style) {
     let who = candidate.schema.map_or_else(|| "new".to_owned(), |id| id.to_string());
-    let mut what = format!("d {}  {}", candidate.distance, plain(&candidate.text));
-    let with = binding(&candidate.binding);
-    if !with.is_empty() {
-        what.push_str(&format!(", with {with}"));
-    }
+    let what = format!("d {}  {}", candidate.distance, with_values(&candidate.text, &candidate.binding));
     text.wrapped(&format!("{mark}E {:<6.3} {who:>5}  ", candidate.excitation), &what, style);
     for term in &candidate.terms {
         text.wrapped(&format!("      {:>6.3}  ", term.value), &told(term), Style::new());

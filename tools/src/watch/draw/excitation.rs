@@ -9,7 +9,7 @@ use ratatui::style::Style;
 use ratatui::widgets::{Sparkline, Widget};
 
 use super::super::state::State;
-use super::Canvas;
+use super::canvas::Canvas;
 use super::text::WrappedText;
 use crate::render::words::plain;
 
@@ -118,7 +118,7 @@ fn columns(state: &State, width: usize) -> Vec<Vec<&TraceRecord>> {
 /// The last steps in words, the newest first.
 pub(super) fn steps(state: &State, canvas: Canvas) -> WrappedText {
     let theme = canvas.theme;
-    let mut text = WrappedText::new(usize::from(canvas.area.width));
+    let mut text = canvas.text();
     for step in state.steps.iter().rev().take(200) {
         let mut told = match &step.decision {
             None => "nothing was decided".to_owned(),

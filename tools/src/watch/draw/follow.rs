@@ -4,7 +4,7 @@ use pschema_inspect::{Condition, SchemaDetail};
 use ratatui::style::Style;
 
 use super::super::state::{FollowedSchema, State};
-use super::Canvas;
+use super::canvas::Canvas;
 use super::text::WrappedText;
 use crate::render::schema::capital;
 use crate::render::words::{condition, plain, probability, schema_notation, schema_sentence};
@@ -18,7 +18,7 @@ pub(super) fn title(state: &State) -> String {
 
 pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
     let theme = canvas.theme;
-    let mut text = WrappedText::new(usize::from(canvas.area.width));
+    let mut text = canvas.text();
     let Some(followed) = &state.followed else {
         text.wrapped("", "Press f and give the number of a schema; page 4 lists some.", theme.quiet());
         return text;

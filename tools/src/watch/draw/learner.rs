@@ -4,7 +4,7 @@ use pschema_inspect::{BodyStatus, Status};
 use ratatui::style::Style;
 
 use super::super::state::State;
-use super::Canvas;
+use super::canvas::Canvas;
 use super::text::WrappedText;
 use crate::render::goals;
 use crate::render::status::{habituation, saturation, state as stage_state, trial};
@@ -14,7 +14,7 @@ use crate::render::words::{bytes, count, duration, plain};
 const BAR: u32 = 10;
 
 pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
-    let mut text = WrappedText::new(usize::from(canvas.area.width));
+    let mut text = canvas.text();
     let Some(status) = state.live.as_ref().map(|live| &live.status) else { return text };
     let mut fact = |name: &str, value: &str| fact(&mut text, name, value);
     fact(

@@ -1,6 +1,7 @@
 //! The screen, which follows from the state alone.
 
 mod camera;
+mod canvas;
 mod choice;
 mod excitation;
 mod follow;
@@ -21,6 +22,7 @@ use super::theme::Theme;
 use super::{Pane, WatchPage};
 use crate::render::status::state as stage_state;
 use crate::render::words::plain;
+use canvas::{Canvas, PaneContent};
 use text::WrappedText;
 
 /// On a smaller screen nothing could be read.
@@ -28,21 +30,6 @@ const WIDTH_MIN: u16 = 40;
 const HEIGHT_MIN: u16 = 10;
 /// Lines that a message may take, or the reason why the daemon does not answer.
 const MESSAGE_LINES_MAX: usize = 3;
-
-/// The inside of a pane.
-enum PaneContent {
-    /// Lines of text, drawn from the line on to which the pane is scrolled.
-    WrappedText(WrappedText),
-    /// Nothing that is left to draw: the pane has drawn itself.
-    Drawn,
-}
-
-/// The inner area of a pane, and the styles to draw with.
-#[derive(Clone, Copy)]
-struct Canvas {
-    area: Rect,
-    theme: Theme,
-}
 
 /// The panes that were drawn, and how far each of them can be scrolled.
 #[derive(Debug)]

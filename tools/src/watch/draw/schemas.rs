@@ -5,7 +5,7 @@ use ratatui::style::Style;
 
 use super::super::state::State;
 use super::super::theme::Theme;
-use super::Canvas;
+use super::canvas::Canvas;
 use super::text::WrappedText;
 use crate::render::words::summary_notation;
 
@@ -30,7 +30,7 @@ pub(super) fn most_used_title(state: &State) -> String {
 
 pub(super) fn most_used(state: &State, canvas: Canvas) -> WrappedText {
     let Some(all) = &state.most_used else {
-        let mut text = WrappedText::new(usize::from(canvas.area.width));
+        let mut text = canvas.text();
         text.wrapped("", "not asked for yet", canvas.theme.quiet());
         return text;
     };
@@ -38,7 +38,7 @@ pub(super) fn most_used(state: &State, canvas: Canvas) -> WrappedText {
 }
 
 fn list(schemas: &[SchemaSummary], canvas: Canvas, is_new: impl Fn(&SchemaSummary) -> bool) -> WrappedText {
-    let mut text = WrappedText::new(usize::from(canvas.area.width));
+    let mut text = canvas.text();
     for schema in schemas {
         one(&mut text, schema, is_new(schema), canvas.theme);
     }

@@ -3,7 +3,7 @@
 use ratatui::style::Style;
 
 use super::super::state::State;
-use super::Canvas;
+use super::canvas::Canvas;
 use super::text::{WrappedText, clipped};
 use crate::render::words::{count, plain};
 
@@ -25,7 +25,7 @@ pub(super) fn then(state: &State, canvas: Canvas) -> String {
 
 pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
     let theme = canvas.theme;
-    let mut text = WrappedText::new(usize::from(canvas.area.width));
+    let mut text = canvas.text();
     let Some(live) = &state.live else { return text };
     for (told, observation) in live.status.world.iter().zip(&live.observations) {
         let (mark, style) = if observation.new { ("*", theme.new_thing()) } else { (" ", Style::new()) };

@@ -1,22 +1,12 @@
 //! Published figures beside ours: over seeds, over variants.
 
 use crate::design::Design;
+use crate::render::schema::wrapped;
+use crate::render::statistics::{Summary, interval};
+use crate::render::table::Columns;
 use crate::run::{Results, Unit};
 
-use super::schema::wrapped;
-use super::statistics::{Summary, interval, summary};
-use super::table::Columns;
-
-/// Runs of one experiment under one condition, with different seeds.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ConditionRuns<'a> {
-    /// What the experiment's file says.
-    pub(crate) design: &'a Design,
-    /// The condition's name, when there are several.
-    pub(crate) condition: Option<&'a str>,
-    /// Their figures, one for each seed.
-    pub(crate) figures: &'a [Results],
-}
+use super::section::{Group, Section};
 
 /// One figure of the paper beside ours.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,42 +37,39 @@ impl ComparisonLine {
     }
 }
 
+/// Every figure of the experiments as they stand that the paper or the experiment's file speaks of.
+pub(crate) fn as_they_stand(sections: &[Section<'_>]) -> Vec<ComparisonLine> {
+    sections
+        .iter()
+        .filter_map(|section| Some(lines(section.design, section.groups.first()?)))
+        .flatten()
+        .collect()
+}
+
 /// Every figure of some runs that the paper or the experiment's file speaks of.
-pub(crate) fn lines(runs: ConditionRuns<'_>) -> Vec<ComparisonLine> {
-    let ConditionRuns { design, figures, condition } = runs;
-    let condition = condition.map(str::to_owned);
-    let over = |of: fn(&Results) -> f64| summary(figures.iter().map(of).collect());
+pub(super) fn lines(design: &Design, group: &Group<'_>) -> Vec<ComparisonLine> {
+    let line = |what: &str, published, ours, unit, why| ComparisonLine {
+        experiment: design.name.clone(),
+        condition: group.condition.name.clone(),
+        what: what.to_owned(),
+        published,
+        ours,
+        unit,
+        why,
+    };
     let published = design.published.as_ref();
-    let mut lines = vec![ComparisonLine {
-        experiment: design.name.clone(),
-        condition: condition.clone(),
-        what: "schemas".to_owned(),
-        published: published.and_then(|p| p.schemas_total).map(|n| n.to_string()),
-        ours: over(|f| f.schemas_total.into()),
-        unit: Unit::Count,
-        why: design.why.clone(),
-    }];
-    let placements = published.and_then(|p| p.placements);
-    if placements.is_some() {
-        lines.push(ComparisonLine {
-            experiment: design.name.clone(),
-            condition: condition.clone(),
-            what: "placements that learning took".to_owned(),
-            published: placements.map(|n| n.to_string()),
-            ours: over(|f| f.placements.into()),
-            unit: Unit::Count,
-            why: None,
-        });
+    let schemas = published.and_then(|p| p.schemas_total).map(|n| n.to_string());
+    let ours = group.over(|results| Some(results.schemas_total.into()));
+    let mut lines = vec![line("schemas", schemas, ours, Unit::Count, design.why.clone())];
+    if let Some(placements) = published.and_then(|p| p.placements) {
+        let ours = group.over(|results| Some(results.placements.into()));
+        let published = Some(placements.to_string());
+        lines.push(line("placements that learning took", published, ours, Unit::Count, None));
     }
-    let measured = figures.first().map_or(&[][..], |first| &first.measures);
-    lines.extend(measured.iter().enumerate().map(|(at, measure)| ComparisonLine {
-        experiment: design.name.clone(),
-        condition: condition.clone(),
-        what: measure.name.clone(),
-        published: measure.published.clone(),
-        ours: summary(figures.iter().filter_map(|f| f.measures.get(at)?.value).collect()),
-        unit: measure.unit,
-        why: measure.why.clone(),
+    let measures = group.results().next().map_or(&[][..], |results| &results.measures);
+    lines.extend(measures.iter().enumerate().map(|(at, measure)| {
+        let (published, why) = (measure.published.clone(), measure.why.clone());
+        line(&measure.name, published, group.measured(at), measure.unit, why)
     }));
     lines
 }
@@ -152,10 +139,10 @@ pub(crate) fn markdown(lines: &[ComparisonLine]) -> String {
 }
 
 /// A figure that every run has: its name, how it is shown, and how it is read off.
-pub(crate) type ComparedFigure = (&'static str, Unit, fn(&Results) -> Option<f64>);
+pub(super) type ComparedFigure = (&'static str, Unit, fn(&Results) -> Option<f64>);
 
 /// What every variant of an experiment is compared by.
-pub(crate) const COMPARED: [ComparedFigure; 4] = [
+pub(super) const COMPARED: [ComparedFigure; 4] = [
     ("schemas", Unit::Count, |f| Some(f.schemas_total.into())),
     ("generalised after", Unit::Count, |f| f.generalised_after_placement.map(f64::from)),
     ("1st try", Unit::Share, |f| {
@@ -173,53 +160,44 @@ struct SideBySide {
 }
 
 /// What all variants are compared by, and then each measure.
-fn beside(conditions: &[ConditionRuns<'_>]) -> Vec<SideBySide> {
-    let name = |runs: &ConditionRuns<'_>| runs.condition.unwrap_or("as it is").to_owned();
+fn side_by_side(section: &Section<'_>) -> Vec<SideBySide> {
     let heading = |rest: Vec<String>| ["variant".to_owned()].into_iter().chain(rest).collect();
-    let all = |runs: &ConditionRuns<'_>| {
-        let cell = |(_, unit, of): ComparedFigure| {
-            shown(summary(runs.figures.iter().filter_map(of).collect()), unit)
-        };
-        [name(runs)].into_iter().chain(COMPARED.map(cell)).collect()
-    };
-    let compared = COMPARED.map(|(name, _, _)| name.to_owned());
-    let mut tables =
-        vec![SideBySide { headings: heading(compared.into()), rows: conditions.iter().map(all).collect() }];
-    let measures = conditions.first().and_then(|runs| runs.figures.first()).map_or(&[][..], |f| &f.measures);
-    tables.extend(measures.iter().enumerate().map(|(at, measure)| {
-        let row = |runs: &ConditionRuns<'_>| {
-            let values = runs.figures.iter().filter_map(|f| f.measures.get(at)?.value).collect();
-            vec![name(runs), shown(summary(values), measure.unit)]
-        };
-        SideBySide {
-            headings: heading(vec![measure.name.clone()]),
-            rows: conditions.iter().map(row).collect(),
-        }
+    let row =
+        |group: &Group<'_>, cells: Vec<String>| [group.name().to_owned()].into_iter().chain(cells).collect();
+    let compared =
+        |group: &Group<'_>| row(group, COMPARED.map(|(_, unit, of)| shown(group.over(of), unit)).into());
+    let names = COMPARED.map(|(name, _, _)| name.to_owned());
+    let rows = section.groups.iter().map(compared).collect();
+    let mut tables = vec![SideBySide { headings: heading(names.into()), rows }];
+    tables.extend(section.measures().iter().enumerate().map(|(at, measure)| {
+        let measured = |group: &Group<'_>| row(group, vec![shown(group.measured(at), measure.unit)]);
+        let rows = section.groups.iter().map(measured).collect();
+        SideBySide { headings: heading(vec![measure.name.clone()]), rows }
     }));
     tables
 }
 
 /// Variants side by side, for people.
-pub(crate) fn variants(conditions: &[ConditionRuns<'_>]) -> String {
-    let drawn = |beside: SideBySide| {
-        let headings: Vec<_> = beside.headings.iter().map(String::as_str).collect();
+pub(crate) fn variants(section: &Section<'_>) -> String {
+    let drawn = |tables: SideBySide| {
+        let headings: Vec<_> = tables.headings.iter().map(String::as_str).collect();
         let figures: Vec<_> = (1..headings.len()).collect();
         let mut table = Columns::new(&headings).figures(&figures);
-        beside.rows.into_iter().for_each(|row| table.row(row));
+        tables.rows.into_iter().for_each(|row| table.row(row));
         // A measure's name may be long, and so may a variant's; the figures stay whole.
         table.text(if figures.len() > 1 { &figures } else { &[] })
     };
-    beside(conditions).into_iter().map(drawn).collect::<Vec<_>>().join("\n")
+    side_by_side(section).into_iter().map(drawn).collect::<Vec<_>>().join("\n")
 }
 
 /// The same as Markdown.
-pub(crate) fn variants_markdown(conditions: &[ConditionRuns<'_>]) -> String {
-    let drawn = |beside: SideBySide| {
-        let rule = vec!["---".to_owned(); beside.headings.len()];
-        let rows = [beside.headings, rule].into_iter().chain(beside.rows);
+pub(crate) fn variants_markdown(section: &Section<'_>) -> String {
+    let drawn = |table: SideBySide| {
+        let rule = vec!["---".to_owned(); table.headings.len()];
+        let rows = [table.headings, rule].into_iter().chain(table.rows);
         rows.map(markdown_row).collect::<String>()
     };
-    beside(conditions).into_iter().map(drawn).collect::<Vec<_>>().join("\n")
+    side_by_side(section).into_iter().map(drawn).collect::<Vec<_>>().join("\n")
 }
 
 fn markdown_row(cells: Vec<String>) -> String {
@@ -230,6 +208,7 @@ fn markdown_row(cells: Vec<String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::statistics::summary;
 
     #[test]
     fn figures_are_shown_with_their_interval_where_it_has_width() {

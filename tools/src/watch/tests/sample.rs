@@ -3,8 +3,8 @@
 use pschema_inspect::*;
 use pschema_protocol::picture::FieldMark;
 
-use super::WatchPage;
-use super::state::{News, State};
+use super::super::WatchPage;
+use super::super::state::{News, State};
 
 pub(super) fn observation(kind: &str, properties: &[(&str, ValueText)]) -> ObservationText {
     let properties = properties.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();

@@ -1,32 +1,12 @@
-//! What people and programs read, compared with files in `tests/golden`. To accept a change, run the tests with
-//! `UPDATE_GOLDEN=1` and read the difference before you commit it.
-
-use std::path::Path;
+//! What people and programs read, compared with files in `tests/golden`.
 
 use pschema_inspect::*;
-use serde::Serialize;
 
-use super::{explanation, figures, goals, schema, status, why_not};
+use super::{explanation, goals, schema, status, why_not};
+use crate::golden::{check, check_json, check_text};
+use crate::report::figures;
 use crate::run::Results;
 use crate::run::tests::{report, stage};
-
-pub(super) fn check(name: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
-    if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        std::fs::write(&path, text).unwrap();
-    }
-    let golden = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    assert!(text == golden, "{name} differs.\n--- as in the file:\n{golden}\n--- as rendered:\n{text}");
-    if name.ends_with(".txt") {
-        let widest = text.lines().map(|line| line.chars().count()).max().unwrap_or(0);
-        assert!(widest <= 80, "{name} is {widest} columns wide");
-        assert!(!text.contains('\x1b'), "{name} is readable without colour");
-    }
-}
-
-fn check_json(name: &str, value: &impl Serialize) {
-    check(name, &(serde_json::to_string_pretty(value).unwrap() + "\n"));
-}
 
 fn observation(kind: &str, properties: &[(&str, ValueText)]) -> ObservationText {
     let properties = properties.iter().map(|(name, v)| ((*name).to_owned(), v.clone())).collect();
@@ -303,10 +283,10 @@ fn why_not_as_text_and_json() {
     };
     let lacking = vec![UnmetCondition { wanted, nearest, differs, constrained: false }, unseen];
     let missing = a_why_not(Verdict::PreConditions { lacking });
-    check("why-not-lacking.txt", &why_not::why_not(&missing));
+    check_text("why-not-lacking.txt", &why_not::why_not(&missing));
     check_json("why-not-lacking.json", &missing);
     let duller = a_why_not(Verdict::LessExciting { by: 1.0 });
-    check("why-not-duller.txt", &why_not::why_not(&duller));
+    check_text("why-not-duller.txt", &why_not::why_not(&duller));
     check_json("why-not-duller.json", &duller);
     let says = |verdict: Verdict, text: &str| {
         let told = why_not::why_not(&a_why_not(verdict)).replace('\n', " ");
@@ -338,12 +318,12 @@ fn a_report() -> Report {
 fn a_run(seed: u64) -> Results {
     let mut report = a_report();
     report.seed = seed;
-    crate::run::tests::figures("wide", &report)
+    crate::run::tests::results("wide", &report)
 }
 
 #[test]
 fn status_as_table_and_json() {
-    check("status.txt", &status::status(&a_status()));
+    check_text("status.txt", &status::status(&a_status()));
     check_json("status.json", &a_status());
     let mut alone = a_status();
     alone.bodies.clear();
@@ -365,9 +345,9 @@ fn babbling(quiet_actions: u32, habituation_left: Option<u32>) -> Status {
 
 #[test]
 fn saturation_and_habituation_as_table_and_json() {
-    check("status-acting.txt", &status::status(&babbling(3, None)));
+    check_text("status-acting.txt", &status::status(&babbling(3, None)));
     check_json("status-acting.json", &babbling(3, None));
-    check("status-habituating.txt", &status::status(&babbling(5, Some(112))));
+    check_text("status-habituating.txt", &status::status(&babbling(5, Some(112))));
     check_json("status-habituating.json", &babbling(5, Some(112)));
     let mut once = babbling(5, Some(1));
     once.habituation =
@@ -383,20 +363,20 @@ fn saturation_and_habituation_as_table_and_json() {
 
 #[test]
 fn schemas_as_table_and_json() {
-    check("schemas.txt", &schema::list(&a_list(), 0));
+    check_text("schemas.txt", &schema::list(&a_list(), 0));
     check_json("schemas.json", &a_list());
     assert_eq!(schema::list(&SchemaList { matching: 0, schemas: Vec::new() }, 0), "No schema fits.\n");
 }
 
 #[test]
 fn one_schema_as_text_and_json() {
-    check("show.txt", &schema::detail(&a_schema()));
+    check_text("show.txt", &schema::detail(&a_schema()));
     check_json("show.json", &a_schema());
 }
 
 #[test]
 fn an_explanation_as_text_and_json() {
-    check("explain.txt", &explanation::explanation(&an_explanation()));
+    check_text("explain.txt", &explanation::explanation(&an_explanation()));
     check_json("explain.json", &an_explanation());
     let mut other = an_explanation();
     other.chosen = 9;
@@ -408,14 +388,14 @@ fn an_explanation_as_text_and_json() {
 
 #[test]
 fn a_curriculum_as_table() {
-    check("stage.txt", &status::report(&a_report()));
+    check_text("stage.txt", &status::report(&a_report()));
 }
 
 #[test]
 fn a_run_as_table_and_json() {
-    check("experiment.txt", &figures::one(&a_run(7)));
+    check_text("experiment.txt", &figures::one(&a_run(7)));
     check_json("experiment.json", &a_run(7));
-    check("experiments.txt", &figures::several(&[a_run(1), a_run(2)]));
+    check_text("experiments.txt", &figures::several(&[&a_run(1), &a_run(2)]));
 }
 
 fn in_use(id: u32, kind: SchemaKind, field: i64) -> SchemaInUse {
@@ -485,7 +465,7 @@ fn a_pursuit() -> Pursuit {
 
 #[test]
 fn a_prediction_as_text_and_json() {
-    check("predict.txt", &goals::prediction(&a_prediction()));
+    check_text("predict.txt", &goals::prediction(&a_prediction()));
     check_json("predict.json", &a_prediction());
     let unknown = Prediction { schema: None, outcomes: Vec::new(), attempts: 0, ..a_prediction() };
     let told = goals::prediction(&unknown);
@@ -494,7 +474,7 @@ fn a_prediction_as_text_and_json() {
 
 #[test]
 fn a_plan_as_text_and_json() {
-    check("plan.txt", &goals::plan(&a_plan()));
+    check_text("plan.txt", &goals::plan(&a_plan()));
     check_json("plan.json", &a_plan());
     let none = Plan { probability: None, steps: Vec::new(), ..a_plan() };
     let told = goals::plan(&none);
@@ -524,7 +504,7 @@ fn a_decision_for_a_goal_says_which_and_what_step_of_the_plan_it_is() {
         probability: 0.76,
     };
     let explained = Explanation { reason: Reason::Goal, goal: Some(goal), ..an_explanation() };
-    check("explain-goal.txt", &explanation::explanation(&explained));
+    check_text("explain-goal.txt", &explanation::explanation(&explained));
     let mut pursuing = a_status();
     pursuing.goal = Some(GoalSummary {
         number: 3,

@@ -1,11 +1,11 @@
 //! Figures of runs, beside the published ones, for people.
 
+use crate::render::statistics::{Summary, interval, summary};
+use crate::render::table::Columns;
+use crate::render::words::{count, duration};
 use crate::run::{Results, Unit};
 
 use super::comparison::number;
-use super::statistics::{interval, summary};
-use super::table::Columns;
-use super::words::{count, duration};
 
 /// One run.
 pub(crate) fn one(f: &Results) -> String {
@@ -50,37 +50,38 @@ fn measures(f: &Results) -> String {
     format!("\n{}", table.text(&[1]))
 }
 
+/// A column of the table of several runs: its heading, its decimals, and the figure of a run.
+type RunColumn = (&'static str, usize, fn(&Results) -> f64);
+
+const COLUMNS: [RunColumn; 8] = [
+    ("schemas", 0, |f| f.schemas_total.into()),
+    ("placements", 0, |f| f.placements.into()),
+    ("tried", 0, |f| f.probe.placements_tried.into()),
+    ("1st try", 0, |f| f.probe.touched_first_try.into()),
+    ("touched", 0, |f| f.probe.touched.into()),
+    #[expect(clippy::cast_precision_loss, reason = "shown, and far below 2^52")]
+    ("actions", 0, |f| f.actions_total as f64),
+    ("p99 us", 0, |f| f.step_latency_us_p99),
+    ("s", 1, |f| f.wall_s),
+];
+
 /// Several runs that differ in their seeds.
-pub(crate) fn several(runs: &[Results]) -> String {
-    let headings = ["seed", "schemas", "placements", "tried", "1st try", "touched", "actions", "p99 us", "s"];
-    let mut table = Columns::new(&headings).figures(&[0, 1, 2, 3, 4, 5, 6, 7, 8]);
-    let measures: [fn(&Results) -> Option<f64>; 8] = [
-        |f| Some(f.schemas_total.into()),
-        |f| Some(f.placements.into()),
-        |f| Some(f.probe.placements_tried.into()),
-        |f| Some(f.probe.touched_first_try.into()),
-        |f| Some(f.probe.touched.into()),
-        #[expect(clippy::cast_precision_loss, reason = "shown, and far below 2^52")]
-        |f| Some(f.actions_total as f64),
-        |f| Some(f.step_latency_us_p99),
-        |f| Some(f.wall_s),
-    ];
-    let decimals = [0, 0, 0, 0, 0, 0, 0, 1];
-    let cell = |value: Option<f64>, decimals: usize| {
-        value.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
-    };
+pub(crate) fn several(runs: &[&Results]) -> String {
+    let headings: Vec<_> = ["seed"].into_iter().chain(COLUMNS.map(|(heading, ..)| heading)).collect();
+    let all: Vec<usize> = (0..headings.len()).collect();
+    let mut table = Columns::new(&headings).figures(&all);
     for run in runs {
-        let figures = measures.iter().zip(decimals).map(|(measure, decimals)| cell(measure(run), decimals));
+        let figures = COLUMNS.map(|(_, decimals, of)| format!("{:.decimals$}", of(run)));
         table.row([run.seed.to_string()].into_iter().chain(figures));
     }
-    let all: Vec<_> =
-        measures.iter().map(|measure| summary(runs.iter().filter_map(measure).collect())).collect();
+    let summaries =
+        COLUMNS.map(|(_, decimals, of)| (decimals, summary(runs.iter().map(|run| of(run)).collect())));
     for (end, name) in ["median", "from", "to"].into_iter().enumerate() {
-        let figures = all.iter().zip(decimals);
-        let figures = figures.map(|(summary, decimals)| cell(summary.map(|s| s.ends()[end]), decimals));
-        table.row([name.to_owned()].into_iter().chain(figures));
+        let cell = |(decimals, summary): &(usize, Option<Summary>)| {
+            summary.map_or_else(|| "-".to_owned(), |summary| format!("{:.decimals$}", summary.ends()[end]))
+        };
+        table.row([name.to_owned()].into_iter().chain(summaries.iter().map(cell)));
     }
-    let interval = format!("from, to: {}", interval(runs.len()));
     let published =
         runs.first().and_then(|run| run.published.as_ref()).map_or_else(String::new, |published| {
             let schemas = published.schemas_total.map(|n| count(n, "schema"));
@@ -88,5 +89,5 @@ pub(crate) fn several(runs: &[Results]) -> String {
             let all: Vec<_> = schemas.into_iter().chain(placements).collect();
             format!("published: {}\n", all.join(", "))
         });
-    format!("{}\n{interval}\n{published}", table.text(&[0, 1, 2, 3, 4, 5, 6, 7, 8]))
+    format!("{}\nfrom, to: {}\n{published}", table.text(&all), interval(runs.len()))
 }
