@@ -161,9 +161,9 @@ impl Arm {
     /// # Errors
     /// When nobody answers, or a controller that is not the one of the arm file.
     pub fn connect(&mut self) -> Result<()> {
-        self.recorder.event("order", "connect");
-        let connected = self.connect_now();
-        self.recorder.event("outcome", if connected.is_ok() { "connected" } else { "not connected" });
+        let connected = self.recorded("connect", Self::connect_now, |connected| {
+            if connected.is_ok() { "connected" } else { "not connected" }
+        });
         match &connected {
             Ok(()) => self.backoff = BACKOFF_FIRST,
             Err(fault) => {
@@ -260,9 +260,15 @@ impl Arm {
     /// When the arm is not enabled. A person can remove the cause and ask again.
     pub fn enable(&mut self) -> Result<()> {
         self.ensure_connected()?;
-        self.recorder.event("order", if self.may.home { "enable home" } else { "enable" });
-        let enabled = self.enable_now();
-        self.recorder.event("outcome", if enabled.is_ok() { "enabled" } else { "not enabled" });
+        let order = if self.may.home { "enable home" } else { "enable" };
+        let enabled =
+            self.recorded(
+                order,
+                Self::enable_now,
+                |enabled| {
+                    if enabled.is_ok() { "enabled" } else { "not enabled" }
+                },
+            );
         if let Err(fault) = &enabled
             && fault.is_of_line()
         {
@@ -285,15 +291,11 @@ impl Arm {
     /// When the controller does not tell. The line is opened anew by [`Self::ensure_connected`].
     pub fn signals(&mut self) -> Result<u8> {
         self.ensure_connected()?;
-        self.recorder.event("order", "signals");
-        let state = match &mut self.controller {
-            Some(controller) => controller.state(),
-            None => Err(ControllerError::Other("nobody answers on the line".to_owned())),
+        let ask = |arm: &mut Self| answering(&mut arm.controller)?.state();
+        let word = |state: &Result<ControllerState>| {
+            state.as_ref().map_or("unknown".to_owned(), |state| format!("{:04b}", state.signals))
         };
-        let outcome =
-            state.as_ref().map_or_else(|_| "unknown".to_owned(), |state| format!("{:04b}", state.signals));
-        self.recorder.event("outcome", &outcome);
-        match state {
+        match self.recorded("signals", ask, word) {
             Ok(state) => {
                 if self.phase == Phase::Active && self.may.moves {
                     self.notice(&state);
@@ -346,24 +348,33 @@ impl Arm {
     /// Goes to joint positions of the manifold, until the finger is there or touches something.
     pub fn go(&mut self, to: JointPositions) -> Outcome {
         let connected = self.ensure_connected();
-        self.recorder.event("order", &format!("go {} {}", to.j1, to.j2));
-        let outcome = if to.are_commandable() {
-            self.go_recorded(to, connected)
-        } else {
+        let go = |arm: &mut Self| {
+            if to.are_commandable() {
+                return arm.go_recorded(to, connected);
+            }
             tracing::warn!(j1 = to.j1, j2 = to.j2, "refused: joint positions are 0 to 1");
             Outcome::refused("joint positions are 0 to 1")
         };
-        self.recorder.event("outcome", word(&outcome));
+        self.recorded(&format!("go {} {}", to.j1, to.j2), go, word)
+    }
+
+    /// Obeys an order, which is recorded with its outcome in the words that `word` finds for it.
+    fn recorded<T, W: AsRef<str>>(
+        &mut self,
+        order: &str,
+        obey: impl FnOnce(&mut Self) -> T,
+        word: impl FnOnce(&T) -> W,
+    ) -> T {
+        self.recorder.event("order", order);
+        let outcome = obey(self);
+        self.recorder.event("outcome", word(&outcome).as_ref());
         outcome
     }
 
     /// Goes to the rest posture, out of the camera's sight.
     pub fn park(&mut self) -> Outcome {
         let connected = self.ensure_connected();
-        self.recorder.event("order", "park");
-        let outcome = self.go_recorded(self.setup.rest, connected);
-        self.recorder.event("outcome", word(&outcome));
-        outcome
+        self.recorded("park", |arm| arm.go_recorded(arm.setup.rest, connected), word)
     }
 
     fn go_recorded(&mut self, to: JointPositions, connected: Result<()>) -> Outcome {
@@ -427,7 +438,11 @@ impl Arm {
         if self.watch.signs().stop.load(Ordering::SeqCst) {
             return Ok(MotionOutcome::Stopped);
         }
-        let ended = follow(controller.as_mut(), path, &self.setup, &self.watch, &self.switch);
+        let ended = match follow(controller.as_mut(), path, &self.setup, &self.watch, &self.switch) {
+            // The stop ended a wait.
+            Err(ControllerError::Stopped(_)) => controller.halt().map(|()| MotionOutcome::Stopped),
+            ended => ended,
+        };
         drop(watched);
         match ended {
             Ok(MotionOutcome::Arrived) => {
@@ -496,10 +511,7 @@ impl Arm {
     /// When the controller does not tell.
     pub fn joints(&mut self) -> Result<Joints> {
         self.ensure_connected()?;
-        match &mut self.controller {
-            Some(controller) => controller.joints(),
-            None => Err(ControllerError::Other("nobody answers on the line".to_owned())),
-        }
+        answering(&mut self.controller)?.joints()
     }
 
     /// Ends the use of the arm: it stands still, and high power is off again if this process turned it on.
@@ -514,6 +526,11 @@ impl Arm {
         self.enabled = false;
         self.disconnect();
     }
+}
+
+/// The controller, which must be connected.
+fn answering(controller: &mut Option<Box<dyn Controller>>) -> Result<&mut Box<dyn Controller>> {
+    controller.as_mut().ok_or_else(|| ControllerError::Other("nobody answers on the line".to_owned()))
 }
 
 /// How an order went, as a recording has it: in one word, without a reason that may name figures of its moment.

@@ -23,24 +23,10 @@ pub(crate) enum MotionOutcome {
 }
 
 /// Begins a motion and follows it to its end.
+///
+/// # Errors
+/// [`ControllerError::Stopped`] when the switch ended a wait, before the arm was halted.
 pub(crate) fn follow(
-    controller: &mut dyn Controller,
-    path: &PermittedPath,
-    setup: &ArmSetup,
-    watch: &Watch,
-    switch: &StopSwitch,
-) -> Result<MotionOutcome> {
-    match follow_on(controller, path, setup, watch, switch) {
-        // The stop ended a wait.
-        Err(ControllerError::Stopped(_)) => {
-            controller.halt()?;
-            Ok(MotionOutcome::Stopped)
-        }
-        followed => followed,
-    }
-}
-
-fn follow_on(
     controller: &mut dyn Controller,
     path: &PermittedPath,
     setup: &ArmSetup,

@@ -30,18 +30,11 @@ pub enum ReplayError {
     Differs { line: usize, problem: String },
 }
 
-/// The extent of a replay.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Replay {
-    /// Number of orders to the driver.
-    pub orders: u64,
-}
-
-/// Replays a recording of the arm of a setup.
+/// Replays a recording of the arm of a setup. Returns how many orders the driver had.
 ///
 /// # Errors
 /// When it cannot be read, or the driver does not do the same as then.
-pub fn replay(setup: &Arc<ArmSetup>, path: &Path) -> Result<Replay, ReplayError> {
+pub fn replay(setup: &Arc<ArmSetup>, path: &Path) -> Result<u64, ReplayError> {
     let unread = |source| ReplayError::Read { path: path.display().to_string(), source };
     let recording = LineRecording::read(path).map_err(unread)?;
     let lines = recording.clone();
@@ -52,9 +45,9 @@ pub fn replay(setup: &Arc<ArmSetup>, path: &Path) -> Result<Replay, ReplayError>
         arm_on(setup, open, LineRecorder::default(), Permissions { moves: true, home: true }, stop, None)
             .map_err(driver)?;
     arm.replaying();
-    let mut replay = Replay { orders: 0 };
+    let mut orders = 0;
     while let Some((line, order)) = recording.next_order() {
-        replay.orders += 1;
+        orders += 1;
         let outcome = obey(&mut arm, &order).map_err(|problem| ReplayError::Differs { line, problem })?;
         match recording.next_outcome() {
             Some((_, recorded)) if recorded == outcome => {}
@@ -62,13 +55,13 @@ pub fn replay(setup: &Arc<ArmSetup>, path: &Path) -> Result<Replay, ReplayError>
                 let problem = format!("{order} came to {outcome} where it had come to {recorded}");
                 return Err(ReplayError::Differs { line, problem });
             }
-            None => return ended(&recording, replay, &order, &outcome),
+            None => return ended(&recording, &order, &outcome).map(|()| orders),
         }
     }
     match recording.peek() {
         None => {
-            tracing::info!(orders = replay.orders, "the driver said what it said then");
-            Ok(replay)
+            tracing::info!(orders, "the driver said what it said then");
+            Ok(orders)
         }
         Some((line, next)) => {
             Err(ReplayError::Differs { line, problem: format!("{next:?} belongs to no order") })
@@ -77,19 +70,10 @@ pub fn replay(setup: &Arc<ArmSetup>, path: &Path) -> Result<Replay, ReplayError>
 }
 
 /// A recording may end in the middle of an order, as when the process was killed; anything else is a difference.
-fn ended(
-    recording: &LineRecording,
-    replay: Replay,
-    order: &str,
-    outcome: &str,
-) -> Result<Replay, ReplayError> {
-    match recording.peek() {
-        None => Ok(replay),
-        Some((line, next)) => {
-            let problem = format!("{order} came to {outcome} where the driver had gone on with {next:?}");
-            Err(ReplayError::Differs { line, problem })
-        }
-    }
+fn ended(recording: &LineRecording, order: &str, outcome: &str) -> Result<(), ReplayError> {
+    let Some((line, next)) = recording.peek() else { return Ok(()) };
+    let problem = format!("{order} came to {outcome} where the driver had gone on with {next:?}");
+    Err(ReplayError::Differs { line, problem })
 }
 
 /// Gives the driver one order of the recording. Returns its outcome.

@@ -94,7 +94,7 @@ impl SimBody {
             marks: field_marks(&workspace.fields),
             hand: Hand::new(seed),
             faults: SenseNoise::new(workspace.file.noise, seed),
-            pace: realtime.then(Pace::new),
+            pace: realtime.then(Pace::default),
             at,
             heading: OUTWARDS,
             posture,

@@ -14,12 +14,6 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// A pace that starts now.
-    #[must_use]
-    pub fn new() -> Self {
-        Self { due: Instant::now() }
-    }
-
     /// Waits until one more step is due.
     pub fn step(&mut self) {
         let now = Instant::now();
@@ -32,7 +26,8 @@ impl Pace {
 }
 
 impl Default for Pace {
+    /// A pace that starts now.
     fn default() -> Self {
-        Self::new()
+        Self { due: Instant::now() }
     }
 }

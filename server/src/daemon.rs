@@ -225,7 +225,7 @@ impl Daemon {
                 sent
             }
             Err(refusal) => {
-                self.count_refused(None, refusal.code(), &refusal.to_string());
+                self.count_refused(None, &refusal);
                 reply.refuse(&refusal, &name)
             }
         };
@@ -267,11 +267,10 @@ impl Daemon {
         if let Some(step) = &served.step {
             let content = self.mind.learner().memory().content();
             if let Some(failure) = session.failure_at(content.step)
+                && session.failures_alike().is_power_of_two()
                 && self.log.takes()
             {
-                let OrderFailure { outcome, reason, step } = failure;
-                let (body, reason) = (&session.status().name, reason.as_deref().unwrap_or("none given"));
-                tracing::warn!(session = number, %body, step, %outcome, %reason, "an order was not carried out");
+                log_failure(session, failure);
             }
             self.batch = self.keeper.keep(Cause::Step(session.input()), &step.effects, content);
         }
@@ -309,11 +308,11 @@ impl Daemon {
             let session = self.sessions.get_mut(*number);
             session.map(|session| session.count_refused(refusal)).is_some()
         });
-        self.count_refused(session, refusal.code(), &refusal.to_string());
+        self.count_refused(session, refusal);
     }
 
-    fn count_refused(&mut self, session: Option<u64>, code: u32, reason: &str) {
-        self.refusals.count(session, code, reason, &mut self.log);
+    fn count_refused(&mut self, session: Option<u64>, refusal: &Refusal) {
+        self.refusals.count(session, refusal.code(), &refusal.to_string(), &mut self.log);
     }
 
     fn gone(&mut self, session: u64, state: BodyState) {
@@ -328,7 +327,7 @@ impl Daemon {
             Ok(request) => request,
             Err(error) => {
                 let refusal = Refusal::Request { problem: error.to_string() };
-                self.count_refused(None, refusal.code(), &refusal.to_string());
+                self.count_refused(None, &refusal);
                 return reply.answer(problem(refusal.to_string()));
             }
         };
@@ -436,6 +435,15 @@ fn ordered(command: &StageCommand) -> String {
         StageCommand::Resume => "stage resume".to_owned(),
         StageCommand::Set(name) => format!("stage set {name}"),
     }
+}
+
+/// Logs that a body did not carry an order out. Of the same failure again and again the first, the second, the fourth and
+/// so on are logged.
+fn log_failure(session: &Session, failure: &OrderFailure) {
+    let OrderFailure { outcome, reason, step } = failure;
+    let (number, body, count) = (session.number(), &session.status().name, session.failures_alike());
+    let reason = reason.as_deref().unwrap_or("none given");
+    tracing::warn!(session = number, %body, step, count, %outcome, %reason, "an order was not carried out");
 }
 
 fn log_undelivered(sent: Result<(), DeliveryError>) {

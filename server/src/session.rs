@@ -11,7 +11,7 @@ use pschema_learner::observation::Observation;
 use pschema_learner::vocabulary::{BodyId, DeclarationError, Vocabulary, limits::SYMBOLS_MAX};
 use pschema_learner::{ActionOutcome, Frame, Learner, Output, Step};
 use pschema_protocol::body::Outcome;
-use pschema_protocol::description::{Action, Description, ValueKind};
+use pschema_protocol::description::{Action, Description, Property, ValueKind};
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::wire::decode::SessionChecks;
 use pschema_protocol::wire::message::{Introduction, RawFrame, Reply, SensorFrame};
@@ -79,6 +79,8 @@ pub struct Session {
     before: Arc<Frame>,
     /// The body's status, as tools are told of it. Views share it.
     status: Arc<BodyStatus>,
+    /// How often the last failure of the status came in a row, for the same reason each time.
+    failures_alike: u64,
 }
 
 impl Session {
@@ -101,7 +103,7 @@ impl Session {
             return Err(AttachError::Symbols { known, more });
         }
         let (body, mut effects) = learner.declare(declared)?;
-        for symbol in every_symbol(description) {
+        for symbol in observed_symbols(description) {
             effects.extend(learner.symbol(symbol).1);
         }
         let vocabulary = &learner.memory().content().vocabulary;
@@ -127,6 +129,7 @@ impl Session {
             input: nothing_yet.clone(),
             before: nothing_yet,
             status: Arc::new(status),
+            failures_alike: 0,
         };
         Ok((session, effects))
     }
@@ -178,6 +181,11 @@ impl Session {
     #[must_use]
     pub fn failure_at(&self, step: u64) -> Option<&OrderFailure> {
         self.status.last_failure.as_ref().filter(|failure| failure.step == step)
+    }
+
+    /// How often the last failure came in a row, for the same reason each time.
+    pub(crate) fn failures_alike(&self) -> u64 {
+        self.failures_alike
     }
 
     /// Serves one frame. A frame that is refused changes nothing but the counters. If the learner takes a step on the frame,
@@ -277,6 +285,9 @@ impl Session {
             Outcome::TimedOut => FailedOutcome::TimedOut,
         };
         let failure = OrderFailure { outcome: failed, reason: outcome.reason().map(escaped), step };
+        let alike = |last: &OrderFailure| (last.outcome, &last.reason) == (failure.outcome, &failure.reason);
+        let again = self.status.last_failure.as_ref().is_some_and(alike);
+        self.failures_alike = if again { self.failures_alike + 1 } else { 1 };
         Arc::make_mut(&mut self.status).last_failure = Some(failure);
     }
 
@@ -326,25 +337,22 @@ fn outcome(reported: &Outcome) -> ActionOutcome {
     }
 }
 
-fn every_symbol(description: &Description) -> impl Iterator<Item = &String> {
-    let properties = description.observation_types.iter().flat_map(|declared| &declared.properties);
-    properties
-        .filter_map(|property| match &property.kind {
-            ValueKind::Symbol { symbols } => Some(symbols),
-            _ => None,
-        })
-        .flatten()
+/// The symbols that the body's observations may have.
+fn observed_symbols(description: &Description) -> impl Iterator<Item = &String> {
+    symbols(description.observation_types.iter().flat_map(|declared| &declared.properties))
+}
+
+fn symbols<'a>(properties: impl Iterator<Item = &'a Property>) -> impl Iterator<Item = &'a String> {
+    properties.flat_map(
+        |property| if let ValueKind::Symbol { symbols } = &property.kind { &symbols[..] } else { &[] },
+    )
 }
 
 /// How many symbols of the description the learner does not know yet. Known symbols are not counted, so that a body
 /// which the learner knows can come back to a full memory.
 fn new_symbols(description: &Description, vocabulary: &Vocabulary) -> usize {
     // The symbols of primitives are among those of the actions' parameters.
-    let parameters = description.actions.iter().flat_map(|declared| &declared.parameters);
-    let in_actions = parameters.filter_map(|parameter| match &parameter.kind {
-        ValueKind::Symbol { symbols } => Some(symbols),
-        _ => None,
-    });
-    let all: BTreeSet<_> = every_symbol(description).chain(in_actions.flatten()).collect();
+    let in_actions = symbols(description.actions.iter().flat_map(|declared| &declared.parameters));
+    let all: BTreeSet<_> = observed_symbols(description).chain(in_actions).collect();
     all.into_iter().filter(|symbol| vocabulary.symbol_named(symbol).is_none()).count()
 }

@@ -58,12 +58,6 @@ struct Region {
 }
 
 impl BlobFinder {
-    /// A finder that has not looked at a picture yet.
-    #[must_use]
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// The blobs of a picture given as one class a pixel, rows of `width_px` from the top. Ordered by
     /// class, then area with the largest first, then position.
     pub fn find(&mut self, classes: &[u8], width_px: usize, rules: BlobRules) -> Vec<Blob> {
@@ -221,7 +215,7 @@ mod tests {
     fn find(rows: &[&str], rules: BlobRules) -> Vec<Blob> {
         let classes: Vec<u8> =
             rows.iter().flat_map(|row| row.bytes()).map(|b| b.saturating_sub(b'0')).collect();
-        BlobFinder::new().find(&classes, rows[0].len(), rules)
+        BlobFinder::default().find(&classes, rows[0].len(), rules)
     }
 
     #[test]
@@ -254,8 +248,8 @@ mod tests {
     fn noise_is_dropped_and_their_number_is_limited() {
         assert!(find(&["1...2"], BlobRules { area_px_min: 2, gap_px_max: 0 }).is_empty());
         let speckle: Vec<u8> = (0..100 * 100).map(|i| u8::from(i % 2 == 0 && (i / 100) % 2 == 0)).collect();
-        assert_eq!(BlobFinder::new().find(&speckle, 100, RULES).len(), BLOBS_MAX);
-        assert!(BlobFinder::new().find(&[], 0, RULES).is_empty());
+        assert_eq!(BlobFinder::default().find(&speckle, 100, RULES).len(), BLOBS_MAX);
+        assert!(BlobFinder::default().find(&[], 0, RULES).is_empty());
     }
 
     /// Against the plainest method there is: flood fill.
@@ -272,14 +266,15 @@ mod tests {
                 })
                 .collect();
             let mut expected = flood_fill(&classes, width);
-            let found = BlobFinder::new().find(&classes, width, BlobRules { area_px_min: 1, gap_px_max: 0 });
+            let found =
+                BlobFinder::default().find(&classes, width, BlobRules { area_px_min: 1, gap_px_max: 0 });
             // Boxes may touch where regions do not, and such regions are merged: compare areas by colour,
             // and the number only when nothing could be merged.
             let area = |class: u8| found.iter().filter(|b| b.class == class).map(|b| b.area_px).sum::<u32>();
             for class in [1, 2] {
                 assert_eq!(area(class), classes.iter().filter(|&&c| c == class).count() as u32);
             }
-            let mut finder = BlobFinder::new();
+            let mut finder = BlobFinder::default();
             finder.collect_runs(&classes, width);
             let mut regions: Vec<_> =
                 finder.regions().iter().map(|r| (r.class, r.area, r.sum_u, r.sum_v)).collect();

@@ -36,7 +36,7 @@ impl Eye {
         rules: BlobRules,
     ) -> Result<Self, ClassifyError> {
         let classifier = Classifier::new(colours)?;
-        Ok(Self { classifier, finder: BlobFinder::new(), rules, classes: Vec::new(), finger_colour })
+        Ok(Self { classifier, finder: BlobFinder::default(), rules, classes: Vec::new(), finger_colour })
     }
 
     /// The colour that a paint is seen as in full light, as an index.

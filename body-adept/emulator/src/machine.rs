@@ -200,10 +200,14 @@ impl Machine {
 
     /// Takes power away. The brakes stop a motion.
     pub(crate) fn disable_power(&mut self) {
-        self.power = PowerState::Off;
-        self.record().powered = false;
+        self.cut_power();
         self.calibrating = None;
         self.stop_for(MotionEnd::Stopped);
+    }
+
+    fn cut_power(&mut self) {
+        self.power = PowerState::Off;
+        self.record().powered = false;
     }
 
     /// Begins to calibrate.
@@ -225,8 +229,7 @@ impl Machine {
             if self.is_preparing() {
                 self.events.push(MachineEvent::Interrupted(messages::E_STOP));
             }
-            self.power = PowerState::Off;
-            self.record().powered = false;
+            self.cut_power();
             self.calibrating = None;
             self.stop_for(MotionEnd::Error(messages::E_STOP));
         }
@@ -340,8 +343,7 @@ impl Machine {
             let braking =
                 self.motion.as_ref().is_some_and(|motion| matches!(motion.why, Some(MotionEnd::Error(_))));
             if !braking {
-                self.power = PowerState::Off;
-                self.record().powered = false;
+                self.cut_power();
                 self.record().envelope_errors += 1;
                 self.stop_for(MotionEnd::Error(messages::ENVELOPE));
             }

@@ -178,45 +178,34 @@ impl Monitor {
         let (verb, rest) = (verb.to_ascii_uppercase(), rest.trim());
         let is = |name: &str| verb.len() >= 2 && name.starts_with(&verb);
         match () {
-            () if is("DO") => self.instruction(rest, machine),
-            () if is("ENABLE") => self.switch(rest, true, machine),
-            () if is("DISABLE") => self.switch(rest, false, machine),
+            () if is("DO") => self.instruction(rest, machine)?,
+            () if is("ENABLE") => self.switch(rest, true, machine)?,
+            () if is("DISABLE") => self.switch(rest, false, machine)?,
             () if is("CALIBRATE") => {
                 if !machine.has_power() {
                     return Err(messages::POWER_OFF);
                 }
                 self.said.push_str("Are you sure (Y/N)? ");
                 self.waiting = Some(PendingCommand::Sure);
-                Ok(())
             }
-            () if is("SPEED") => self.speed(rest),
-            () if is("WHERE") => {
-                self.said.push_str(&self.whereabouts(machine));
-                Ok(())
-            }
-            () if is("HERE") => self.here(rest, machine),
-            () if is("LISTL") => self.list_point(rest),
-            () if is("LISTR") => self.list_values(rest, machine),
+            () if is("SPEED") => self.speed(rest)?,
+            () if is("WHERE") => self.said.push_str(&whereabouts(machine)),
+            () if is("HERE") => self.here(rest, machine)?,
+            () if is("LISTL") => self.list_point(rest)?,
+            () if is("LISTR") => self.list_values(rest, machine)?,
             () if is("STATUS") => {
                 let moving = if machine.is_moving() { "moving" } else { "in position" };
-                self.said
-                    .push_str(&format!("Task 0: idle; robot 1 {moving}; speed {}\r\n", self.speed_percent));
-                Ok(())
+                let status = format!("Task 0: idle; robot 1 {moving}; speed {}\r\n", self.speed_percent);
+                self.said.push_str(&status);
             }
             () if is("ID") => {
                 self.said.push_str("Software: 12.1 (emulated)  Controller: 0  Robot 1: 4 joints\r\n");
-                Ok(())
             }
-            () if is("PANIC") || is("ABORT") => {
-                machine.stop();
-                Ok(())
-            }
-            () if is("ESTOP") => {
-                machine.disable_power();
-                Ok(())
-            }
-            () => Err(messages::ILLEGAL_COMMAND),
+            () if is("PANIC") || is("ABORT") => machine.stop(),
+            () if is("ESTOP") => machine.disable_power(),
+            () => return Err(messages::ILLEGAL_COMMAND),
         }
+        Ok(())
     }
 
     fn switch(&mut self, name: &str, on: bool, machine: &mut Machine) -> Result<(), VPlusMessage> {
@@ -252,7 +241,7 @@ impl Monitor {
                 let value = value.trim().to_ascii_uppercase();
                 let inner = value.strip_prefix("#PPOINT(").and_then(|value| value.strip_suffix(')'));
                 let values = joints(inner.ok_or(messages::BAD_SYNTAX)?).ok_or(messages::ILLEGAL_VALUE)?;
-                self.remember(&point_name(point)?, values)
+                self.remember(&point_name(point)?, values)?;
             }
             "MOVE" => {
                 let name = point_name(rest)?;
@@ -260,32 +249,23 @@ impl Monitor {
                 let leg = Leg { to, speed: self.speed_percent / 100.0 };
                 if machine.is_moving() {
                     self.waiting = Some(PendingCommand::Next(leg));
-                    return Ok(());
+                } else {
+                    machine.start(&[leg], TouchGuard::None)?;
                 }
-                machine.start(&[leg], TouchGuard::None)
             }
-            "BREAK" => {
-                self.waiting = machine.is_moving().then_some(PendingCommand::Motion);
-                Ok(())
-            }
-            "BRAKE" => {
-                machine.stop();
-                Ok(())
-            }
-            "SPEED" => self.speed(rest),
-            "HERE" => {
-                let name = point_name(rest)?;
-                self.remember(&name, machine.joints())
-            }
-            "ENABLE" => self.switch(rest, true, machine),
-            "DISABLE" => self.switch(rest, false, machine),
+            "BREAK" => self.waiting = machine.is_moving().then_some(PendingCommand::Motion),
+            "BRAKE" => machine.stop(),
+            "SPEED" => self.speed(rest)?,
+            "HERE" => self.remember(&point_name(rest)?, machine.joints())?,
+            "ENABLE" => self.switch(rest, true, machine)?,
+            "DISABLE" => self.switch(rest, false, machine)?,
             "TYPE" => {
                 self.said.push_str(rest.trim_matches('"'));
                 self.said.push_str("\r\n");
-                Ok(())
             }
-            _ => Err(messages::ILLEGAL_INSTRUCTION),
+            _ => return Err(messages::ILLEGAL_INSTRUCTION),
         }
+        Ok(())
     }
 
     fn remember(&mut self, point: &str, values: Joints) -> Result<(), VPlusMessage> {
@@ -310,18 +290,6 @@ impl Monitor {
         let values = self.points.get(&name).ok_or(messages::UNDEFINED)?;
         self.said.push_str(&listing(values));
         Ok(())
-    }
-
-    /// The listing of `WHERE`: the position of the tool in the world, then the joints.
-    fn whereabouts(&self, machine: &Machine) -> String {
-        let tip = machine.body().posture().tip_m * 1000.0;
-        let joints = machine.joints();
-        let world = [tip.x, tip.y, tip.z, 0.0, 180.0, joints.first().copied().unwrap_or_default()];
-        format!(
-            "      X          Y          Z          y          p          r\r\n{}\r\n{}",
-            columns(&world),
-            listing(&joints)
-        )
     }
 
     fn list_values(&mut self, text: &str, machine: &Machine) -> Result<(), VPlusMessage> {
@@ -436,6 +404,18 @@ fn point_name(text: &str) -> Result<String, VPlusMessage> {
 fn joints(text: &str) -> Option<Joints> {
     let values: Vec<f64> = text.split(',').map(|value| decimal(value.trim())).collect::<Option<_>>()?;
     values.try_into().ok()
+}
+
+/// The listing of `WHERE`: the position of the tool in the world, then the joints.
+fn whereabouts(machine: &Machine) -> String {
+    let tip = machine.body().posture().tip_m * 1000.0;
+    let joints = machine.joints();
+    let world = [tip.x, tip.y, tip.z, 0.0, 180.0, joints.first().copied().unwrap_or_default()];
+    format!(
+        "      X          Y          Z          y          p          r\r\n{}\r\n{}",
+        columns(&world),
+        listing(&joints)
+    )
 }
 
 fn listing(joints: &Joints) -> String {

@@ -4,7 +4,7 @@
 use std::mem;
 use std::sync::atomic::Ordering;
 
-use super::{Arm, Phase};
+use super::{Arm, Phase, answering};
 use crate::controller::{ControllerError, ControllerState, Result};
 use crate::switch::StopCause;
 use crate::taught::Joints;
@@ -42,9 +42,7 @@ impl Arm {
     /// Clears what the controller latched, turns power on and, where that is allowed, calibrates. The steps that take
     /// seconds end at once when the process is to end.
     fn make_ready(&mut self) -> Result<(ControllerState, Joints)> {
-        let Some(controller) = &mut self.controller else {
-            return Err(ControllerError::Other("nobody answers on the line".to_owned()));
-        };
+        let controller = answering(&mut self.controller)?;
         let (switch, stop) = (&self.switch, &self.watch.signs().stop);
         let go_on = || match switch.pressed_by() {
             Some(by) => Err(ControllerError::Stopped(by)),

@@ -59,6 +59,11 @@ impl ControllerError {
         matches!(self, Self::Line(_) | Self::Silent { .. } | Self::Garbled { .. })
     }
 
+    /// Whether the controller was asked, and the next answer may be another: it was silent, not understood, or refused.
+    pub(super) fn may_pass(&self) -> bool {
+        matches!(self, Self::Silent { .. } | Self::Garbled { .. } | Self::Refused(_))
+    }
+
     /// Whether a person must look before the arm may move again.
     #[must_use]
     pub fn needs_a_person(&self) -> bool {

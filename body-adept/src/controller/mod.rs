@@ -8,12 +8,23 @@ mod guarded_line;
 pub mod monitor;
 pub mod program;
 
+use std::time::Duration;
+
 use crate::gate::PermittedPath;
 use crate::taught::Joints;
 pub use crate::v_plus::ControllerState;
 pub use crate::v_plus::program::MotionEnd;
 pub use error::{ControllerError, Result};
 pub use guarded_line::GuardedLine;
+
+/// How often a question that may be repeated is asked before it counts as unanswered.
+const TRIES: usize = 4;
+/// Longest wait for high power.
+const POWER_WAIT: Duration = Duration::from_secs(20);
+/// Longest wait for the arm to be calibrated.
+const CALIBRATE_WAIT: Duration = Duration::from_secs(120);
+/// Longest that one wait for bytes takes.
+const SLICE: Duration = Duration::from_millis(20);
 
 /// A controller on a line.
 pub trait Controller: Send {

@@ -9,21 +9,15 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use super::guarded_line::{Activity, GuardedLine, OnLine};
-use super::{Controller, ControllerError, ControllerState, MotionEnd, Result};
+use super::{
+    CALIBRATE_WAIT, Controller, ControllerError, ControllerState, MotionEnd, POWER_WAIT, Result, SLICE, TRIES,
+};
 use crate::gate::{Leg, PermittedPath};
 use crate::taught::Joints;
 use crate::v_plus::ANSWER_BYTES_MAX;
 use crate::v_plus::message::VPlusMessage;
 use crate::v_plus::monitor::{self, MonitorAnswer, MonitorCommand, MonitorState};
 
-/// How often a question is asked before it counts as unanswered.
-const TRIES: usize = 4;
-/// Longest wait for high power.
-const POWER_WAIT: Duration = Duration::from_secs(20);
-/// Longest wait for the arm to be calibrated.
-const CALIBRATE_WAIT: Duration = Duration::from_secs(120);
-/// Longest that one wait for bytes takes.
-const SLICE: Duration = Duration::from_millis(20);
 /// A line this long without a byte is quiet.
 const QUIET: Duration = Duration::from_millis(60);
 /// Longest wait for a line to become quiet.
@@ -148,10 +142,9 @@ impl MonitorController {
             }
             self.quiet()?;
         }
-        let what = command.text();
         Err(match heard {
-            Some(answer) => ControllerError::Garbled { what, answer },
-            None => ControllerError::Silent { what, waited: wait * TRIES as u32 },
+            Some(answer) => ControllerError::Garbled { what: command.text(), answer },
+            None => silent(command, wait * TRIES as u32),
         })
     }
 
@@ -201,10 +194,7 @@ impl MonitorController {
         match self.type_once(&MonitorCommand::MoveToGoal, self.answer_wait)? {
             Some(_) => Ok(()),
             // Whether the motion has begun is in doubt, and the caller halts.
-            None => Err(ControllerError::Silent {
-                what: MonitorCommand::MoveToGoal.text(),
-                waited: self.answer_wait,
-            }),
+            None => Err(silent(&MonitorCommand::MoveToGoal, self.answer_wait)),
         }
     }
 
@@ -227,7 +217,7 @@ impl MonitorController {
                 break;
             }
         }
-        Err(ControllerError::Silent { what: MonitorCommand::Power(true).text(), waited: begun.elapsed() })
+        Err(silent(&MonitorCommand::Power(true), begun.elapsed()))
     }
 
     /// Asks to calibrate, makes sure that the monitor asks back about calibrating, and agrees.
@@ -326,11 +316,7 @@ impl MonitorController {
             match stands {
                 Ok(()) => return Ok(()),
                 // The arm may still come to rest, or the order to stop cut the question short.
-                Err(
-                    ControllerError::Silent { .. }
-                    | ControllerError::Garbled { .. }
-                    | ControllerError::Refused(_),
-                ) => {}
+                Err(fault) if fault.may_pass() => {}
                 Err(fault) => return Err(fault),
             }
         }
@@ -346,6 +332,10 @@ impl MonitorController {
     fn set(&mut self, command: &MonitorCommand<'_>) -> Result<()> {
         self.ask(command, self.answer_wait, |answer| answer.lines.is_empty().then_some(()))
     }
+}
+
+fn silent(command: &MonitorCommand<'_>, waited: Duration) -> ControllerError {
+    ControllerError::Silent { what: command.text(), waited }
 }
 
 fn same(one: &[f64], other: &[f64]) -> bool {
@@ -385,10 +375,7 @@ impl Controller for MonitorController {
             self.quiet()?;
         }
         if self.echoes.is_none() {
-            return Err(ControllerError::Silent {
-                what: MonitorCommand::Identify.text(),
-                waited: self.answer_wait * 2 * TRIES as u32,
-            });
+            return Err(silent(&MonitorCommand::Identify, self.answer_wait * 2 * TRIES as u32));
         }
         self.halt()?;
         Ok(name.unwrap_or_else(|| "a V+ monitor".to_owned()))
@@ -437,10 +424,7 @@ impl Controller for MonitorController {
         }
         self.quiet()?;
         if self.state()?.power {
-            return Err(ControllerError::Silent {
-                what: MonitorCommand::Power(false).text(),
-                waited: self.answer_wait,
-            });
+            return Err(silent(&MonitorCommand::Power(false), self.answer_wait));
         }
         Ok(())
     }
@@ -450,7 +434,7 @@ impl Controller for MonitorController {
         if self.state()?.calibrated {
             return Ok(());
         }
-        Err(ControllerError::Silent { what: MonitorCommand::Calibrate.text(), waited: CALIBRATE_WAIT })
+        Err(silent(&MonitorCommand::Calibrate, CALIBRATE_WAIT))
     }
 
     fn reset(&mut self) -> Result<()> {

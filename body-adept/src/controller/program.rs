@@ -5,7 +5,9 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use super::guarded_line::{Activity, GuardedLine, OnLine};
-use super::{Controller, ControllerError, ControllerState, MotionEnd, Result};
+use super::{
+    CALIBRATE_WAIT, Controller, ControllerError, ControllerState, MotionEnd, POWER_WAIT, Result, SLICE, TRIES,
+};
 use crate::gate::{Leg, PermittedPath};
 use crate::taught::Joints;
 use crate::v_plus::message::{Cause, VPlusMessage};
@@ -14,16 +16,8 @@ use crate::v_plus::{ANSWER_BYTES_MAX, values};
 
 /// Version of the program that this driver can talk to.
 const VERSION: u32 = 1;
-/// How often a question that may be repeated is asked before it counts as unanswered.
-const TRIES: usize = 4;
 /// How often the points of a path are sent before the motion is given up, which has not begun then.
 const PATH_TRIES: usize = 4;
-/// Longest wait for high power.
-const POWER_WAIT: Duration = Duration::from_secs(20);
-/// Longest wait for the arm to be calibrated.
-const CALIBRATE_WAIT: Duration = Duration::from_secs(120);
-/// Longest that one wait for bytes takes.
-const SLICE: Duration = Duration::from_millis(20);
 /// How often the program's watchdog is fed within its time while power comes up or the arm is calibrated.
 const FEEDS: u32 = 4;
 /// Time between two questions about a motion.
@@ -393,11 +387,7 @@ impl ProgramController {
                 Ok(state) if !state.controller.moving => return self.forget_points(),
                 // The arm brakes.
                 Ok(_) => std::thread::sleep(FOLLOW_EVERY),
-                Err(
-                    ControllerError::Silent { .. }
-                    | ControllerError::Garbled { .. }
-                    | ControllerError::Refused(_),
-                ) => {}
+                Err(fault) if fault.may_pass() => {}
                 Err(fault) => return Err(fault),
             }
         }

@@ -18,11 +18,11 @@ struct Lamp {
 impl Lamp {
     fn new() -> Self {
         let mut description = Description::new("lamp", "lamp");
-        // The lamp senses a state, which lasts, and an event, which holds for one frame only.
+        // What it senses: a state, which lasts, and an event, which holds for one frame only.
         let colour = Property::symbol("colour", COLOURS);
         let lamp = description.observation(ObservationType::state("lamp").property(colour));
         let bell = description.observation(ObservationType::event("bell"));
-        // The lamp has one action: to press one of the buttons.
+        // What it can do: press each of the buttons.
         let button = Property::integer("button", 1..=3);
         description.action_with_primitives(ActionType::new("press").parameter(button));
         Self { description, lamp, bell, colour: 0, rang: false }
