@@ -23,7 +23,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{RngSeed, TestRunner};
-use pschema_learner::curriculum::{Afterwards, Curriculum};
+use pschema_learner::curriculum::{Afterwards, Curriculum, Stage};
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::{Content, Memory};
@@ -194,8 +194,8 @@ proptest! {
     #[test]
     fn a_frozen_stage_teaches_nothing(setup in setup(100), frozen_steps in 1..60_usize) {
         let mut setup = Setup { commands: 0, ..setup };
-        let learning = curricula::free_play("learning");
-        let mut frozen = curricula::free_play("frozen");
+        let learning = Stage::free("learning");
+        let mut frozen = Stage::free("frozen");
         frozen.learning = false;
         let stages = vec![learning, frozen];
         let afterwards = Afterwards::Continue;

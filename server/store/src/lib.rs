@@ -5,7 +5,7 @@
 //! Damage is reported, and nothing is dropped in silence. The module [`past`] looks back without a daemon.
 //!
 //! ```
-//! use pschema_learner::curriculum::{Afterwards, Curriculum, Lift, Stage};
+//! use pschema_learner::curriculum::Curriculum;
 //! use pschema_learner::parameters::Parameters;
 //! use pschema_learner::vocabulary::Declaration;
 //! use pschema_store::{Cause, Change, Options, open};
@@ -13,21 +13,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let directory = tempfile::tempdir()?;
 //! # let directory = directory.path().join("memory");
-//! # let stage = Stage {
-//! #     name: "free".to_owned(),
-//! #     lift: Lift::All,
-//! #     learning: true,
-//! #     trials: 0,
-//! #     arrange: Vec::new(),
-//! #     until: None,
-//! #     until_absent: None,
-//! #     trial_actions_max: 0,
-//! #     saturation: None,
-//! #     habituation: None,
-//! #     say: Vec::new(),
-//! # };
-//! # let (name, pools, stages) = ("free".to_owned(), Vec::new(), vec![stage]);
-//! # let curriculum = Curriculum { name, pools, stages, afterwards: Afterwards::Continue };
+//! let curriculum = Curriculum::free("free");
 //! let parameters = Parameters::default();
 //! let options = Options::new("arm", 7, &parameters, &curriculum);
 //! // The closure is called whenever more is durable; a daemon wakes its loop with it.

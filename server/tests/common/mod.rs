@@ -109,19 +109,7 @@ impl Body for Row {
 }
 
 fn stage(name: &str, lift: &[&str]) -> Stage {
-    Stage {
-        name: name.to_owned(),
-        lift: Lift::Types(lift.iter().map(|name| (*name).to_owned()).collect()),
-        learning: true,
-        trials: 0,
-        arrange: Vec::new(),
-        until: None,
-        trial_actions_max: 0,
-        saturation: None,
-        habituation: None,
-        until_absent: None,
-        say: Vec::new(),
-    }
+    Stage { lift: Lift::Types(lift.iter().map(|name| (*name).to_owned()).collect()), ..Stage::free(name) }
 }
 
 pub(crate) fn place(object: &str, position: Argument) -> SceneCommand {
@@ -156,12 +144,7 @@ pub(crate) fn curriculum() -> Curriculum {
 
 /// One stage in which everything is lifted and that never ends.
 pub(crate) fn free() -> Curriculum {
-    Curriculum {
-        name: "free".to_owned(),
-        pools: Vec::new(),
-        stages: vec![Stage { lift: Lift::All, ..stage("free", &[]) }],
-        afterwards: Afterwards::Continue,
-    }
+    Curriculum::free("free")
 }
 
 pub(crate) fn setup(seed: u64, curriculum: Curriculum) -> Setup {

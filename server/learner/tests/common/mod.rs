@@ -48,28 +48,11 @@ pub fn declaration(fields: i64) -> Declaration {
 }
 
 pub fn stage(name: &str, lift: &[&str]) -> Stage {
-    Stage {
-        name: name.into(),
-        lift: Lift::Types(lift.iter().map(|s| (*s).to_owned()).collect()),
-        learning: true,
-        trials: 0,
-        arrange: Vec::new(),
-        until: None,
-        trial_actions_max: 0,
-        saturation: None,
-        habituation: None,
-        until_absent: None,
-        say: Vec::new(),
-    }
+    Stage { lift: Lift::Types(lift.iter().map(|s| (*s).to_owned()).collect()), ..Stage::free(name) }
 }
 
 pub fn free() -> Curriculum {
-    Curriculum {
-        name: "free".into(),
-        pools: Vec::new(),
-        stages: vec![Stage { lift: Lift::All, ..stage("free play", &[]) }],
-        afterwards: Afterwards::Continue,
-    }
+    Curriculum { stages: vec![Stage::free("free play")], ..Curriculum::free("free") }
 }
 
 /// Experiment 1, scenario 1.

@@ -100,7 +100,7 @@ pub(crate) fn curriculum(kinds: usize) -> impl Strategy<Value = Curriculum> {
     let free = Curriculum {
         name: "free".into(),
         pools: Vec::new(),
-        stages: vec![free_play("free")],
+        stages: vec![Stage::free("free")],
         afterwards: Afterwards::Continue,
     };
     prop_oneof![Just(free), staged]
@@ -113,7 +113,7 @@ pub(crate) fn paper() -> impl Strategy<Value = Curriculum> {
             lift: Lift::Types(vec![kind_name(0)]),
             saturation: Some(Saturation { excitation_below: 1.0, actions: quiet }),
             habituation: Some(Habituation { executions_min, interval_max: 0.0 }),
-            ..free_play("babbling")
+            ..Stage::free("babbling")
         };
         let place = SceneCommand {
             command: "place".into(),
@@ -124,32 +124,16 @@ pub(crate) fn paper() -> impl Strategy<Value = Curriculum> {
             arrange: vec![place],
             until: Some(NamedObservation { kind: kind_name(2), properties: Vec::new() }),
             trial_actions_max: 12,
-            ..free_play("touching")
+            ..Stage::free("touching")
         };
         let stages = if alone {
-            vec![babbling, free_play("alone")]
+            vec![babbling, Stage::free("alone")]
         } else {
-            vec![babbling, touching, free_play("alone")]
+            vec![babbling, touching, Stage::free("alone")]
         };
         let pools = vec![Pool { name: "pool0".into(), from: 0, to: 5 }];
         Curriculum { name: "paper".into(), pools, stages, afterwards: Afterwards::Continue }
     })
-}
-
-pub(crate) fn free_play(name: &str) -> Stage {
-    Stage {
-        name: name.into(),
-        lift: Lift::All,
-        learning: true,
-        trials: 0,
-        arrange: Vec::new(),
-        until: None,
-        until_absent: None,
-        trial_actions_max: 0,
-        saturation: None,
-        habituation: None,
-        say: Vec::new(),
-    }
 }
 
 /// Any parameters.

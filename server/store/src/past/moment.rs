@@ -188,9 +188,8 @@ impl Past {
     /// Memory after step `until` and the orders and attachments before the next step.
     fn rebuild(&self, until: Option<u64>) -> Result<Recovery, PastError> {
         let base = recovery::base(&*self.storage, &self.manifest, until)?;
-        let from_birth = self.segments()?.first().is_none_or(|first| *first == 1);
         if base.snapshot_step.is_none()
-            && !from_birth
+            && self.segments()?.first().is_some_and(|first| *first > 1)
             && let (Some(asked), Some(first)) = (until, self.first_step()?)
         {
             return Err(PastError::Before { path: self.path(), asked, first });

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use pschema_learner::curriculum::{Afterwards, Curriculum, Lift, Stage};
+use pschema_learner::curriculum::Curriculum;
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
@@ -29,25 +29,7 @@ pub(crate) const SIZES: Sizes = Sizes { segment_max: 40_000, ahead: 4_000 };
 
 /// A curriculum that asks nothing.
 pub(crate) fn curriculum() -> Curriculum {
-    let stage = Stage {
-        name: "free".to_owned(),
-        lift: Lift::All,
-        learning: true,
-        trials: 0,
-        arrange: Vec::new(),
-        until: None,
-        until_absent: None,
-        trial_actions_max: 0,
-        saturation: None,
-        habituation: None,
-        say: Vec::new(),
-    };
-    Curriculum {
-        name: "free".to_owned(),
-        pools: Vec::new(),
-        stages: vec![stage],
-        afterwards: Afterwards::Continue,
-    }
+    Curriculum::free("free")
 }
 
 pub(crate) fn declaration() -> Declaration {
