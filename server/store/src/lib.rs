@@ -1,7 +1,7 @@
 //! The memory of a learner on disk: a journal of the effects that changed it, and snapshots of it. `docs/FORMAT.md` describes
 //! the bytes.
 //!
-//! [`open`] finds a memory again, or begins one, and returns the learner with the [`Store`] that keeps its memory from then on.
+//! [`open()`] finds a memory again, or begins one, and returns the learner with the [`Store`] that keeps its memory from then on.
 //! Damage is reported, and nothing is dropped in silence. The module [`past`] looks back without a daemon.
 //!
 //! ```
