@@ -18,6 +18,7 @@ fn step(step: u64, stage: u32, trial: u32, schemas: u32) -> TracedStep {
         actions: step,
         schemas_total: schemas,
         schemas_generalised: 0,
+        failure: None,
         perceived: Vec::new(),
         heard: if step == 255 { text("touch") } else { Vec::new() },
         decision: Some(TraceDecision {

@@ -205,6 +205,7 @@ mod tests {
             actions,
             schemas_total: 0,
             schemas_generalised: 0,
+            failure: None,
             perceived: Vec::new(),
             heard: Vec::new(),
             decision: None,
