@@ -26,8 +26,11 @@ fn every_import_is_followed_to_its_file() {
 
 #[test]
 fn no_files_import_each_other_in_a_ring() {
-    let rings: Vec<String> =
-        imports().into_iter().flat_map(|imports| rings::rings(&imports.arrows)).map(|ring| rings::told(&ring)).collect();
+    let rings: Vec<String> = imports()
+        .into_iter()
+        .flat_map(|imports| rings::rings(&imports.arrows))
+        .map(|ring| rings::told(&ring))
+        .collect();
     assert!(
         rings.is_empty(),
         "{} rings of files that import each other. What two of them need belongs into a file below both.\n{}",

@@ -207,6 +207,7 @@ mod tests {
             schemas_generalised: 0,
             perceived: Vec::new(),
             heard: Vec::new(),
+            failure: None,
             decision: None,
             quiet_actions: 0,
             habituating: false,

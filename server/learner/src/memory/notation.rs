@@ -38,6 +38,17 @@ pub fn words(text: &str) -> Option<(&str, impl Iterator<Item = NotationPart<'_>>
     Some((kind.trim(), parts.map(part)))
 }
 
+/// Writes an observation of which just the names are known: the opposite of [`words`].
+///
+/// ```
+/// assert_eq!(pschema_learner::notation::by_names("object", [("colour", "blue"), ("field", "4")]), "object{colour=blue, field=4}");
+/// ```
+#[must_use]
+pub fn by_names<N: Display, V: Display>(kind: &str, properties: impl IntoIterator<Item = (N, V)>) -> String {
+    let pairs: Vec<_> = properties.into_iter().map(|(name, value)| format!("{name}={value}")).collect();
+    format!("{kind}{{{}}}", pairs.join(", "))
+}
+
 /// An outcome: an observation as it is, or as it is no longer there.
 #[must_use]
 pub fn outcome(observation: String, absent: bool) -> String {
@@ -99,10 +110,9 @@ pub fn pattern(vocabulary: &Vocabulary, pattern: &Pattern) -> String {
             Term::Constant(constant) => value(vocabulary, *property, *constant),
             Term::Variable(v) => format!("${}", variable(*v)),
         };
-        format!("{}={value}", property_name(vocabulary, *property))
+        (property_name(vocabulary, *property), value)
     });
-    let terms: Vec<_> = terms.collect();
-    format!("{}{{{}}}", type_name(vocabulary, pattern.kind()), terms.join(", "))
+    by_names(&type_name(vocabulary, pattern.kind()), terms)
 }
 
 /// The patterns of a goal: `object{colour=blue} & touch{}`.
