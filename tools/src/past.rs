@@ -48,7 +48,7 @@ impl Asks for Source {
     fn ask<Q: Inspect>(&mut self, question: Q) -> Result<Q::Answer, Failure> {
         match self {
             Self::Daemon(learner) => learner.ask(question),
-            Self::Disk(remembered) => remembered.ask(question),
+            Self::Disk(memory) => memory.ask(question),
         }
     }
 }

@@ -42,8 +42,8 @@ pub(crate) fn run(args: AchieveArgs, general: &General) -> Result<(), Failure> {
     let stop = Stop::on_signals_and_hangup()?;
     let mut learner = Learner::connect(&name)?;
     let begun = learner.ask(AchieveOrder { goal: args.goal, actions_max: args.actions_max })?;
-    let waiting = Waiting { number: begun.number, until: Instant::now() + Duration::from_secs(args.wait) };
-    let (end, why) = waiting.follow(&mut learner, begun, &stop, general.quiet())?;
+    let goal = AwaitedGoal { number: begun.number, until: Instant::now() + Duration::from_secs(args.wait) };
+    let (end, why) = goal.follow(&mut learner, begun, &stop, general.quiet())?;
     if args.json {
         output::print_json(&end)?;
     } else if end.achieved {
@@ -53,12 +53,12 @@ pub(crate) fn run(args: AchieveArgs, general: &General) -> Result<(), Failure> {
 }
 
 /// A goal whose end is waited for.
-struct Waiting {
+struct AwaitedGoal {
     number: u64,
     until: Instant,
 }
 
-impl Waiting {
+impl AwaitedGoal {
     /// Tells of each plan as it is made. Returns how it ended, and why it was called off if it was from here.
     fn follow(
         &self,

@@ -1,4 +1,4 @@
-//! `pschema export`: a memory as JSON ExportSummary.
+//! `pschema export`: a memory as JSON Lines.
 
 use std::fs::Permissions;
 use std::io::{self, BufWriter, Write};
@@ -98,10 +98,10 @@ fn to_file(
     let mut builder = tempfile::Builder::new();
     builder.prefix(".pschema-export-").permissions(Permissions::from_mode(0o600));
     let mut temporary = builder.tempfile_in(parent).map_err(|error| failed(&error))?;
-    let lines = write(&mut temporary)?;
+    let summary = write(&mut temporary)?;
     temporary.as_file().sync_all().map_err(|error| failed(&error))?;
     temporary.persist_noclobber(file).map_err(|error| failed(&error.error))?;
-    Ok(lines)
+    Ok(summary)
 }
 
 /// Stops writing when this process is asked to stop.

@@ -67,14 +67,14 @@ pub(super) struct ReplayReport {
 }
 
 pub(crate) fn run(args: ReplayArgs) -> Result<(), Failure> {
-    let remembered = MemoryOnDisk::open(&args.data, args.until)?;
+    let memory = MemoryOnDisk::open(&args.data, args.until)?;
     let began = Instant::now();
-    let moment = remembered.past().moment(args.until)?;
+    let moment = memory.past().moment(args.until)?;
     let replay_s = began.elapsed().as_secs_f64();
     let (frame, snapshot_step, frames_replayed) = (moment.frame, moment.snapshot_step, moment.frames);
-    let status = remembered.answer(moment, &StatusQuery {})?;
+    let status = memory.answer(moment, &StatusQuery {})?;
     let made = match &args.out {
-        Some(out) => Some(remembered.past().branch(args.until, out)?),
+        Some(out) => Some(memory.past().branch(args.until, out)?),
         None => None,
     };
     let report = ReplayReport {

@@ -43,10 +43,10 @@ pub(crate) fn run(args: StatusArgs, general: &General) -> Result<(), Failure> {
     }
 }
 
-fn past(remembered: &MemoryOnDisk, json: bool) -> Result<(), Failure> {
-    let moment = remembered.moment(&StatusQuery {})?;
+fn past(memory: &MemoryOnDisk, json: bool) -> Result<(), Failure> {
+    let moment = memory.moment(&StatusQuery {})?;
     let (frame, at_unix_ms) = (moment.frame, moment.at_unix_ms);
-    let status = remembered.answer(moment, &StatusQuery {})?;
-    let told = PastStatus::new(&status, remembered.past(), frame, at_unix_ms)?;
+    let status = memory.answer(moment, &StatusQuery {})?;
+    let told = PastStatus::new(&status, memory.past(), frame, at_unix_ms)?;
     output::show(json, &told, |told| past_status::past_status(told, &status))
 }

@@ -208,6 +208,7 @@ mod tests {
             failure: None,
             perceived: Vec::new(),
             heard: Vec::new(),
+            failure: None,
             decision: None,
             quiet_actions: 0,
             habituating: false,

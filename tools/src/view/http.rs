@@ -78,13 +78,13 @@ type Reply = Response<Full<Bytes>>;
 ///
 /// # Errors
 /// When the system can't.
-pub(super) fn serve(listener: TcpListener, house: Arc<PageServer>, stop: &Stop) -> Result<(), Failure> {
+pub(super) fn serve(listener: TcpListener, server: Arc<PageServer>, stop: &Stop) -> Result<(), Failure> {
     let failed = |error: std::io::Error| Failure::Failed(format!("cannot serve a page: {error}"));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
     runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(listener).map_err(failed)?;
         // Ends with the runtime, as all connections do.
-        tokio::spawn(accept(listener, house));
+        tokio::spawn(accept(listener, server));
         stopped(stop).await;
         Ok(())
     })
@@ -96,7 +96,7 @@ async fn stopped(stop: &Stop) {
     }
 }
 
-async fn accept(listener: tokio::net::TcpListener, house: Arc<PageServer>) {
+async fn accept(listener: tokio::net::TcpListener, server: Arc<PageServer>) {
     let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new())
@@ -114,10 +114,10 @@ async fn accept(listener: tokio::net::TcpListener, house: Arc<PageServer>) {
                 continue;
             }
         };
-        let house = Arc::clone(&house);
+        let server = Arc::clone(&server);
         let serve = service_fn(move |request| {
-            let house = Arc::clone(&house);
-            async move { Ok::<_, Infallible>(with_headers(reply(&house, request).await)) }
+            let server = Arc::clone(&server);
+            async move { Ok::<_, Infallible>(with_headers(reply(&server, request).await)) }
         });
         let connection = http.serve_connection(TokioIo::new(stream), serve);
         tokio::spawn(async move {
@@ -136,16 +136,16 @@ fn with_headers(mut reply: Reply) -> Reply {
     reply
 }
 
-async fn reply(house: &PageServer, request: Request<Incoming>) -> Reply {
+async fn reply(server: &PageServer, request: Request<Incoming>) -> Reply {
     let uri = request.uri();
-    match way(request.method(), uri.path(), request.headers(), house.port, &house.token) {
+    match way(request.method(), uri.path(), request.headers(), server.port, &server.token) {
         Ok(Route::Asset(name)) => match asset(name) {
             Some(asset) => content(StatusCode::OK, asset.kind, asset.text),
             None => refused(Denial(StatusCode::NOT_FOUND, "there is no such file")),
         },
-        Ok(Route::Ask) => answered(house, request.into_body()).await,
-        Ok(Route::Picture) => picture(house, after(uri.query())).await,
-        Ok(Route::Fields) => fields(house),
+        Ok(Route::Ask) => answered(server, request.into_body()).await,
+        Ok(Route::Picture) => picture(server, after(uri.query())).await,
+        Ok(Route::Fields) => fields(server),
         Err(why) => refused(why),
     }
 }
@@ -172,14 +172,14 @@ fn trouble(trouble: &Trouble) -> Reply {
     content(trouble.status, JSON, serde_json::to_vec(trouble).unwrap_or_default())
 }
 
-async fn answered(house: &PageServer, body: Incoming) -> Reply {
+async fn answered(server: &PageServer, body: Incoming) -> Reply {
     let asked = match question(body).await {
         Ok(asked) => asked,
         Err(why) => return trouble(&why),
     };
-    let answer = match &house.live {
+    let answer = match &server.live {
         Some(live) if asked.until.is_none() => live.ask(asked).await,
-        _ => house.past.ask(asked).await,
+        _ => server.past.ask(asked).await,
     };
     match answer {
         Ok(json) => content(StatusCode::OK, JSON, json),
@@ -205,8 +205,8 @@ fn after(query: Option<&str>) -> u64 {
     query.and_then(|query| query.strip_prefix("after=")?.parse().ok()).unwrap_or(0)
 }
 
-async fn picture(house: &PageServer, after: u64) -> Reply {
-    let shot = match &house.pictures {
+async fn picture(server: &PageServer, after: u64) -> Reply {
+    let shot = match &server.pictures {
         Some(pictures) => pictures.after(after).await,
         None => None,
     };
@@ -218,8 +218,8 @@ async fn picture(house: &PageServer, after: u64) -> Reply {
     reply
 }
 
-fn fields(house: &PageServer) -> Reply {
-    match house.pictures.as_ref().and_then(Pictures::last) {
+fn fields(server: &PageServer) -> Reply {
+    match server.pictures.as_ref().and_then(Pictures::last) {
         Some(shot) => {
             content(StatusCode::OK, JSON, serde_json::to_vec(&Fields::from(&*shot)).unwrap_or_default())
         }

@@ -42,7 +42,7 @@ pub(crate) struct PageOptions {
 /// The page, before it is served.
 pub(crate) struct ViewPage {
     listener: TcpListener,
-    house: Arc<PageServer>,
+    server: Arc<PageServer>,
     watching: Option<pictures::PictureThread>,
 }
 
@@ -78,14 +78,14 @@ impl ViewPage {
         };
         let past = past::begin(directory)?;
         let pictures: Option<Pictures> = watching.as_ref().map(pictures::PictureThread::pictures);
-        let house = Arc::new(PageServer { port, token: Token::draw()?, live, past, pictures });
-        Ok(Self { listener, house, watching })
+        let server = Arc::new(PageServer { port, token: Token::draw()?, live, past, pictures });
+        Ok(Self { listener, server, watching })
     }
 
     /// The address of the page. It is shown only to the person who started it: whoever knows it can look at the learner and
     /// give orders.
     pub(crate) fn url(&self) -> String {
-        format!("http://127.0.0.1:{}/{}/", self.house.port, self.house.token.text())
+        format!("http://127.0.0.1:{}/{}/", self.server.port, self.server.token.text())
     }
 
     /// Serves it until `stop` is raised.
@@ -93,8 +93,8 @@ impl ViewPage {
     /// # Errors
     /// When the system can't.
     pub(crate) fn serve(self, stop: &Stop) -> Result<(), Failure> {
-        let Self { listener, house, watching } = self;
-        let served = http::serve(listener, house, stop);
+        let Self { listener, server, watching } = self;
+        let served = http::serve(listener, server, stop);
         if let Some(watching) = watching {
             watching.end();
         }

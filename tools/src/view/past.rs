@@ -114,8 +114,8 @@ impl Asks for Past<'_> {
 
 impl Respondent for Past<'_> {
     fn about(&mut self) -> Result<About, Trouble> {
-        let remembered = MemoryOnDisk::open(&self.path, None)?;
-        let past = remembered.past();
+        let memory = MemoryOnDisk::open(&self.path, None)?;
+        let past = memory.past();
         let files = past.files().map_err(Failure::from)?;
         Ok(About {
             name: past.learner().to_owned(),
@@ -138,10 +138,10 @@ impl Respondent for Past<'_> {
 
 impl PastMoment {
     fn rebuilt(path: PathBuf, step: u64) -> Result<Self, Failure> {
-        let remembered = MemoryOnDisk::open(&path, Some(step))?;
-        let mut moment = remembered.past().moment(Some(step))?;
+        let memory = MemoryOnDisk::open(&path, Some(step))?;
+        let mut moment = memory.past().moment(Some(step))?;
         // Memory is rebuilt from the effects on disk, so it can be shown even if this release would decide otherwise.
-        let undecided = match remembered.past().decision(None, Some(step)) {
+        let undecided = match memory.past().decision(None, Some(step)) {
             Ok(decided) => {
                 moment.decision = decided.decision;
                 None
@@ -149,7 +149,7 @@ impl PastMoment {
             Err(PastError::NeverDecided { .. }) => None,
             Err(problem) => Some(problem.to_string()),
         };
-        let view = remembered.view(moment);
+        let view = memory.view(moment);
         Ok(Self { path, step, view, undecided })
     }
 }
