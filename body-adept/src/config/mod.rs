@@ -339,6 +339,7 @@ mod tests {
         for (from, to, told) in [
             ("sides = [\"left\", \"right\"", "sides = [\"left\", \"left\"", "each of left, right"),
             ("colour = \"green\"", "colour = \"pink\"", "not among [[colours]]"),
+            ("hue_deg = [200, 255]", "hue_deg = [150, 255]", "colours green and blue overlap"),
             ("lift_mm = 50 ", "lift_mm = 90 ", "at most the last of taught.lift_mm"),
             ("[\"blue-block\", \"red-block\"", "[\"blue-block\", \"blue-block\"", "given twice"),
         ] {
