@@ -45,23 +45,20 @@ pub struct AdeptBody {
 
 impl AdeptBody {
     /// A body made of these parts. `stop` ends all its waits.
-    ///
-    /// # Errors
-    /// When the colours of the arm file cannot be told apart.
     pub fn new(
         name: &str,
         arm: Arm,
         source: Box<dyn FrameSource>,
         operator: Operator,
         stop: Arc<AtomicBool>,
-    ) -> Result<Self, String> {
+    ) -> Self {
         let setup = arm.setup().clone();
         let (description, ids) = setup.declaration(name).declare();
-        Ok(Self {
+        Self {
             description,
             ids,
             marks: field_marks(&setup.fields),
-            eye: setup.eye()?,
+            eye: setup.eye.clone(),
             setup,
             arm,
             source,
@@ -71,7 +68,7 @@ impl AdeptBody {
             seen: None,
             asked_at: None,
             told_at: None,
-        })
+        }
     }
 
     /// The arm.

@@ -47,12 +47,12 @@ pub fn arm_on(
     let silence_max = Duration::from_secs_f64(setup.file.motion.heartbeat_ms.get() / 1000.0);
     let signs = Signs { driver: Beat::default(), daemon, stop, silence_max };
     let watch = Watch::begin(signs, switch.clone())?;
-    let connect = connector(setup.clone(), open, watch.signs().driver.clone());
+    let connect = connector(setup.clone(), open, recorder.clone(), watch.signs().driver.clone());
     Ok(Arm::new(setup.clone(), connect, switch, watch, recorder, may))
 }
 
 /// Connects to the controller in the mode that the arm file says.
-fn connector(setup: Arc<ArmSetup>, mut open: OpenLine, driver: Beat) -> Connect {
+fn connector(setup: Arc<ArmSetup>, mut open: OpenLine, recorder: LineRecorder, driver: Beat) -> Connect {
     Box::new(move |switch: &StopSwitch| {
         let line = open()?;
         let (touch, line_file) = (&setup.file.touch, &setup.file.line);
@@ -61,7 +61,7 @@ fn connector(setup: Arc<ArmSetup>, mut open: OpenLine, driver: Beat) -> Connect 
             LineMode::Server => v_plus::program::STOP,
             LineMode::Monitor => v_plus::monitor::STOP,
         };
-        switch.connect(line.stopper()?, stop_bytes);
+        switch.connect(line.stopper()?, stop_bytes, recorder.clone());
         let line = GuardedLine::new(line, switch.clone(), driver.clone());
         Ok(match line_file.mode {
             LineMode::Server => {

@@ -145,9 +145,6 @@ pub enum AdeptError {
     /// The arm file cannot be used.
     #[error(transparent)]
     ArmFile(#[from] FileError),
-    /// The colours cannot be told apart.
-    #[error("arm file {name}: {problem}")]
-    Colours { name: String, problem: String },
     /// The camera cannot be used.
     #[error(transparent)]
     Sight(#[from] SightError),
@@ -215,8 +212,7 @@ pub fn build(args: &AdeptArgs, stop: Arc<AtomicBool>, daemon: Option<Beat>) -> R
     let open = connect::serial(&setup, port, recorder.clone());
     let arm = arm_on(&setup, open, recorder, may, stop.clone(), daemon).map_err(system("start the watch"))?;
     let operator = Operator::new(args.operator.clone());
-    AdeptBody::new(&args.body, arm, source, operator, stop)
-        .map_err(|problem| AdeptError::Colours { name: args.arm.clone(), problem })
+    Ok(AdeptBody::new(&args.body, arm, source, operator, stop))
 }
 
 /// Has the arm enabled: at once with `--enable`, otherwise by asking the operator.

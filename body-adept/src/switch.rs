@@ -42,10 +42,11 @@ impl fmt::Display for StopCause {
     }
 }
 
-/// A way to the arm, and the bytes that stop the arm there.
+/// A way to the arm, the bytes that stop the arm there, and the recorder of what is sent.
 struct Wire {
     stopper: Box<dyn Stopper>,
     bytes: &'static [u8],
+    recorder: LineRecorder,
 }
 
 struct Shared {
@@ -83,9 +84,9 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl StopSwitch {
-    /// Connects the switch to a line, on which `bytes` stop the arm.
-    pub fn connect(&self, stopper: Box<dyn Stopper>, bytes: &'static [u8]) {
-        *locked(&self.0.wire) = Some(Wire { stopper, bytes });
+    /// Connects the switch to a line, on which `bytes` stop the arm. `recorder` records that they were sent.
+    pub fn connect(&self, stopper: Box<dyn Stopper>, bytes: &'static [u8], recorder: LineRecorder) {
+        *locked(&self.0.wire) = Some(Wire { stopper, bytes, recorder });
     }
 
     /// Lets go of the line, so that it can be opened again.
@@ -130,11 +131,11 @@ impl StopSwitch {
     /// more: a disk that is slow or full may delay no stop, and no repetition of one.
     fn send_unrecorded(&self) -> Option<(LineRecorder, &'static [u8])> {
         let mut wire = locked(&self.0.wire);
-        let Wire { stopper, bytes } = wire.as_mut()?;
+        let Wire { stopper, bytes, recorder } = wire.as_mut()?;
         if let Err(error) = stopper.stop(bytes) {
             tracing::error!(%error, "the order to stop could not be sent: press the emergency stop");
         }
-        Some((stopper.recorder(), bytes))
+        Some((recorder.clone(), bytes))
     }
 
     /// Whether the switch is pressed.
@@ -198,7 +199,7 @@ mod tests {
 
     fn switch() -> (StopSwitch, mpsc::Receiver<Vec<u8>>) {
         let (switch, (sender, receiver)) = (StopSwitch::default(), mpsc::channel());
-        switch.connect(Box::new(SentStops(sender)), b"STOP\n");
+        switch.connect(Box::new(SentStops(sender)), b"STOP\n", LineRecorder::default());
         (switch, receiver)
     }
 
@@ -245,20 +246,7 @@ mod tests {
         assert!(switch.is_pressed());
     }
 
-    /// A stopper whose recording hangs, as on a disk that is full or gone.
-    struct HangingRecording(mpsc::Sender<Vec<u8>>, LineRecorder);
-
-    impl Stopper for HangingRecording {
-        fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError> {
-            self.0.send(bytes.to_vec()).unwrap();
-            Ok(())
-        }
-
-        fn recorder(&self) -> LineRecorder {
-            self.1.clone()
-        }
-    }
-
+    /// A recording hangs, as on a disk that is full or gone.
     #[test]
     fn a_recording_that_hangs_delays_no_stop() {
         let directory = tempfile::tempdir().unwrap();
@@ -270,7 +258,7 @@ mod tests {
         let recorder = LineRecorder::create(&pipe).unwrap();
         let (sender, wire) = mpsc::channel();
         let switch = StopSwitch::default();
-        switch.connect(Box::new(HangingRecording(sender, recorder.clone())), b"STOP\n");
+        switch.connect(Box::new(SentStops(sender)), b"STOP\n", recorder.clone());
         let full = std::thread::spawn(move || recorder.event("order", &"x".repeat(1 << 20)));
         let pressed = switch.clone();
         let first = std::thread::spawn(move || pressed.press(StopCause::Asked));

@@ -192,6 +192,7 @@ mod tests {
     use std::sync::mpsc;
 
     use super::*;
+    use crate::line::recorder::LineRecorder;
     use crate::line::{LineError, Stopper};
 
     struct Wire(mpsc::Sender<Instant>);
@@ -206,7 +207,7 @@ mod tests {
 
     fn watched(daemon: bool, silence_max: Duration) -> (Watch, StopSwitch, mpsc::Receiver<Instant>) {
         let (switch, (sender, wire)) = (StopSwitch::default(), mpsc::channel());
-        switch.connect(Box::new(Wire(sender)), b"STOP\n");
+        switch.connect(Box::new(Wire(sender)), b"STOP\n", LineRecorder::default());
         let signs = Signs {
             driver: Beat::default(),
             daemon: daemon.then(Beat::default),

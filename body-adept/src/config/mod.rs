@@ -9,7 +9,7 @@ use std::path::Path;
 
 use pschema_arm::route::{RouteSetup, Waypoint};
 use pschema_arm::{FileError, FileKind, FingerArm, JointPositions, Square, Within, check_names};
-use pschema_vision::classify::ColourRange;
+use pschema_vision::classify::{ClassifyError, ColourRange};
 use pschema_vision::eye::Eye;
 use pschema_vision::fields::VisualFields;
 use toml::Spanned;
@@ -51,6 +51,8 @@ pub struct ArmSetup {
     pub rest: JointPositions,
     /// The visual fields of the camera's picture.
     pub fields: VisualFields,
+    /// An eye for the colours, which has not looked at a picture yet.
+    pub eye: Eye,
     /// The postures that babbling draws from.
     pub repertoire: Vec<JointPositions>,
 }
@@ -124,9 +126,10 @@ impl ArmSetup {
         }
         let (width_px, height_px) = (file.camera.width_px.count(), file.camera.height_px.count());
         let fields = file.vision.fields(width_px, height_px).map_err(|error| (None, error.to_string()))?;
+        let eye = eye(&file).map_err(|error| (None, error.to_string()))?;
         // The speed cap comes from the file alone; nothing else can raise it.
         let gate = Gate::new(limits, percent(speed), taught);
-        Ok(Self { gate, plane, rest, fields, repertoire, file })
+        Ok(Self { gate, plane, rest, fields, eye, repertoire, file })
     }
 
     /// How moves go.
@@ -145,24 +148,7 @@ impl ArmSetup {
     /// The index of the finger's colour.
     #[must_use]
     pub fn finger_colour(&self) -> usize {
-        self.file.colours.iter().position(|colour| colour.name == self.file.finger.colour).unwrap_or_default()
-    }
-
-    /// The eye for the colours.
-    ///
-    /// # Errors
-    /// When the colours cannot be told apart.
-    pub fn eye(&self) -> Result<Eye, String> {
-        let range = |colour: &ColourEntry| ColourRange {
-            name: colour.name.clone(),
-            hue_from_deg: colour.hue_deg[0].get(),
-            hue_to_deg: colour.hue_deg[1].get(),
-            saturation_min: colour.saturation_min.get(),
-            value_min: colour.value_min.get(),
-        };
-        let colours: Vec<ColourRange> = self.file.colours.iter().map(range).collect();
-        Eye::new(&colours, self.finger_colour(), self.file.vision.blob_rules())
-            .map_err(|error| error.to_string())
+        finger_colour(&self.file)
     }
 
     /// The properties that the body declares.
@@ -181,6 +167,22 @@ impl ArmSetup {
             pushes: Vec::new(),
         }
     }
+}
+
+fn finger_colour(file: &ArmFile) -> usize {
+    file.colours.iter().position(|colour| colour.name == file.finger.colour).unwrap_or_default()
+}
+
+fn eye(file: &ArmFile) -> Result<Eye, ClassifyError> {
+    let range = |colour: &ColourEntry| ColourRange {
+        name: colour.name.clone(),
+        hue_from_deg: colour.hue_deg[0].get(),
+        hue_to_deg: colour.hue_deg[1].get(),
+        saturation_min: colour.saturation_min.get(),
+        value_min: colour.value_min.get(),
+    };
+    let colours: Vec<ColourRange> = file.colours.iter().map(range).collect();
+    Eye::new(&colours, finger_colour(file), file.vision.blob_rules())
 }
 
 fn percent(percent: f64) -> u8 {
@@ -296,8 +298,6 @@ mod tests {
         assert_eq!(emulated.repertoire.len(), 112);
         let cobra = ArmSetup::parse("cobra", COBRA).unwrap();
         assert_eq!((cobra.gate.taught().joints(), cobra.speeds()), (4, (5, 2)));
-        emulated.eye().unwrap();
-        cobra.eye().unwrap();
     }
 
     /// The emulated arm declares the same as the simulated one of the same world, so that memory goes from one to the
@@ -339,6 +339,7 @@ mod tests {
         for (from, to, told) in [
             ("sides = [\"left\", \"right\"", "sides = [\"left\", \"left\"", "each of left, right"),
             ("colour = \"green\"", "colour = \"pink\"", "not among [[colours]]"),
+            ("hue_deg = [200, 255]", "hue_deg = [150, 255]", "colours green and blue overlap"),
             ("lift_mm = 50 ", "lift_mm = 90 ", "at most the last of taught.lift_mm"),
             ("[\"blue-block\", \"red-block\"", "[\"blue-block\", \"blue-block\"", "given twice"),
         ] {

@@ -65,9 +65,4 @@ pub trait Stopper: Send {
     /// # Errors
     /// When the line is gone or stuck.
     fn stop(&mut self, bytes: &[u8]) -> Result<(), LineError>;
-
-    /// The recorder for the bytes that were sent. The caller records them when nothing waits for the stop any more.
-    fn recorder(&self) -> recorder::LineRecorder {
-        recorder::LineRecorder::default()
-    }
 }

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
+use pschema_adept::line::recorder::LineRecorder;
 use pschema_adept::line::serial::SerialLine;
 use pschema_adept::line::{Line, LineError, Stopper};
 use pschema_adept::switch::StopSwitch;
@@ -49,6 +50,7 @@ fn the_order_to_stop_follows_the_lost_heartbeat() {
         switch.connect(
             Box::new(StampingStopper { stopper: line.stopper().unwrap(), sent: sender }),
             program::STOP,
+            LineRecorder::default(),
         );
         let daemon = Beat::default();
         let signs = Signs {
