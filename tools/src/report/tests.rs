@@ -21,7 +21,6 @@ fn step(step: u64, stage: u32, trial: u32, schemas: u32) -> TracedStep {
         failure: None,
         perceived: Vec::new(),
         heard: if step == 255 { text("touch") } else { Vec::new() },
-        failure: None,
         decision: Some(TraceDecision {
             excitation_top: 1.0 + (step % 5) as f64,
             excitation: 1.0,

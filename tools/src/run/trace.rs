@@ -208,7 +208,6 @@ mod tests {
             failure: None,
             perceived: Vec::new(),
             heard: Vec::new(),
-            failure: None,
             decision: None,
             quiet_actions: 0,
             habituating: false,
