@@ -245,8 +245,8 @@ pub fn run(args: &AdeptArgs) -> Result<Option<RunSummary>, AdeptError> {
         replay::replay(&setup(args)?, recording)?;
         return Ok(None);
     }
-    // A second signal ends the process at once; by then the watch has stopped the arm.
-    let stop = Stop::on_signals()?.flag();
+    // A signal first stops the arm, whichever it is. A second one ends the process at once; by then the watch has stopped the arm.
+    let stop = Stop::on_every_signal()?.flag();
     if args.task == Some(AdeptTask::Calibrate) {
         let mut body = build(args, stop.clone(), None)?;
         enable(args, &mut body, &stop)?;

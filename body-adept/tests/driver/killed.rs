@@ -11,6 +11,10 @@ use crate::rig::{Rig, until};
 /// Longer than a busy machine keeps a process from its watchdog.
 const WATCHDOG_MS: u64 = 2_000;
 
+/// What ends a process: told by a person, by a system that shuts down, or by a terminal that is closed. The last only halts
+/// others (Ctrl-Z), and would leave nobody at the arm.
+const ENDING: [Signal; 5] = [Signal::TERM, Signal::INT, Signal::HUP, Signal::QUIT, Signal::TSTP];
+
 /// Ends its process, should a test end before that.
 struct Process(Child);
 
@@ -33,12 +37,24 @@ fn calibrating(
     when: impl Fn(&EmulatorRecord) -> bool,
     change: impl FnOnce(&mut EmulatorArgs),
 ) -> (Rig, Process) {
-    let rig = Rig::start(Dialect::Program, |args| {
+    calibrating_in(Dialect::Program, when, change)
+}
+
+fn calibrating_in(
+    dialect: Dialect,
+    when: impl Fn(&EmulatorRecord) -> bool,
+    change: impl FnOnce(&mut EmulatorArgs),
+) -> (Rig, Process) {
+    let rig = Rig::start(dialect, |args| {
         args.fast = 1.0;
         change(args);
     });
     let file = rig.directory.path().join("arm.toml");
-    std::fs::write(&file, EMULATED).unwrap();
+    let text = match dialect {
+        Dialect::Monitor => EMULATED.replace("mode = \"server\"", "mode = \"monitor\""),
+        _ => EMULATED.to_owned(),
+    };
+    std::fs::write(&file, text).unwrap();
     let child = Command::new(env!("CARGO_BIN_EXE_pschema-adept"))
         .args([
             "--port",
@@ -78,7 +94,7 @@ fn a_process_that_is_killed_while_it_homes_the_arm_leaves_it_to_the_watchdog() {
 
 #[test]
 fn a_process_told_to_end_while_it_homes_the_arm_stops_it_and_takes_its_power_away() {
-    for signal in [Signal::TERM, Signal::INT] {
+    for signal in [Signal::TERM, Signal::HUP] {
         let (rig, mut process) = calibrating(homes, |_| {});
         process.signal(signal);
         assert!(!process.0.wait().unwrap().success(), "it did not calibrate");
@@ -97,14 +113,26 @@ fn a_killed_process_leaves_the_arm_to_the_watchdog() {
 
 #[test]
 fn a_process_told_to_end_stops_the_arm_and_takes_its_power_away() {
-    let (rig, mut process) = calibrating(moves, |_| {});
-    process.signal(Signal::TERM);
-    let ended = process.0.wait().unwrap();
-    assert!(!ended.success(), "it did not calibrate");
-    let record = rig.emulator.record();
-    assert!(record.stops > 0 && record.motions == 1, "{} {}", record.stops, record.motions);
-    // Nobody may have it without enabling it anew.
-    let mut arm = rig.arm(&crate::rig::setup(&[]), Default::default(), false);
-    arm.connect().unwrap();
-    assert_eq!(*arm.phase(), pschema_adept::arm::Phase::Inactive);
+    let by_program = ENDING.map(|signal| (Dialect::Program, signal));
+    for (dialect, signal) in by_program.into_iter().chain([(Dialect::Monitor, Signal::HUP)]) {
+        let (rig, mut process) = calibrating_in(dialect, moves, |_| {});
+        process.signal(signal);
+        let ended = process.0.wait().unwrap();
+        assert!(!ended.success(), "{dialect:?}, {signal:?}: it did not calibrate");
+        let record = rig.emulator.record();
+        assert!(
+            record.stops > 0 && record.motions == 1,
+            "{dialect:?}, {signal:?}: {} {}",
+            record.stops,
+            record.motions
+        );
+        if dialect == Dialect::Program {
+            // Nobody may have it without enabling it anew.
+            let mut arm = rig.arm(&crate::rig::setup(&[]), Default::default(), false);
+            arm.connect().unwrap();
+            assert_eq!(*arm.phase(), pschema_adept::arm::Phase::Inactive);
+        } else {
+            assert!(!record.powered, "{signal:?}: power stayed on");
+        }
+    }
 }

@@ -2,7 +2,12 @@
 
 use std::io::{self, IsTerminal};
 
+use tracing::dispatcher;
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+
+use crate::lines::Lines;
 
 pub use tracing_subscriber::filter::LevelFilter;
 
@@ -26,18 +31,45 @@ impl Log {
         Self { json, ..self }
     }
 
-    /// Begins to log on stderr. A process that has a log already keeps that one.
+    /// Begins to log on stderr. A process that has a log already keeps that one. Logging never waits for who reads stderr:
+    /// see [`lost_lines`].
     pub fn begin(self) {
         let filter = EnvFilter::builder().with_default_directive(self.level.into()).from_env_lossy();
         let coloured = io::stderr().is_terminal() && colour_is_wanted();
-        let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr);
-        // When the other end of the pipe has died, its failures to write must not end this process.
+        let lines = Lines::to(io::stderr(), |lines| {
+            tracing::warn!(lines, "these lines of the log are lost: stderr was not read for too long");
+        });
+        let lines = match lines {
+            Ok(lines) => lines,
+            Err(error) => return crate::say(&format!("there is no log: cannot start its thread: {error}")),
+        };
+        let writer = lines.clone();
+        let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(move || writer.clone());
         let log = log.with_ansi(coloured).log_internal_errors(false);
-        let begun = if self.json { log.json().try_init() } else { log.with_target(false).try_init() };
+        let begun = if self.json {
+            log.json().finish().with(lines).try_init()
+        } else {
+            log.with_target(false).finish().with(lines).try_init()
+        };
         if let Err(error) = begun {
-            tracing::debug!(error, "this process has a log already");
+            tracing::debug!(%error, "this process has a log already");
         }
     }
+}
+
+/// How many lines of this process's log were lost so far, because nobody read them from stderr.
+#[must_use]
+pub fn lost_lines() -> u64 {
+    with_lines(Lines::lost).unwrap_or(0)
+}
+
+/// Waits until all lines logged so far are written, for a second at most.
+pub(crate) fn flush() {
+    with_lines(Lines::flush);
+}
+
+fn with_lines<T>(look: impl FnOnce(&Lines) -> T) -> Option<T> {
+    dispatcher::get_default(|log| log.downcast_ref::<Lines>().cloned()).map(|lines| look(&lines))
 }
 
 /// Whether the environment allows colours: neither <https://no-color.org> nor a terminal that has none forbids them.

@@ -3,9 +3,22 @@
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
-use signal_hook::flag;
+use signal_hook::consts::{
+    SIGALRM, SIGHUP, SIGINT, SIGIO, SIGPROF, SIGQUIT, SIGTERM, SIGTSTP, SIGUSR1, SIGUSR2, SIGVTALRM, SIGXCPU,
+    SIGXFSZ,
+};
+use signal_hook::iterator::Signals;
+use signal_hook::{flag, low_level};
+
+/// Signals that end a process, or halt it, and can be handled. Those of a fault in the program itself are not among them.
+const ENDING: [i32; 12] = [
+    SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGIO, SIGXCPU,
+];
+/// Signals that come one after another within this time were sent together.
+const HASTE: Duration = Duration::from_millis(500);
 
 /// A flag that is raised when this process is asked to end. Clones share it.
 #[derive(Clone, Debug, Default)]
@@ -26,29 +39,39 @@ pub struct Interrupted;
 pub struct SignalError(#[from] io::Error);
 
 impl Stop {
-    /// From now on SIGINT and SIGTERM raise the flag. A second one ends the process at once, for a person who does not
-    /// want to wait, or should the work never look at the flag.
+    /// From now on SIGINT, SIGTERM and SIGHUP raise the flag: the last comes when the terminal is closed, or when the process
+    /// that started this one dies. A second SIGINT or SIGTERM ends the process at once, for a person who does not want to wait, or
+    /// should the work never look at the flag; not when it comes within half a second, for `timeout` and its like send two.
+    ///
+    /// A signal that this process was started to ignore stays ignored, as `nohup` wants it.
     ///
     /// # Errors
     /// When the system refuses to handle a signal.
     pub fn on_signals() -> Result<Self, SignalError> {
-        let stop = Self::patient(&[])?;
-        for signal in [SIGINT, SIGTERM] {
-            // In this order: the first signal finds the flag still down, and only then raises it.
-            flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop.raised))?;
-            flag::register(signal, Arc::clone(&stop.raised))?;
-        }
-        Ok(stop)
+        Self::on_the_first_of(&[SIGINT, SIGTERM, SIGHUP])
     }
 
-    /// As [`Stop::on_signals`]; SIGHUP raises the flag as well: it comes when the terminal is closed, or when the process
-    /// that started this one dies.
+    /// As [`Stop::on_signals`], for every signal that would end the process and can be handled: for a program that must bring
+    /// something to rest first. SIGTSTP (Ctrl-Z), which would only halt the process, raises the flag too.
     ///
     /// # Errors
     /// When the system refuses to handle a signal.
-    pub fn on_signals_and_hangup() -> Result<Self, SignalError> {
-        let stop = Self::on_signals()?;
-        flag::register(SIGHUP, Arc::clone(&stop.raised))?;
+    pub fn on_every_signal() -> Result<Self, SignalError> {
+        Self::on_the_first_of(&ENDING)
+    }
+
+    fn on_the_first_of(signals: &[i32]) -> Result<Self, SignalError> {
+        let stop = Self::on(signals)?;
+        let mut signals = Signals::new(heeded(&[SIGINT, SIGTERM]))?;
+        let wait = move || {
+            let mut first: Option<Instant> = None;
+            for _ in signals.forever() {
+                if first.get_or_insert_with(Instant::now).elapsed() > HASTE {
+                    low_level::exit(1);
+                }
+            }
+        };
+        thread::Builder::new().name("signals".to_owned()).spawn(wait)?;
         Ok(stop)
     }
 
@@ -58,13 +81,13 @@ impl Stop {
     /// # Errors
     /// When the system refuses to handle a signal.
     pub fn on_signals_without_haste() -> Result<Self, SignalError> {
-        Self::patient(&[SIGINT, SIGTERM, SIGHUP])
+        Self::on(&[SIGINT, SIGTERM, SIGHUP])
     }
 
-    fn patient(signals: &[i32]) -> Result<Self, SignalError> {
+    fn on(signals: &[i32]) -> Result<Self, SignalError> {
         let stop = Self::default();
-        for signal in signals {
-            flag::register(*signal, Arc::clone(&stop.raised))?;
+        for signal in heeded(signals) {
+            flag::register(signal, Arc::clone(&stop.raised))?;
         }
         // A file that may not grow further (`ulimit -f`) shall be an error to report; the signal would end the process
         // without a word.
@@ -105,13 +128,22 @@ impl Stop {
     }
 }
 
+/// Those of `signals` that this process was not started to ignore.
+fn heeded(signals: &[i32]) -> Vec<i32> {
+    // Linux tells them as a hexadecimal mask, with the first signal as its lowest bit.
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    signals.iter().copied().filter(|signal| ignored >> (signal - 1) & 1 == 0).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn a_signal_raises_the_flag_and_every_clone_sees_it() {
-        let stop = Stop::on_signals_and_hangup().expect("signals can be handled");
+        let stop = Stop::on_signals().expect("signals can be handled");
         let group = stop.cancellable();
         assert_eq!((stop.check(), group.check()), (Ok(()), Ok(())));
         signal_hook::low_level::raise(SIGHUP).expect("a signal can be raised");

@@ -79,7 +79,7 @@ struct DurabilityMeasurement {
 }
 
 pub(crate) fn run(args: &DurabilityArgs, quiet: bool) -> Result<(), Failure> {
-    let stop = Stop::on_signals_and_hangup()?;
+    let stop = Stop::on_signals()?;
     let directory = directory_on_disk(args.data.as_deref())?;
     let bar = Bar::count(quiet);
     let rounds = args.rounds;

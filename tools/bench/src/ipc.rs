@@ -138,7 +138,7 @@ struct IpcMeasurement {
 }
 
 pub(crate) fn run(args: &IpcArgs, quiet: bool) -> Result<(), Failure> {
-    let stop = Stop::on_signals_and_hangup()?;
+    let stop = Stop::on_signals()?;
     let bar = Bar::count(quiet);
     let mut rows = Vec::new();
     for mode in Mode::ALL {

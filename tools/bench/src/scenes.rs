@@ -53,7 +53,7 @@ impl<'a> Scenes<'a> {
         quiet: bool,
         mut act: impl FnMut(&mut SimBody, &Action, bool) -> Result<Outcome, Failure>,
     ) -> Result<(), Failure> {
-        let stop = Stop::on_signals_and_hangup()?;
+        let stop = Stop::on_signals()?;
         let bar = Bar::count(quiet);
         for round in 0..self.args.rounds {
             stop.check()?;

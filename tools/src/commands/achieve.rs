@@ -39,7 +39,7 @@ const ASK_EVERY: Duration = Duration::from_millis(50);
 
 pub(crate) fn run(args: AchieveArgs, general: &General) -> Result<(), Failure> {
     let name = args.order.learner(general, "`achieve`")?;
-    let stop = Stop::on_signals_and_hangup()?;
+    let stop = Stop::on_signals()?;
     let mut learner = Learner::connect(&name)?;
     let begun = learner.ask(AchieveOrder { goal: args.goal, actions_max: args.actions_max })?;
     let goal = AwaitedGoal { number: begun.number, until: Instant::now() + Duration::from_secs(args.wait) };

@@ -40,7 +40,7 @@ const EXPERIMENT: &str = "exp1-s1";
 const ROBOT_EXPERIMENT: &str = "exp1-s1-narrow";
 
 pub(crate) fn run(args: DemoArgs, general: &General) -> Result<(), Failure> {
-    let stop = Stop::on_signals_and_hangup()?;
+    let stop = Stop::on_signals()?;
     let name = match args.body {
         BodyKind::Sim => EXPERIMENT,
         BodyKind::Adept => ROBOT_EXPERIMENT,

@@ -19,7 +19,7 @@ pub(crate) struct EmulatorCommand {
 
 /// Runs until stopped.
 pub(crate) fn run(command: EmulatorCommand) -> Result<(), Failure> {
-    let stop = Stop::on_signals_and_hangup()?;
+    let stop = Stop::on_signals()?;
     follow_parent(command.parent.parent)?;
     let args = command.args;
     let ready = || tracing::info!(line = %args.link.display(), world = %args.world, "the emulated controller is ready");

@@ -64,7 +64,7 @@ const SEEDS_OF_ALL: (u64, u64) = (1, 10);
 const ALL: &str = "all";
 
 pub(crate) fn run(args: ExperimentArgs, general: &General) -> Result<(), Failure> {
-    let stop = Stop::on_signals_and_hangup()?;
+    let stop = Stop::on_signals()?;
     let experiments = experiments(&args)?;
     let seeds = seeds(&args);
     if let Some(folder) = &args.out {

@@ -41,7 +41,7 @@ impl From<ExportError> for Failure {
 }
 
 pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
-    let stop = Stop::on_signals_and_hangup()?;
+    let stop = Stop::on_signals()?;
     let DataArgs { data, until } = &args.memory.data;
     let directory = match data {
         Some(directory) => directory.clone(),

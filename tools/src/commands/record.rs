@@ -49,7 +49,7 @@ pub(crate) fn run(args: RecordArgs, general: &General) -> Result<(), Failure> {
     if let Some(path) = &args.jsonl {
         recorders.push(Box::new(JsonLinesFile::create(path)?));
     }
-    let stop = Stop::on_signals_and_hangup()?;
+    let stop = Stop::on_signals()?;
     let pictures = args.rerun.is_some() && !args.no_pictures;
     let recorded =
         record::record(&place, &mut recorders, pictures, args.steps.unwrap_or(u64::MAX), &stop.flag())?;

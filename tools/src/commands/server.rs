@@ -35,7 +35,7 @@ pub(crate) fn run(command: ServerCommand, general: &General) -> Result<(), Failu
 /// # Errors
 /// When the daemon can't be run.
 pub fn serve(args: &ServerArgs, ParentArgs { parent }: ParentArgs) -> Result<(), Failure> {
-    let stop = Stop::on_signals_and_hangup()?;
+    let stop = Stop::on_signals()?;
     follow_parent(parent)?;
     pschema_server::run(args, &stop.flag())?;
     if is_orphan(parent) {

@@ -30,7 +30,7 @@ pub(crate) struct ViewArgs {
 }
 
 pub(crate) fn run(args: ViewArgs, general: &General) -> Result<(), Failure> {
-    let stop = Stop::on_signals_and_hangup()?;
+    let stop = Stop::on_signals()?;
     let wanted = PageOptions { name: args.name.learner(general)?, data: args.data, port: args.port };
     let page = ViewPage::open(&wanted)?;
     let url = page.url();

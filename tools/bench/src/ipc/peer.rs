@@ -23,7 +23,7 @@ const SLEEP: Duration = Duration::from_millis(50);
 /// Serves until told to stop.
 pub(crate) fn serve(args: &PeerArgs) -> Result<(), Failure> {
     follow_parent(args.parent.parent)?;
-    let told = Stop::on_signals_and_hangup()?;
+    let told = Stop::on_signals()?;
     let mode = args.mode;
     let runtime = RuntimeDir::from_environment()?;
     let socket = runtime.path().join(socket::FILE);
