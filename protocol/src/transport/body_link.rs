@@ -81,9 +81,12 @@ impl BodyLink {
         tracing::trace!("hello sent");
         let start = Instant::now();
         loop {
-            if let Some(welcome) = pending.receive().map_err(setup("receive the welcome"))? {
-                tracing::trace!("welcome received");
-                return Ok(*welcome.payload());
+            while let Some(welcome) = pending.receive().map_err(setup("receive the welcome"))? {
+                // One to another body, which had this one's place on the service before, is not ours.
+                if welcome.wake == self.base.wake {
+                    tracing::trace!("welcome received");
+                    return Ok(*welcome.payload());
+                }
             }
             if stop.load(Ordering::Relaxed) {
                 return Err(TransportError::Stopped);
@@ -136,20 +139,28 @@ impl BodyLink {
         let pending = write_frame(loan, &header, frame).send().map_err(setup("send a frame"))?;
         self.base.notify();
         tracing::trace!(sequence = header.sequence, "frame sent");
-        self.receive(&pending, stop)
+        self.receive(&pending, &header, stop)
     }
 
-    fn receive(&self, pending: &PendingReply, stop: &AtomicBool) -> Result<WireReply, TransportError> {
+    fn receive(
+        &self,
+        pending: &PendingReply,
+        to: &FrameHeader,
+        stop: &AtomicBool,
+    ) -> Result<WireReply, TransportError> {
         let start = Instant::now();
         let mut stopped = None;
         let mut silence = SilenceLog::new(self.base.epoch.daemon_pid());
         let mut spin = self.spin;
         spin.happened(start);
         loop {
-            if let Some(reply) = pending.receive().map_err(setup("receive a reply"))? {
-                tracing::trace!("reply received");
-                silence.over(start.elapsed());
-                return Ok(*reply.payload());
+            while let Some(reply) = pending.receive().map_err(setup("receive a reply"))? {
+                // One to another body, which had this one's place on the service before, is not ours.
+                if (reply.session, reply.sequence) == (to.session, to.sequence) {
+                    tracing::trace!("reply received");
+                    silence.over(start.elapsed());
+                    return Ok(*reply.payload());
+                }
             }
             if spin.goes_on(Instant::now()) {
                 std::hint::spin_loop();

@@ -5,6 +5,7 @@ pub mod body_link;
 mod debug;
 mod error;
 mod gone;
+mod held;
 mod janitor;
 mod payload;
 pub mod pictures;

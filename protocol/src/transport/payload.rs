@@ -31,7 +31,7 @@ macro_rules! shared {
 
 shared! {
     WireHello => "pschema.Hello.v1",
-    Welcome => "pschema.Welcome.v1",
+    Welcome => "pschema.Welcome.v2",
     FrameHeader => "pschema.FrameHeader.v1",
     WireFrame => "pschema.Frame.v2",
     WireReply => "pschema.Reply.v1",

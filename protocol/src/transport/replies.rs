@@ -4,21 +4,17 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::port::SendError;
 
 use super::debug::opaque_debug;
-use super::services::{Ipc, PAGES_IN_FLIGHT};
+use super::held::{ActiveFrame, ActiveHello, ActiveTool, Held};
+use super::services::PAGES_IN_FLIGHT;
 use super::waker::{PeerWaker, REPLIED};
 use crate::limits::{ANSWER_BYTES_MAX, PAGE_BYTES, PAGES_MAX};
 use crate::refusal::Refusal;
 use crate::wire::message::Reply;
-use crate::wire::{FrameHeader, Page, Welcome, WireFrame, WireHello, WireReply, encode};
-
-pub(super) type ActiveHello = ActiveRequest<Ipc, WireHello, (), Welcome, ()>;
-pub(super) type ActiveFrame = ActiveRequest<Ipc, WireFrame, FrameHeader, WireReply, ()>;
-pub(super) type ActiveTool = ActiveRequest<Ipc, Page, (), Page, ()>;
+use crate::wire::{Page, Welcome, encode};
 
 /// How long a tool may leave an answer unread before the answer is dropped.
 const ANSWER_PATIENCE: Duration = Duration::from_secs(5);
@@ -45,13 +41,19 @@ pub(super) fn log_undelivered(result: Result<(), DeliveryError>) {
 #[error("the peer could not be reached: {0}")]
 pub struct DeliveryError(String);
 
-fn delivery_error(error: SendError) -> DeliveryError {
-    DeliveryError(format!("{error:?}"))
+impl DeliveryError {
+    fn of(error: SendError) -> Self {
+        Self(format!("{error:?}"))
+    }
+
+    fn gone() -> Self {
+        Self("it has left".to_owned())
+    }
 }
 
 /// The handle to welcome or refuse a body. It may be kept and used later. If it is dropped unused, the body tries again.
 pub struct AttachReply {
-    pub(super) active: ActiveHello,
+    pub(super) held: Held<ActiveHello>,
     pub(super) node: UniqueNodeId,
     pub(super) wake: u64,
     pub(super) waker: Rc<PeerWaker>,
@@ -65,11 +67,10 @@ impl AttachReply {
     /// [`DeliveryError`] when the body has gone; the session is not open then.
     pub fn accept(self, session: u64, learner: &str) -> Result<(), DeliveryError> {
         self.bodies.borrow_mut().push(Attachment { session, node: self.node, wake: self.wake });
-        let sent = self.active.send_copy(encode::welcome(session, learner)).map_err(delivery_error);
+        let sent = self.send(encode::welcome(session, learner));
         if sent.is_err() {
             self.bodies.borrow_mut().retain(|body| body.session != session);
         }
-        self.waker.wake(self.wake, REPLIED);
         sent
     }
 
@@ -78,7 +79,12 @@ impl AttachReply {
     /// # Errors
     /// [`DeliveryError`] when the body has gone.
     pub fn refuse(self, refusal: &Refusal, learner: &str) -> Result<(), DeliveryError> {
-        let sent = self.active.send_copy(encode::unwelcome(refusal, learner)).map_err(delivery_error);
+        self.send(encode::unwelcome(refusal, learner))
+    }
+
+    fn send(&self, welcome: Welcome) -> Result<(), DeliveryError> {
+        let active = self.held.of_waiting_client().ok_or_else(DeliveryError::gone)?;
+        let sent = active.send_copy(Welcome { wake: self.wake, ..welcome }).map_err(DeliveryError::of);
         self.waker.wake(self.wake, REPLIED);
         sent
     }
@@ -86,7 +92,7 @@ impl AttachReply {
 
 /// The handle to reply to a frame. It may be kept until the step is durable. If it is dropped unused, the body attaches again.
 pub struct FrameReply {
-    pub(super) active: ActiveFrame,
+    pub(super) held: Held<ActiveFrame>,
     pub(super) session: u64,
     pub(super) sequence: u64,
     pub(super) wake: u64,
@@ -105,9 +111,10 @@ impl FrameReply {
     /// # Errors
     /// [`DeliveryError`] when the body has gone.
     pub fn send(self, reply: &Reply) -> Result<(), DeliveryError> {
-        let sent = self.active.send_copy(encode::reply(self.session, self.sequence, reply));
+        let active = self.held.of_waiting_client().ok_or_else(DeliveryError::gone)?;
+        let sent = active.send_copy(encode::reply(self.session, self.sequence, reply));
         self.waker.wake(self.wake, REPLIED);
-        sent.map_err(delivery_error)
+        sent.map_err(DeliveryError::of)
     }
 
     /// Tells the body why its frame was not taken.
@@ -122,7 +129,7 @@ impl FrameReply {
 /// The handle to answer a tool. It may be kept and used later. If it is dropped unused, the tool learns that there is no
 /// answer.
 pub struct RequestReply {
-    pub(super) active: ActiveTool,
+    pub(super) held: Held<ActiveTool>,
     pub(super) request: u64,
     pub(super) wake: u64,
     pub(super) waker: Rc<PeerWaker>,
@@ -147,9 +154,9 @@ impl RequestReply {
     }
 
     fn send(self, bytes: Vec<u8>, code: u32) {
-        let Self { active, request, wake, waker, outbox } = self;
+        let Self { held, request, wake, waker, outbox } = self;
         let deadline = Instant::now() + ANSWER_PATIENCE;
-        let mut outgoing = Outgoing { active, request, wake, code, bytes, next: 0, deadline };
+        let mut outgoing = Outgoing { held, request, wake, code, bytes, next: 0, deadline };
         if outgoing.push(&waker) {
             outbox.borrow_mut().push(outgoing);
         }
@@ -160,7 +167,7 @@ opaque_debug!(AttachReply, FrameReply, RequestReply);
 
 /// An answer on its way, page by page.
 pub(super) struct Outgoing {
-    active: ActiveTool,
+    held: Held<ActiveTool>,
     request: u64,
     wake: u64,
     code: u32,
@@ -175,14 +182,17 @@ impl Outgoing {
         let pages = self.bytes.len().div_ceil(PAGE_BYTES).max(1);
         debug_assert!(pages <= PAGES_MAX, "{pages} pages");
         let before = self.next;
-        let mut connected = self.active.is_connected();
-        while connected && self.next < pages {
-            match self.active.send_copy(self.page(pages)) {
+        let Some(active) = self.held.of_waiting_client() else {
+            tracing::debug!(page = self.next, pages, "an answer was dropped: its tool has left");
+            return false;
+        };
+        while self.next < pages {
+            match active.send_copy(self.page(pages)) {
                 Ok(()) => self.next += 1,
                 Err(SendError::UnableToDeliver | SendError::LoanError(_)) => break,
                 Err(error) => {
                     tracing::debug!(?error, "an answer could not be sent");
-                    connected = false;
+                    return false;
                 }
             }
         }
@@ -193,7 +203,7 @@ impl Outgoing {
             tracing::debug!(page = self.next, pages, "an answer left unread was dropped");
             return false;
         }
-        connected && self.next < pages
+        self.next < pages
     }
 
     fn page(&self, pages: usize) -> Page {

@@ -11,6 +11,7 @@ use iceoryx2::prelude::*;
 
 use super::debug::opaque_debug;
 use super::error::setup;
+use super::held::{ActiveFrame, ActiveHello, ActiveTool, Clients};
 use super::janitor::Janitor;
 pub use super::replies::{AttachReply, DeliveryError, FrameReply, RequestReply};
 use super::replies::{Bodies, Outbox, log_undelivered};
@@ -82,7 +83,10 @@ pub struct ServerTransport {
     waker: Rc<PeerWaker>,
     outbox: Outbox,
     bodies: Bodies,
-    frame_service: FrameService,
+    frame_service: Rc<FrameService>,
+    attach_clients: Rc<Clients<ActiveHello>>,
+    frame_clients: Rc<Clients<ActiveFrame>>,
+    tool_clients: Rc<Clients<ActiveTool>>,
     /// Kept open and not used: bodies and tools meet on this service.
     _pictures: PictureService,
     frame: RawFrame,
@@ -113,14 +117,14 @@ impl ServerTransport {
         let listener =
             wake_daemon.listener_builder().create().map_err(setup("create the daemon's listener"))?;
         let waker = wake_peers.notifier_builder().create().map_err(setup("create the peers' waker"))?;
-        let attach = services::attach(&node, Role::Daemon)?;
-        let attach = attach.server_builder().set_backpressure_handler(services::fail_when_full);
+        let attach_service = services::attach(&node, Role::Daemon)?;
+        let attach = attach_service.server_builder().set_backpressure_handler(services::fail_when_full);
         let attach = attach.create().map_err(setup("create the attach server"))?;
-        let tools = services::tools(&node, Role::Daemon)?;
-        let tools = tools.server_builder().max_loaned_responses_per_request(1);
+        let tool_service = services::tools(&node, Role::Daemon)?;
+        let tools = tool_service.server_builder().max_loaned_responses_per_request(1);
         let tools = tools.set_backpressure_handler(services::fail_when_full);
         let tools = tools.create().map_err(setup("create the tool server"))?;
-        let frame_service = services::frames(&node, Role::Daemon)?;
+        let frame_service = Rc::new(services::frames(&node, Role::Daemon)?);
         let frames = frame_service.server_builder().set_backpressure_handler(services::fail_when_full);
         let frames = frames.create().map_err(setup("create the frame server"))?;
         let pictures = services::pictures(&node, Role::Daemon)?;
@@ -136,6 +140,12 @@ impl ServerTransport {
             waker: Rc::new(PeerWaker::new(waker)),
             outbox: Outbox::default(),
             bodies: Bodies::default(),
+            attach_clients: Clients::new(move |client| has_client!(attach_service, client)),
+            frame_clients: Clients::new({
+                let frame_service = Rc::clone(&frame_service);
+                move |client| has_client!(frame_service, client)
+            }),
+            tool_clients: Clients::new(move |client| has_client!(tool_service, client)),
             frame_service,
             _pictures: pictures,
             frame: RawFrame { records: Vec::with_capacity(OBSERVATIONS_MAX), ..RawFrame::default() },
@@ -228,6 +238,9 @@ impl ServerTransport {
         self.outbox.borrow_mut().retain_mut(|one| one.push(&self.waker));
         if Instant::now() >= self.next_check {
             self.next_check = Instant::now() + CHECK_EVERY;
+            self.attach_clients.sweep();
+            self.frame_clients.sweep();
+            self.tool_clients.sweep();
             self.check_bodies(on);
         }
     }
@@ -245,8 +258,9 @@ impl ServerTransport {
             self.frame.records.extend_from_slice(records.unwrap_or_default());
             self.frame.reason = if header.has_reason() { active.payload().reason } else { Reason::default() };
             let FrameHeader { session, sequence, wake, .. } = header;
-            let reply = FrameReply { active, session, sequence, wake, waker: self.waker.clone() };
-            let own = self.session_of(&reply.active.header().node_id());
+            let own = self.session_of(&active.header().node_id());
+            let held = self.frame_clients.hold(active);
+            let reply = FrameReply { held, session, sequence, wake, waker: self.waker.clone() };
             match admit(own, &header) {
                 Err(refusal) => {
                     log_undelivered(reply.refuse(&refusal));
@@ -292,7 +306,7 @@ impl ServerTransport {
             let reply = AttachReply {
                 node: active.header().node_id(),
                 wake: hello.head.wake,
-                active,
+                held: self.attach_clients.hold(active),
                 waker: self.waker.clone(),
                 bodies: self.bodies.clone(),
             };
@@ -305,7 +319,7 @@ impl ServerTransport {
         while let Some(active) = next(&mut rest, || self.tools.receive()) {
             let page = *active.payload();
             let reply = RequestReply {
-                active,
+                held: self.tool_clients.hold(active),
                 request: page.request,
                 wake: page.wake,
                 waker: self.waker.clone(),
@@ -344,6 +358,19 @@ impl ServerTransport {
         }
     }
 }
+
+/// Whether a client is on a service now.
+macro_rules! has_client {
+    ($service:expr, $client:expr) => {{
+        let mut found = false;
+        $service.dynamic_config().list_clients(|details| {
+            found = details.client_id == $client;
+            if found { CallbackProgression::Stop } else { CallbackProgression::Continue }
+        });
+        found
+    }};
+}
+use has_client;
 
 /// The next message on a port; none if there is no more, or `rest` allows no more.
 fn next<T, E: std::fmt::Debug>(

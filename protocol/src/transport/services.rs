@@ -1,6 +1,7 @@
 //! The services of a domain. Every process makes or opens them here, with every setting given, so that all agree.
 
 use std::fs;
+use std::hash::{BuildHasher, RandomState};
 use std::io::Write;
 use std::sync::Once;
 
@@ -43,6 +44,10 @@ pub(super) type WakeNotifier = Notifier<Ipc>;
 
 /// How many pages of an answer may be under way to one tool.
 pub(super) const PAGES_IN_FLIGHT: usize = 4;
+/// How many replies may be under way to one body: its own, and one to the body that had its place before (`held`).
+const REPLIES_IN_FLIGHT: usize = 2;
+/// Requests are numbered from a random number below this one (`held`).
+const FIRST_REQUEST_MAX: u64 = 1 << 10;
 /// How many bodies may introduce themselves at once. A body leaves the service when it is welcomed.
 const ATTACHING_MAX: usize = BODIES_MAX + 2;
 /// How many processes may be on a service at once: all peers, the daemon, its janitor and wakers, and as many dead processes
@@ -153,7 +158,7 @@ macro_rules! by_role {
 pub(super) fn attach(node: &Node<Ipc>, role: Role) -> Result<AttachService, TransportError> {
     let name = service_name("pschema/attach")?;
     let builder = node.service_builder(&name).request_response::<WireHello, Welcome>();
-    let builder = one_request_at_a_time!(builder, clients: ATTACHING_MAX, responses: 1);
+    let builder = one_request_at_a_time!(builder, clients: ATTACHING_MAX, responses: REPLIES_IN_FLIGHT);
     by_role!(builder, role, "attach service")
 }
 
@@ -162,7 +167,7 @@ pub(super) fn frames(node: &Node<Ipc>, role: Role) -> Result<FrameService, Trans
     let name = service_name("pschema/frames")?;
     let builder = node.service_builder(&name).request_response::<WireFrame, WireReply>();
     let builder = builder.request_user_header::<FrameHeader>();
-    let builder = one_request_at_a_time!(builder, clients: BODIES_MAX, responses: 1);
+    let builder = one_request_at_a_time!(builder, clients: BODIES_MAX, responses: REPLIES_IN_FLIGHT);
     by_role!(builder, role, "frame service")
 }
 
@@ -236,11 +241,20 @@ macro_rules! client {
     ($service:expr, $epoch:expr, $limit:expr, $sort:literal) => {{
         let client = $service.client_builder().set_backpressure_handler(services::fail_when_full).create();
         let client = client.map_err(services::client_error($sort, $limit))?;
+        // Each request that is loaned uses a number up.
+        for _ in 0..services::first_request() {
+            drop(client.loan_uninit().map_err($crate::transport::error::setup("number requests"))?);
+        }
         $crate::transport::reserve::reserve($epoch.prefix(), Some(client.id().value()))?;
         client
     }};
 }
 pub(super) use client;
+
+/// A random number of the first request of a client.
+pub(super) fn first_request() -> u64 {
+    RandomState::new().hash_one(()) % FIRST_REQUEST_MAX
+}
 
 /// For `map_err`: why a client could not be made, where a full service is an error of its own.
 pub(super) fn client_error(

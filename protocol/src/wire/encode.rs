@@ -164,13 +164,14 @@ fn value_kind(from: &ValueKind, property: &mut WireProperty, symbols: &mut Symbo
     }
 }
 
-/// The welcome that opens `session` (above zero) with `learner`.
+/// The welcome that opens `session` (above zero) with `learner`. The wake number of the hello is still to be filled in.
 #[must_use]
 pub fn welcome(session: u64, learner: &str) -> Welcome {
     Welcome {
         magic: MAGIC,
         version: VERSION,
         session,
+        wake: 0,
         code: 0,
         reserved: 0,
         learner: text(learner),

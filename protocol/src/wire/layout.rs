@@ -221,6 +221,8 @@ pub struct Welcome {
     pub version: u32,
     /// The session's number, above zero; 0 when refused.
     pub session: u64,
+    /// The wake number of the hello: by it the body knows that it is its own that is answered.
+    pub wake: u64,
     /// 0 when accepted, else the number of the refusal.
     pub code: u32,
     /// Zero.
@@ -393,7 +395,7 @@ const _: () = {
     );
     assert!(size_of::<WireHello>() == size_of::<HelloHead>() + PRIMITIVES_MAX * size_of::<Record>());
     assert!(size_of::<WireFrame>() == OBSERVATIONS_MAX * size_of::<Record>() + 260 + 4);
-    assert!(size_of::<Welcome>() == 2 * 4 + 8 + 2 * 4 + 36 + 260);
+    assert!(size_of::<Welcome>() == 2 * 4 + 2 * 8 + 2 * 4 + 36 + 260);
     assert!(size_of::<FrameHeader>() == 2 * 4 + 4 * 8 + 4 * 4);
     assert!(size_of::<WireReply>() == 2 * 4 + 2 * 8 + 4 * 4 + 72 + 260 + 4);
     assert!(size_of::<Page>() == PAGE_HEAD_BYTES + PAGE_BYTES);
