@@ -2,7 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
-use pschema_tests::{ChildProcess, Sandbox, until};
+use std::process::{Command, Stdio};
+
+use pschema_tests::{ChildProcess, Sandbox, signal_process, until};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -33,6 +35,63 @@ fn sigterm_ends_daemon_and_body_cleanly_and_nothing_is_left() {
     assert_eq!(sandbox.left(), Vec::<String>::new());
     let gone = sandbox.run(&["status"]);
     assert_eq!(gone.code(), Some(3), "{gone:?}");
+}
+
+/// The log was written in the loop: a terminal that was held (Ctrl-S), or a full pipe, froze the learner.
+#[test]
+fn a_log_that_nobody_reads_stops_neither_the_learner_nor_its_end() {
+    let sandbox = Sandbox::new(BINARY);
+    let mut daemon = Command::new(BINARY);
+    daemon.args(["--quiet", "server"]).env("RUST_LOG", "trace").env("PSCHEMA_RUNTIME_DIR", sandbox.runtime());
+    let mut daemon = daemon.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    // Held open, and not read.
+    let unread = daemon.stderr.take().unwrap();
+    until("the daemon serves", || (sandbox.run(&["status"]).code() == Some(0)).then_some(()));
+    let body = sandbox.body("default", &[]);
+    let lost = until("lines are lost", || {
+        let status = sandbox.status("default");
+        (status["log_lines_lost"].as_u64() > Some(0)).then_some(status)
+    });
+    let _moving = sandbox.past("default", lost["step"].as_u64().unwrap() + 100);
+    assert_eq!(body.ended().code(), Some(0));
+    signal_process(daemon.id(), Signal::TERM);
+    assert_eq!(daemon.wait().unwrap().code(), Some(0));
+    drop(unread);
+    assert_eq!(sandbox.left(), Vec::<String>::new());
+}
+
+/// `timeout` sends its signal to the process and then to the whole group: two at once, which are one wish.
+#[test]
+fn two_signals_at_once_end_a_daemon_as_cleanly_as_one() {
+    let sandbox = Sandbox::new(BINARY);
+    for _ in 0..5 {
+        let daemon = sandbox.daemon("default", &[]);
+        for _ in 0..3 {
+            daemon.signal(Signal::TERM);
+        }
+        let daemon = daemon.finished();
+        assert_eq!(daemon.code(), Some(0), "{daemon:?}");
+        assert_eq!(sandbox.left(), Vec::<String>::new());
+    }
+}
+
+/// `nohup` starts a process with SIGHUP ignored, so that it outlives its terminal.
+#[test]
+fn a_signal_that_a_daemon_was_started_to_ignore_stays_ignored() {
+    let sandbox = Sandbox::new(BINARY);
+    let command = format!("trap '' HUP; exec '{BINARY}' server");
+    let daemon = sandbox.start_program("/bin/sh", &["-c", &command]);
+    until("the daemon serves", || (sandbox.run(&["status"]).code() == Some(0)).then_some(()));
+    daemon.signal(Signal::HUP);
+    let body = sandbox.body("default", &[]);
+    let _on = sandbox.past("default", 100);
+    assert_eq!(body.ended().code(), Some(0));
+    assert_eq!(daemon.ended().code(), Some(0));
+    // Otherwise it ends cleanly, as by any other signal.
+    let daemon = sandbox.daemon("default", &[]);
+    daemon.signal(Signal::HUP);
+    assert_eq!(daemon.finished().code(), Some(0));
+    assert_eq!(sandbox.left(), Vec::<String>::new());
 }
 
 #[test]

@@ -71,6 +71,8 @@ pub struct Status {
     pub storage: Option<StorageStatus>,
     /// Messages of bodies and tools that were refused since the daemon began, by reason; only those that there were.
     pub refused: Vec<RefusalCount>,
+    /// Lines of the daemon's log that were lost, because nobody read its standard error.
+    pub log_lines_lost: u64,
 }
 
 /// What steps cost while memory had from `schemas` up to twice as many of them.

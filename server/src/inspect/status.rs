@@ -56,6 +56,7 @@ pub(super) fn status(view: &View) -> Status {
         world: view.world(),
         goal: goals::summary(view),
         refused: view.refusals(),
+        log_lines_lost: pschema_process::lost_lines(),
     }
 }
 

@@ -70,6 +70,11 @@ pub(crate) fn metrics(s: &Status) -> String {
     let mut page = begun(&s.name, 1.0);
     page.gauge("uptime_seconds", s.uptime_s, "Time since the daemon began.");
     page.gauge("resident_memory_bytes", float(s.memory_bytes), "Resident memory of the daemon.");
+    page.counter(
+        "log_lines_lost_total",
+        s.log_lines_lost,
+        "Lines of the daemon's log that nobody read in time.",
+    );
     learnt(&mut page, s);
     kept(&mut page, s);
     times(&mut page, s);

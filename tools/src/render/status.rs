@@ -25,6 +25,10 @@ pub(crate) fn status(s: &Status) -> String {
     if let Some(told) = growth(&s.growth) {
         facts.fact("growth", told);
     }
+    if s.log_lines_lost > 0 {
+        let lost = count(s.log_lines_lost, "line");
+        facts.fact("log", format!("{lost} lost: nobody reads the daemon's stderr"));
+    }
     if let Some(storage) = &s.storage {
         let snapshot = storage.snapshot_step.map_or("none yet".to_owned(), |step| format!("of step {step}"));
         let (journal, oldest) = (bytes(storage.journal_bytes), storage.oldest_step);

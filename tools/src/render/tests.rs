@@ -92,6 +92,7 @@ pub(super) fn a_status() -> Status {
         goal: None,
         storage: None,
         refused: Vec::new(),
+        log_lines_lost: 7,
     }
 }
 

@@ -221,6 +221,7 @@ pub(super) fn live() -> Live {
         goal: None,
         storage: None,
         refused: Vec::new(),
+        log_lines_lost: 0,
     };
     Live {
         status,
