@@ -55,7 +55,9 @@ fn calibrating_in(
         _ => EMULATED.to_owned(),
     };
     std::fs::write(&file, text).unwrap();
-    let child = Command::new(env!("CARGO_BIN_EXE_pschema-adept"))
+    // A signal that is ignored here, as under `nohup`, would be ignored there too.
+    let child = Command::new("env")
+        .args(["--default-signal", env!("CARGO_BIN_EXE_pschema-adept")])
         .args([
             "--port",
             rig.args.link.to_str().unwrap(),

@@ -27,19 +27,11 @@ mod stop;
 mod worker;
 
 use std::fmt::Display;
-use std::io::Write;
 use std::process::ExitCode;
 
-pub use log::{LevelFilter, Log, colour_is_wanted, lost_lines};
+pub use log::{LevelFilter, Log, colour_is_wanted, lost_lines, say};
 pub use stop::{Interrupted, SignalError, Stop};
 pub use worker::Worker;
-
-/// Writes one line to stderr, behind those of the log. When nobody reads stderr any more, the line is lost and the process
-/// goes on; `eprintln!` would panic.
-pub fn say(line: &str) {
-    log::flush();
-    drop(writeln!(std::io::stderr(), "{line}"));
-}
 
 /// The exit code of the program `name` after its work. A failure is said on stderr, behind the program's name.
 pub fn ended<E: Display>(name: &str, result: Result<(), E>) -> ExitCode {

@@ -1,6 +1,6 @@
 //! The log of a process, on stderr.
 
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Write};
 
 use tracing::dispatcher;
 use tracing_subscriber::EnvFilter;
@@ -41,7 +41,7 @@ impl Log {
         });
         let lines = match lines {
             Ok(lines) => lines,
-            Err(error) => return crate::say(&format!("there is no log: cannot start its thread: {error}")),
+            Err(error) => return say(&format!("there is no log: cannot start its thread: {error}")),
         };
         let writer = lines.clone();
         let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(move || writer.clone());
@@ -55,6 +55,13 @@ impl Log {
             tracing::debug!(%error, "this process has a log already");
         }
     }
+}
+
+/// Writes one line to stderr, behind those of the log. When nobody reads stderr any more, the line is lost and the process
+/// goes on; `eprintln!` would panic.
+pub fn say(line: &str) {
+    flush();
+    drop(writeln!(std::io::stderr(), "{line}"));
 }
 
 /// How many lines of this process's log were lost so far, because nobody read them from stderr.
