@@ -218,7 +218,7 @@ mod tests {
             }
             let mut late = daemon.frames.drain(..);
             let (of_leaver, own) = (late.next().unwrap(), late.next().unwrap());
-            let _ = of_leaver.send(&Reply::Wait { ms: 1 });
+            assert!(of_leaver.send(&Reply::Wait { ms: 1 }).is_err());
             own.send(&Reply::Wait { ms: 2 }).unwrap();
             drop(late);
             assert_eq!(attached.join().unwrap(), Reply::Wait { ms: 2 }, "round {round}");
