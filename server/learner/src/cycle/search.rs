@@ -39,7 +39,7 @@ impl Node {
     }
 }
 
-/// What a search came to.
+/// The outcome of a search.
 #[derive(Debug, Default)]
 pub(crate) struct SearchResult {
     pub(crate) nodes: Vec<Node>,
@@ -177,7 +177,7 @@ impl Search<'_> {
         }
     }
 
-    /// Enters the best context that waits, and offers what can be reached from there.
+    /// Enters the best context that waits, and offers the contexts that can be reached from there.
     fn reach(&mut self, (probability, Reverse(depth), _): Priority, best: OpenContext) {
         let OpenContext { context: ids, via } = best;
         let best = (probability, Reverse(depth + 1), Reverse((0, false, SchemaId(0), 0)));
@@ -215,7 +215,7 @@ impl Search<'_> {
                 let priority = |probability: f64, schema| {
                     (probability.to_bits(), Reverse(depth + 1), Reverse((at, false, schema, 0)))
                 };
-                // What follows in the group is no more probable.
+                // The schemas that follow in the group are no more probable.
                 if !self.is_wanted(priority(probability * most, SchemaId(0))) {
                     self.found.truncated = true;
                     break;
@@ -295,7 +295,7 @@ impl Search<'_> {
         let Some((carrier, sure)) = carrier(memory, self.body, target, groups) else { return };
         let pre: Vec<_> = bound.pre.iter().collect();
         let action = memory.index().outline(carrier).map(|outline| outline.action);
-        // What is known of just this case "is selected instead" (IV-A), and is an edge itself if it leads anywhere.
+        // The schema that is known of just this case "is selected instead" (IV-A), and is an edge itself if it leads anywhere.
         if action.is_none_or(|action| memory.index().exact(&pre, action).is_some()) {
             return;
         }
@@ -306,7 +306,7 @@ impl Search<'_> {
         }
     }
 
-    /// What a schema under a binding predicts that may change a context.
+    /// The predictions of a schema under a binding that may change a context.
     fn changes(&mut self, bound: &Instance) -> Vec<Change> {
         let memory = self.memory;
         let predicted = bound.predicted(memory.parameters());

@@ -14,7 +14,7 @@ use crate::nouns::progress::{Progress, StageCommand, StageCommandError, StageEff
 use crate::nouns::vocabulary::{BodyId, Vocabulary};
 use crate::nouns::world_state::WorldState;
 
-/// What was made in one step.
+/// How many schemas of each kind were made in one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Novelty {
     pub(crate) concrete: u32,
@@ -90,7 +90,7 @@ fn leave(draft: &mut Draft<'_>, curriculum: &Curriculum) {
     }
 }
 
-/// What a teacher says in this frame of the student, as observations: heard in the very frame that gives the occasion.
+/// The words of a teacher in this frame of the student, as observations: heard in the very frame that gives the occasion.
 pub(crate) fn spoken(
     draft: &mut Draft<'_>,
     curriculum: &Curriculum,
@@ -134,7 +134,7 @@ fn is_occasion(
     utterance.when.as_ref().map_or(fresh, observed) && !utterance.unless.as_ref().is_some_and(observed)
 }
 
-/// What is heard, if the body has a sense that hears it.
+/// The words heard, if the body has a sense that hears them.
 fn as_observation(vocabulary: &Vocabulary, heard: &NamedObservation) -> Option<Observation> {
     let kind = vocabulary.type_named(&heard.kind)?;
     let properties: Option<Vec<_>> = heard
@@ -180,7 +180,7 @@ pub(crate) fn acted(draft: &mut Draft<'_>, curriculum: &Curriculum, novelty: Nov
     }
 }
 
-/// What the curriculum asks before anything is chosen.
+/// The order of the curriculum before anything is chosen.
 pub(crate) enum Demand {
     /// Choose freely.
     Free,
@@ -190,7 +190,7 @@ pub(crate) enum Demand {
     Hold,
 }
 
-/// Moves on from stages that are over, and says what is to be done before choosing.
+/// Moves on from stages that are over, and gives the order to be carried out before choosing.
 pub(crate) fn demand(draft: &mut Draft<'_>, curriculum: &Curriculum, student: bool) -> Demand {
     // Each turn ends a stage or returns, so there are no more turns than stages.
     for _ in 0..=curriculum.stages.len() {

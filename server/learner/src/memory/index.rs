@@ -1,4 +1,4 @@
-//! What makes memory fast to ask. Everything here follows from the content and is never part of a digest.
+//! The index: tables that make memory fast to ask. Everything here follows from the content and is never part of a digest.
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
@@ -203,7 +203,7 @@ impl Index {
         self.refresh(id, basis);
     }
 
-    /// Takes over what an execution changed: `before` has the probabilities of the post-conditions before it.
+    /// Takes over the changes that an execution made: `before` has the probabilities of the post-conditions before it.
     pub(crate) fn scored(&mut self, id: SchemaId, before: &[f64], basis: Basis<'_>) {
         let Some(schema) = basis.content.schema(id) else { return };
         let differ = |now: &mut dyn Iterator<Item = f64>| !now.eq(before.iter().copied());
@@ -244,7 +244,7 @@ impl Index {
         *outline = Outline::new(basis, schema, concrete, outline.group, class);
     }
 
-    /// Takes over how often what a schema is associated with was there.
+    /// Takes over how often the observations that a schema is associated with were there.
     pub(crate) fn associations_scored(&mut self, id: SchemaId, basis: Basis<'_>) {
         let associations = basis.content.schema(id).map(|schema| associated(basis, schema));
         if let (Some(associated), Some(Some(outline))) = (associations, self.outlines.get_mut(id.index())) {

@@ -1,4 +1,4 @@
-//! Matching the pre-conditions of a generalised schema with what is there: each with a different observation, variables the
+//! Matching the pre-conditions of a generalised schema with the observations there: each with a different observation, variables the
 //! same wherever they occur. In a crowd most conditions say the same of different things ("some object of some kind in some
 //! field"): to exchange what they match says nothing new, and would be done in half a billion ways for a dozen things.
 
@@ -14,17 +14,17 @@ pub(crate) struct Symmetry {
     /// For each pre-condition the last one before it that is alike, if any. Alike are those that differ only in variables that
     /// occur nowhere else, but in the same condition as post-condition or as target.
     before: Box<[Option<u32>]>,
-    /// For each pre-condition as what else it occurs.
+    /// For each pre-condition: the other roles in which it occurs.
     parts: Box<[ConditionRoles]>,
     /// Places of those of the target, and of the post-conditions, that are no pre-conditions.
     target: Box<[usize]>,
     post: Box<[usize]>,
 }
 
-/// A condition without the variables that are its own, and as what else it occurs.
+/// A condition without the variables that are its own, and the other roles in which it occurs.
 type ConditionForm = (TypeId, Vec<(PropertyId, Option<Term>)>, ConditionRoles);
 
-/// What a condition is, besides a pre-condition.
+/// The roles of a condition, besides that of a pre-condition.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct ConditionRoles(u8);
 
@@ -150,7 +150,7 @@ pub(crate) struct Case<'a> {
     pub(crate) pre: Vec<&'a Observation>,
     /// For each of them, as what it is predicted. What is achieved is found among `target`.
     pub(crate) parts: Vec<ConditionRoles>,
-    /// What is predicted and is no pre-condition.
+    /// The predictions that are no pre-conditions.
     pub(crate) post: Vec<(&'a Observation, bool)>,
 }
 
@@ -288,7 +288,7 @@ impl Assignment {
         self.of.get(usize::from(variable.0)).copied().flatten()
     }
 
-    /// Matches `pattern` with `observation`; what it binds in vain is left to [`Assignment::undo`].
+    /// Matches `pattern` with `observation`; the variables that it binds in vain are left to [`Assignment::undo`].
     fn bind(&mut self, pattern: &Pattern, observation: &Observation) -> bool {
         if !pattern.has_form_of(observation) {
             return false;
@@ -314,7 +314,7 @@ impl Assignment {
         true
     }
 
-    /// Forgets what was bound since there were so many bound.
+    /// Unbinds the variables that were bound since there were so many bound.
     fn undo(&mut self, mark: usize) {
         for variable in self.bound.drain(mark..) {
             self.of[usize::from(variable.0)] = None;
@@ -382,7 +382,7 @@ impl Domains {
     }
 }
 
-/// What is given each match that is found, with which observations it takes, and says whether to stop.
+/// The function that is given each match that is found, with the observations that it takes, and says whether to stop.
 type Visitor<'a> = dyn FnMut(&Assignment, &[bool]) -> bool + 'a;
 
 /// A search that matches patterns with different observations.
@@ -397,7 +397,7 @@ struct Search<'a> {
     last: Vec<usize>,
     /// By observation.
     used: Vec<bool>,
-    /// By pattern: what it matches.
+    /// By pattern: the observations that it matches.
     matched: Vec<usize>,
     /// By pattern: how many alike ones follow it.
     following: Vec<usize>,
