@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
 use std::io::Write;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
 use pschema_tests::{ChildProcess, Sandbox, signal_process, until};
 use rustix::process::Signal;
@@ -38,6 +38,17 @@ fn sigterm_ends_daemon_and_body_cleanly_and_nothing_is_left() {
     assert_eq!(gone.code(), Some(3), "{gone:?}");
 }
 
+/// A daemon whose log nobody reads. It ends with the test, however that ends.
+struct Unread(Child);
+
+impl Drop for Unread {
+    fn drop(&mut self) {
+        // It has usually ended by now.
+        self.0.kill().ok();
+        self.0.wait().unwrap();
+    }
+}
+
 /// The log was written in the loop: a terminal that was held (Ctrl-S), or a full pipe, froze the learner.
 #[test]
 fn a_log_that_nobody_reads_stops_neither_the_learner_nor_its_end() {
@@ -48,14 +59,14 @@ fn a_log_that_nobody_reads_stops_neither_the_learner_nor_its_end() {
     let filling = std::thread::spawn(move || filling.write_all(&[b'.'; 1 << 20]));
     let mut daemon = Command::new(BINARY);
     daemon.arg("server").env("RUST_LOG", "trace").env("PSCHEMA_RUNTIME_DIR", sandbox.runtime());
-    let mut daemon = daemon.stdout(Stdio::null()).stderr(stderr).spawn().unwrap();
+    let mut daemon = Unread(daemon.stdout(Stdio::null()).stderr(stderr).spawn().unwrap());
     until("the daemon serves", || (sandbox.run(&["status"]).code() == Some(0)).then_some(()));
     let body = sandbox.body("default", &[]);
     let _moving = sandbox.past("default", 100);
     assert_eq!(sandbox.status("default")["log_lines_lost"], 0, "there is room for a few");
     assert_eq!(body.ended().code(), Some(0));
-    signal_process(daemon.id(), Signal::TERM);
-    assert_eq!(daemon.wait().unwrap().code(), Some(0));
+    signal_process(daemon.0.id(), Signal::TERM);
+    assert_eq!(daemon.0.wait().unwrap().code(), Some(0));
     drop(unread);
     filling.join().unwrap().unwrap_err();
     assert_eq!(sandbox.left(), Vec::<String>::new());
