@@ -17,17 +17,26 @@ use crate::line::recorder::LineRecorder;
 /// Why a recording was not replayed, or differs.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum ReplayError {
     /// The recording cannot be read.
     #[error("cannot replay {path}: {source}")]
-    Read { path: String, source: std::io::Error },
+    Read {
+        /// Path of the recording.
+        path: String,
+        /// The cause.
+        source: std::io::Error,
+    },
     /// The driver cannot be set up.
     #[error("cannot set up the driver: {0}")]
     Driver(String),
     /// The driver did not do the same as then.
     #[error("line {line} of the recording: {problem}")]
-    Differs { line: usize, problem: String },
+    Differs {
+        /// Number of the line in the recording.
+        line: usize,
+        /// The difference.
+        problem: String,
+    },
 }
 
 /// Replays a recording of the arm of a setup. Returns how many orders the driver had.

@@ -7,7 +7,7 @@
 //! whose end would do harm is kept until it can't; and clients begin to count at random (`services::client`), so that
 //! this is rare. What gets through all the same the receiver skips, by the numbers in the message.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use iceoryx2::active_request::ActiveRequest;
@@ -47,18 +47,26 @@ active!(ActiveHello, ActiveFrame, ActiveTool);
 /// The clients of a service, and the requests of clients that have left which can't be dropped yet.
 pub(super) struct Clients<A> {
     is_there: Box<dyn Fn(UniqueClientId) -> bool>,
+    /// How often the daemon has looked for requests. A client that asked in the present turn is taken to be there: to look for
+    /// it costs a third as much as a whole reply.
+    turn: Cell<u64>,
     strays: RefCell<Vec<A>>,
 }
 
 impl<A: Active> Clients<A> {
     /// The clients of a service; `is_there` tells whether one of them is on it now.
     pub(super) fn new(is_there: impl Fn(UniqueClientId) -> bool + 'static) -> Rc<Self> {
-        Rc::new(Self { is_there: Box::new(is_there), strays: RefCell::default() })
+        Rc::new(Self { is_there: Box::new(is_there), turn: Cell::default(), strays: RefCell::default() })
+    }
+
+    /// Begins to look for requests once more.
+    pub(super) fn begin_turn(&self) {
+        self.turn.set(self.turn.get().wrapping_add(1));
     }
 
     /// Holds a request that came in.
     pub(super) fn hold(self: &Rc<Self>, active: A) -> Held<A> {
-        Held { active: Some(active), clients: Rc::clone(self) }
+        Held { active: Some(active), turn: self.turn.get(), clients: Rc::clone(self) }
     }
 
     /// Drops the requests kept so far whose end does no harm any more.
@@ -70,14 +78,19 @@ impl<A: Active> Clients<A> {
 /// A request that came in, and its client. It is dropped only when that ends no request but this one.
 pub(super) struct Held<A: Active> {
     active: Option<A>,
+    /// The turn in which it came in.
+    turn: u64,
     clients: Rc<Clients<A>>,
 }
 
 impl<A: Active> Held<A> {
     /// The request, as long as the client that sent it waits for a reply.
     pub(super) fn of_waiting_client(&self) -> Option<&A> {
-        let is_waiting = |active: &&A| active.is_connected() && (self.clients.is_there)(active.origin());
-        self.active.as_ref().filter(is_waiting)
+        self.active.as_ref().filter(|active| active.is_connected() && self.is_there(active))
+    }
+
+    fn is_there(&self, active: &A) -> bool {
+        self.turn == self.clients.turn.get() || (self.clients.is_there)(active.origin())
     }
 }
 
@@ -85,7 +98,7 @@ impl<A: Active> Drop for Held<A> {
     fn drop(&mut self) {
         if let Some(active) = self.active.take()
             && active.is_connected()
-            && !(self.clients.is_there)(active.origin())
+            && !self.is_there(&active)
         {
             self.clients.strays.borrow_mut().push(active);
         }

@@ -232,6 +232,9 @@ impl ServerTransport {
 
     /// Hands every message that came in to `on`, and sends more pages of answers that wait for room. This never blocks.
     pub fn poll(&mut self, on: &mut dyn FnMut(Incoming<'_>)) {
+        self.frame_clients.begin_turn();
+        self.attach_clients.begin_turn();
+        self.tool_clients.begin_turn();
         self.poll_frames(on);
         self.poll_hellos(on);
         self.poll_tools(on);
