@@ -33,7 +33,6 @@ const SEED: u64 = 0xCA11_B8A7;
 /// Why the camera was not calibrated.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum CalibrationError {
     /// The arm file is built in and cannot be written to.
     #[error(
@@ -45,7 +44,14 @@ pub enum CalibrationError {
     Stopped,
     /// A motion failed.
     #[error("the motion to ({j1}, {j2}) came to {outcome:?}; see to the arm and calibrate again")]
-    Motion { j1: f64, j2: f64, outcome: Outcome },
+    Motion {
+        /// First joint position.
+        j1: f64,
+        /// Second joint position.
+        j2: f64,
+        /// Outcome of the motion.
+        outcome: Outcome,
+    },
     /// There is no picture.
     #[error(transparent)]
     Sight(#[from] crate::sight::SightError),
@@ -54,10 +60,22 @@ pub enum CalibrationError {
         "the finger was seen in {seen} of {visited} postures, and {fitting} of them fit one map: at least {POINTS_MIN} must; \
          check the finger's colour in arm.toml, the light, and where the camera looks"
     )]
-    TooFew { visited: usize, seen: usize, fitting: usize },
+    TooFew {
+        /// Number of postures visited.
+        visited: usize,
+        /// Number of postures with the finger in sight.
+        seen: usize,
+        /// Number of postures that fit.
+        fitting: usize,
+    },
     /// The arm file cannot be written.
     #[error("cannot write {path}: {problem}")]
-    Write { path: String, problem: String },
+    Write {
+        /// Path of the file.
+        path: String,
+        /// The cause.
+        problem: String,
+    },
 }
 
 /// A place of the finger on the square in millimetres, and its position in the picture in pixels.

@@ -70,29 +70,42 @@ impl PermittedPath {
 /// Why a path may not be taken.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum PathRefusal {
     /// The path has no part, or too many.
     #[error("a path of {0} parts: it must have 1 to {LEGS_MAX}")]
     Parts(usize),
     /// The path has values for another number of joints than the arm has.
     #[error("{found} joint values for an arm of {joints} joints")]
-    Count { found: usize, joints: usize },
+    Count {
+        /// How many values there are.
+        found: usize,
+        /// How many joints the arm has.
+        joints: usize,
+    },
     /// A joint would be beyond its limit, or its value is no number.
     #[error("joint {joint} at {value}: its limits in arm.toml are {} to {}", .limits.0, .limits.1)]
     Joint {
         /// Number of the joint, from 1.
         joint: usize,
+        /// The value asked for.
         value: f64,
         /// The joint's limits, lowest and highest.
         limits: (f64, f64),
     },
     /// The speed is 0 or above the cap.
     #[error("a speed of {percent} %: it must be 1 to {max} %")]
-    Speed { percent: u8, max: u8 },
+    Speed {
+        /// Percent of full speed asked for.
+        percent: u8,
+        /// The cap, in percent.
+        max: u8,
+    },
     /// The path would leave the taught manifold.
     #[error("the path would leave what was taught by {off:.1} times the tolerance")]
-    OffManifold { off: f64 },
+    OffManifold {
+        /// By how much, in multiples of the tolerance.
+        off: f64,
+    },
 }
 
 impl Gate {

@@ -137,7 +137,6 @@ pub enum AdeptTask {
 /// Why the Adept body could not run.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum AdeptError {
     /// A necessary argument is missing.
     #[error("{0}")]
@@ -162,7 +161,12 @@ pub enum AdeptError {
     Domain(#[from] DomainError),
     /// The system refused something.
     #[error("cannot {doing}: {source}")]
-    System { doing: String, source: std::io::Error },
+    System {
+        /// The action that was refused, after "cannot".
+        doing: String,
+        /// The cause.
+        source: std::io::Error,
+    },
     /// The replay differs.
     #[error(transparent)]
     Replay(#[from] ReplayError),

@@ -48,7 +48,6 @@ impl FromStr for OperatorPlace {
 /// Why a person did not do what was asked.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum OperatorError {
     /// There is nobody to ask.
     #[error(
@@ -66,7 +65,12 @@ pub enum OperatorError {
     Stopped,
     /// The socket failed.
     #[error("the operator's socket {path}: {source}")]
-    Socket { path: PathBuf, source: io::Error },
+    Socket {
+        /// Path of the socket.
+        path: PathBuf,
+        /// The cause.
+        source: io::Error,
+    },
 }
 
 /// A request to a person.

@@ -23,14 +23,23 @@ const LIT_RGB: [f64; 3] = [255.0, 255.0, 255.0];
 
 /// Why there is no picture.
 #[derive(Debug, Error)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum SnapshotError {
     /// The file cannot be written.
     #[error("cannot write {path}: {source}; name a file in a folder that you may write to")]
-    Write { path: PathBuf, source: std::io::Error },
+    Write {
+        /// Path of the file.
+        path: PathBuf,
+        /// The cause.
+        source: std::io::Error,
+    },
     /// The picture cannot be encoded.
     #[error("cannot encode {path} as PNG: {source}")]
-    Encode { path: PathBuf, source: png::EncodingError },
+    Encode {
+        /// Path of the file.
+        path: PathBuf,
+        /// The cause.
+        source: png::EncodingError,
+    },
     /// The world has too few places or postures for a scene.
     #[error("cannot arrange the scene to be shown: {0}")]
     Scene(String),

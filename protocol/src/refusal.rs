@@ -5,37 +5,59 @@ use crate::limits::{OBSERVATIONS_MAX, PRIMITIVES_MAX, WAIT_MS_MAX};
 /// Why a message did not pass its checks.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum Refusal {
     /// The message does not begin with the protocol's magic word.
     #[error("not a pschema message: it begins with {found:#010x} instead of {expected:#010x}")]
-    Magic { found: u32, expected: u32 },
+    Magic {
+        /// The word found.
+        found: u32,
+        /// The word that every message begins with.
+        expected: u32,
+    },
     /// The peer speaks another version of the protocol.
     #[error(
         "the peer speaks protocol version {theirs}, this process version {ours}: build both from one release"
     )]
-    Version { theirs: u32, ours: u32 },
+    Version {
+        /// The peer's version.
+        theirs: u32,
+        /// This build's version.
+        ours: u32,
+    },
     /// The frame names a session that is not the attached one.
     #[error("session {found} is not open (expected {expected}): attach again")]
     Session {
+        /// The session named.
         found: u64,
         /// The session open, 0 for none.
         expected: u64,
     },
     /// The frame is a replay, or frames before it are missing.
     #[error("frame {found} is out of order: expected {expected}; attach again")]
-    Sequence { found: u64, expected: u64 },
+    Sequence {
+        /// The sequence found.
+        found: u64,
+        /// The sequence expected.
+        expected: u64,
+    },
     /// The frame's purpose is none of those defined.
     #[error("frame purpose {found} is unknown")]
-    Purpose { found: u32 },
+    Purpose {
+        /// The number found.
+        found: u32,
+    },
     /// The outcome is none of those defined.
     #[error("outcome {found} is unknown")]
-    UnknownOutcome { found: u32 },
+    UnknownOutcome {
+        /// The number found.
+        found: u32,
+    },
     /// The outcome does not answer the order given last.
     #[error(
         "the outcome answers the reply to frame {found}, but the order to answer for is that of frame {expected}"
     )]
     Answers {
+        /// Sequence claimed.
         found: u64,
         /// Sequence of the last order, 0 for none.
         expected: u64,
@@ -44,56 +66,130 @@ pub enum Refusal {
     #[error(
         "the frame claims {found} observations; it holds {held} and at most {OBSERVATIONS_MAX} are allowed"
     )]
-    ObservationCount { found: u32, held: usize },
+    ObservationCount {
+        /// Observations claimed.
+        found: u32,
+        /// Records that came with it.
+        held: usize,
+    },
     /// A record's index is beyond what was declared.
     #[error("{place}: index {found} is unknown, {declared} are declared")]
-    UnknownIndex { place: String, found: u16, declared: usize },
+    UnknownIndex {
+        /// Where.
+        place: String,
+        /// The index found.
+        found: u16,
+        /// How many there are.
+        declared: usize,
+    },
     /// A record has another number of values than was declared.
     #[error("{place}: {found} values, {declared} are declared")]
-    ValueCount { place: String, found: u16, declared: usize },
+    ValueCount {
+        /// Where.
+        place: String,
+        /// Values found.
+        found: u16,
+        /// Values declared.
+        declared: usize,
+    },
     /// A value is of another kind than was declared.
     #[error("{place}: {found} given where {declared} is declared")]
-    ValueKind { place: String, found: String, declared: &'static str },
+    ValueKind {
+        /// Where.
+        place: String,
+        /// Kind found.
+        found: String,
+        /// Kind declared.
+        declared: &'static str,
+    },
     /// A value is outside what its property allows.
     #[error("{place} = {value} is outside {allowed}")]
-    ValueRange { place: String, value: String, allowed: String },
+    ValueRange {
+        /// Where.
+        place: String,
+        /// The value.
+        value: String,
+        /// What is allowed.
+        allowed: String,
+    },
     /// A declaration has more of something than the protocol allows.
     #[error("{what}: {found}, at most {limit} are allowed")]
-    TooMany { what: String, found: usize, limit: usize },
+    TooMany {
+        /// Of what.
+        what: String,
+        /// How many.
+        found: usize,
+        /// How many are allowed.
+        limit: usize,
+    },
     /// A name, or another text, cannot be used.
     #[error("{place}: {problem}")]
-    Name { place: String, problem: String },
+    Name {
+        /// Where.
+        place: String,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// Two things of one sort have the same name.
     #[error("{place}: the name {name:?} is used twice")]
-    DuplicateName { place: String, name: String },
+    DuplicateName {
+        /// Where.
+        place: String,
+        /// The name.
+        name: String,
+    },
     /// A property's declaration contradicts itself.
     #[error("{place}: {problem}")]
-    Declaration { place: String, problem: String },
+    Declaration {
+        /// Where.
+        place: String,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// The hello claims more primitives than came with it, or than are allowed.
     #[error(
         "the repertoire claims {found} primitives; it holds {held} and at most {PRIMITIVES_MAX} are allowed"
     )]
-    PrimitiveCount { found: u32, held: usize },
+    PrimitiveCount {
+        /// Primitives claimed.
+        found: u32,
+        /// Records that came with it.
+        held: usize,
+    },
     /// A reply's kind is none of those defined.
     #[error("reply kind {found} is unknown")]
-    UnknownReply { found: u32 },
+    UnknownReply {
+        /// The number found.
+        found: u32,
+    },
     /// A reply asks for too long a rest.
     #[error("asked to wait {found} ms, at most {WAIT_MS_MAX} ms are allowed")]
-    WaitTooLong { found: u32 },
+    WaitTooLong {
+        /// Milliseconds asked.
+        found: u32,
+    },
     /// A page of a request or answer contradicts itself.
     #[error("page {page} of {pages}: {problem}")]
     Page {
         /// The page's number, from 0.
         page: u32,
+        /// Pages claimed.
         pages: u32,
+        /// What is wrong with it.
         problem: String,
     },
     /// A tool's request is none that this release knows.
     #[error("the question can't be read ({problem}): use tools and daemon of one release")]
-    Request { problem: String },
+    Request {
+        /// What is wrong with it.
+        problem: String,
+    },
     /// The daemon does not take the message now, for a reason of its own.
     #[error("{reason}")]
-    Unwilling { reason: String },
+    Unwilling {
+        /// Why.
+        reason: String,
+    },
 }
 
 impl Refusal {
@@ -127,37 +223,34 @@ impl Refusal {
     }
 }
 
-/// The word or two that each refusal is about, in the order of their numbers, from 1.
-const REASONS: [&str; 22] = [
-    "magic",
-    "version",
-    "session",
-    "sequence",
-    "purpose",
-    "unknown outcome",
-    "outcome of another order",
-    "observation count",
-    "unknown index",
-    "value count",
-    "value kind",
-    "value range",
-    "too many",
-    "name",
-    "duplicate name",
-    "declaration",
-    "primitive count",
-    "unknown reply",
-    "wait",
-    "page",
-    "unwilling",
-    "request",
-];
-
 /// What the refusal with the number `code` is about, in a word or two. Refusals are counted under these words.
 #[must_use]
 pub fn reason(code: u32) -> &'static str {
-    let index = usize::try_from(code).ok().and_then(|code| code.checked_sub(1));
-    index.and_then(|index| REASONS.get(index)).copied().unwrap_or("unknown")
+    match code {
+        1 => "magic",
+        2 => "version",
+        codes::SESSION => "session",
+        codes::SEQUENCE => "sequence",
+        5 => "purpose",
+        6 => "unknown outcome",
+        7 => "outcome of another order",
+        8 => "observation count",
+        9 => "unknown index",
+        10 => "value count",
+        11 => "value kind",
+        12 => "value range",
+        13 => "too many",
+        14 => "name",
+        15 => "duplicate name",
+        16 => "declaration",
+        17 => "primitive count",
+        18 => "unknown reply",
+        19 => "wait",
+        20 => "page",
+        codes::UNWILLING => "unwilling",
+        22 => "request",
+        _ => "unknown",
+    }
 }
 
 /// The numbers of refusals that a peer acts on.

@@ -24,7 +24,6 @@ const IDLE_FRAMES_MAX: u32 = 1000;
 
 /// Why a run in one process failed.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum InProcessError {
     /// The learner can't be made.
     #[error(transparent)]
@@ -37,7 +36,12 @@ pub enum InProcessError {
     Attach(#[from] AttachError),
     /// A frame of the body is not allowed.
     #[error("the body's frame was refused ({code}): {reason}")]
-    Frame { code: u32, reason: String },
+    Frame {
+        /// The number of the refusal.
+        code: u32,
+        /// Why.
+        reason: String,
+    },
     /// A reply to the body is not allowed, which is a fault on the learner's side.
     #[error("the reply to the body is wrong: {0}")]
     Reply(#[source] Refusal),

@@ -33,22 +33,30 @@ const SINGLE_STEPS_MAX: u32 = 8;
 
 /// Why words can't be said.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum SayError {
     /// No word was given.
     #[error("there is nothing to say: give at least one word")]
     Nothing,
     /// One of the texts is no word.
     #[error("{word:?} is no word: give 1 to {WORD_BYTES_MAX} bytes without spaces")]
-    Word { word: String },
+    Word {
+        /// The text.
+        word: String,
+    },
     /// Too many words would be waiting.
     #[error(
         "{waiting} words are waiting to be heard, and at most {WORDS_WAITING_MAX} can: is a body attached?"
     )]
-    Waiting { waiting: usize },
+    Waiting {
+        /// How many there would be.
+        waiting: usize,
+    },
     /// The learner takes no more steps.
     #[error("nobody would hear it: the learner is {state}; see `pschema stage`")]
-    Holding { state: StageState },
+    Holding {
+        /// The state of the curriculum that makes it so.
+        state: StageState,
+    },
     /// Memory has no room for another word.
     #[error("the learner knows {SYMBOLS_MAX} words and symbols, which is all it can hold")]
     Full,
@@ -56,7 +64,6 @@ pub enum SayError {
 
 /// Why a goal can't be taken up or called off.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum GoalError {
     /// One of the goal's patterns can't be read.
     #[error(transparent)]
@@ -66,16 +73,21 @@ pub enum GoalError {
     Pursue(#[from] PursueError),
     /// No goal has that number, or other goals were taken up since.
     #[error("goal {number} is over and forgotten, or never was")]
-    Unknown { number: u64 },
+    Unknown {
+        /// The number given.
+        number: u64,
+    },
 }
 
 /// Why a learner can't take a single action.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum SingleStepError {
     /// The curriculum can't go on.
     #[error("there is no step to take: the learner is stuck: {reason}")]
-    Stuck { reason: String },
+    Stuck {
+        /// Why it can't.
+        reason: String,
+    },
     /// No body is attached to carry the action out.
     #[error("{NO_BODY}")]
     NoBody,

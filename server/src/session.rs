@@ -31,7 +31,6 @@ pub const WORD_BYTES_MAX: usize = 64;
 
 /// Why a body can't be attached.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum AttachError {
     /// The declaration can't be translated for the learner.
     #[error(transparent)]
@@ -43,7 +42,12 @@ pub enum AttachError {
     #[error(
         "the learner knows {known} symbols and the body brings {more}: more than the limit of {SYMBOLS_MAX}"
     )]
-    Symbols { known: usize, more: usize },
+    Symbols {
+        /// How many symbols the learner knows.
+        known: usize,
+        /// How many others the body declares.
+        more: usize,
+    },
 }
 
 /// Whether `text` can be heard as a word.

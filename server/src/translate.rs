@@ -21,23 +21,37 @@ pub const HEARING_TEXT: &str = "text";
 
 /// Why something can't be translated for the other side.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum TranslateError {
     /// The body declares the sense of hearing, which is the daemon's own.
     #[error("observation type {HEARING} is the learner's own sense of hearing: give the body's another name")]
     OwnSense,
     /// The learner does not know something that the body declared.
     #[error("{what} {name} is declared, but the learner does not know it")]
-    Undeclared { what: &'static str, name: String },
+    Undeclared {
+        /// What sort of thing it is.
+        what: &'static str,
+        /// Its name.
+        name: String,
+    },
     /// The primitive is not in this body's repertoire.
     #[error("primitive {0} is not in this body's repertoire")]
     Primitive(u32),
     /// The body declared no such scene command.
     #[error("the body has no scene command {command}; it has: {known}")]
-    Command { command: String, known: String },
+    Command {
+        /// The command.
+        command: String,
+        /// Those it has.
+        known: String,
+    },
     /// A parameter of a scene command is missing, unknown, or has a wrong value.
     #[error("scene command {command}: {problem}")]
-    Parameter { command: String, problem: String },
+    Parameter {
+        /// The command.
+        command: String,
+        /// What is wrong.
+        problem: String,
+    },
     /// A value is not one that the body declared.
     #[error(transparent)]
     Value(#[from] Refusal),

@@ -31,13 +31,19 @@ pub struct CameraSetup {
 
 /// Why a set-up is not a camera.
 #[derive(Debug, Error, PartialEq)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum CameraError {
     /// A number is not finite, or a size is out of range.
     #[error(
         "the camera's {what} is {value}: it must be {expected}; correct it in the world or camera configuration"
     )]
-    OutOfRange { what: &'static str, value: f64, expected: &'static str },
+    OutOfRange {
+        /// Name of the number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The values it may have.
+        expected: &'static str,
+    },
 }
 
 /// A pinhole camera.

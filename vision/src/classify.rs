@@ -42,17 +42,24 @@ impl ColourRange {
 
 /// Why colour ranges cannot be told apart.
 #[derive(Debug, Error, PartialEq)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum ClassifyError {
     /// There are no colours, or too many.
     #[error("{0} colours: there must be 1 to {COLOURS_MAX}")]
     Count(usize),
     /// A number of a range is out of bounds.
     #[error("colour {name}: hues must be in 0..=360 degrees, saturation_min and value_min in 0..=1")]
-    Range { name: String },
+    Range {
+        /// The colour.
+        name: String,
+    },
     /// Two colours share hues.
     #[error("colours {first} and {second} overlap: give each its own range of hues")]
-    Overlap { first: String, second: String },
+    Overlap {
+        /// One of the two.
+        first: String,
+        /// The other.
+        second: String,
+    },
 }
 
 /// A table from RGB to colour class, 32 steps a channel.

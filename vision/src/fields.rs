@@ -16,14 +16,20 @@ const RADIUS_PER_PITCH: f64 = 0.577_350_269_189_625_8;
 
 /// Why a grid of fields cannot be laid.
 #[derive(Debug, Error, PartialEq)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum FieldsError {
     /// The pitch is not a positive number, or so small that the fields would be too many.
     #[error(
         "a pitch of {pitch_px} px over {width_px}x{height_px} px: it must be above zero and give at most \
          {FIELDS_MAX} fields; set a larger pitch"
     )]
-    Pitch { pitch_px: f64, width_px: usize, height_px: usize },
+    Pitch {
+        /// Pitch asked for.
+        pitch_px: f64,
+        /// Width of the picture.
+        width_px: usize,
+        /// Height of the picture.
+        height_px: usize,
+    },
 }
 
 /// A picture's visual fields.

@@ -7,14 +7,27 @@ pub const SIDE_PX_MAX: usize = 4096;
 
 /// Why bytes are not a picture.
 #[derive(Debug, Error, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum ImageError {
     /// A side is zero or too long.
     #[error("a picture of {width_px}x{height_px} pixels: each side must be 1 to {SIDE_PX_MAX}")]
-    Size { width_px: usize, height_px: usize },
+    Size {
+        /// Width asked for.
+        width_px: usize,
+        /// Height asked for.
+        height_px: usize,
+    },
     /// The bytes do not fill the picture exactly.
     #[error("a picture of {width_px}x{height_px} RGB pixels has {expected} bytes, but {found} were given")]
-    Length { width_px: usize, height_px: usize, expected: usize, found: usize },
+    Length {
+        /// Width of the picture.
+        width_px: usize,
+        /// Height of the picture.
+        height_px: usize,
+        /// Bytes such a picture has.
+        expected: usize,
+        /// Bytes given.
+        found: usize,
+    },
 }
 
 /// A picture of 8-bit RGB pixels, row by row from the top left.

@@ -100,14 +100,20 @@ impl EmulatorArgs {
 
 /// Why the emulator cannot run.
 #[derive(Debug, Error)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum EmulatorError {
     /// The world cannot be used.
     #[error(transparent)]
     World(#[from] FileError),
     /// The line or a socket cannot be made.
     #[error("{what} {path}: {source}")]
-    Place { what: &'static str, path: PathBuf, source: std::io::Error },
+    Place {
+        /// The line or socket.
+        what: &'static str,
+        /// Its path.
+        path: PathBuf,
+        /// The cause.
+        source: std::io::Error,
+    },
     /// The line or a socket failed while running.
     #[error("the emulated line failed: {0}")]
     Failed(#[source] std::io::Error),

@@ -15,7 +15,6 @@ pub type Result<T, E = ControllerError> = std::result::Result<T, E>;
 /// Why a controller did not do what it was asked.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum ControllerError {
     /// The line is gone, or was never there.
     #[error(transparent)]
@@ -26,10 +25,20 @@ pub enum ControllerError {
          arm.toml",
         waited.as_millis()
     )]
-    Silent { what: String, waited: Duration },
+    Silent {
+        /// The question.
+        what: String,
+        /// How long the answer was waited for.
+        waited: Duration,
+    },
     /// The controller's answer is no answer to the question.
     #[error("the controller answered {what} with {answer:?}, which is no answer to it")]
-    Garbled { what: String, answer: String },
+    Garbled {
+        /// The question.
+        what: String,
+        /// The text that came.
+        answer: String,
+    },
     /// The controller refused, or gave up.
     #[error("the controller says {0}")]
     Refused(VPlusMessage),
@@ -43,7 +52,12 @@ pub enum ControllerError {
     #[error(
         "the arm stands at {at:?}, short of {wanted:?}, where a part of its path was to end: find out who or what stopped it"
     )]
-    Short { at: Joints, wanted: Joints },
+    Short {
+        /// Where the arm is.
+        at: Joints,
+        /// Where it should be.
+        wanted: Joints,
+    },
     /// The arm was stopped, but not by this driver.
     #[error("the motion was stopped, and not from here: find out who or what stopped it")]
     StoppedElsewhere,

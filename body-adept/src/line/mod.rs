@@ -13,11 +13,15 @@ use thiserror::Error;
 /// Why the line cannot be used.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum LineError {
     /// The line cannot be opened.
     #[error("cannot open serial line {path}: {problem}")]
-    Open { path: PathBuf, problem: String },
+    Open {
+        /// Path of the port.
+        path: PathBuf,
+        /// The cause, and advice.
+        problem: String,
+    },
     /// The line has gone: it was unplugged, or the other end closed it.
     #[error(
         "the serial line is gone ({0}): check cable and adapter; it is opened again as soon as it is back"
@@ -28,7 +32,12 @@ pub enum LineError {
     Stuck,
     /// The driver did not do the same as in the recording that is replayed.
     #[error("line {line} of the recording: {problem}")]
-    Replay { line: usize, problem: String },
+    Replay {
+        /// Number of the line in the recording.
+        line: usize,
+        /// The difference.
+        problem: String,
+    },
 }
 
 /// A line to a controller.

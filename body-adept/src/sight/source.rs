@@ -37,22 +37,41 @@ impl FromStr for CameraSource {
 /// Why there is no picture.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum SightError {
     /// The source cannot be read.
     #[error("camera {place}: {source}")]
-    Io { place: String, source: std::io::Error },
+    Io {
+        /// The source.
+        place: String,
+        /// The cause.
+        source: std::io::Error,
+    },
     /// No picture was taken since it was asked for.
     #[error("camera {place}: no new picture within {} s; check the camera", PICTURE_WAIT.as_secs())]
-    Stale { place: String },
+    Stale {
+        /// The source.
+        place: String,
+    },
     /// The bytes that came are no picture.
     #[error("camera {place}: {problem}")]
-    NoPicture { place: String, problem: String },
+    NoPicture {
+        /// The source.
+        place: String,
+        /// The mistake in them.
+        problem: String,
+    },
     /// The picture has another size than the arm file says.
     #[error(
         "camera {place}: the picture is {found_px:?} px, camera in arm.toml says {expected_px:?}; correct one of them"
     )]
-    Size { place: String, found_px: (usize, usize), expected_px: (usize, usize) },
+    Size {
+        /// The source.
+        place: String,
+        /// Width and height of the picture.
+        found_px: (usize, usize),
+        /// Width and height expected.
+        expected_px: (usize, usize),
+    },
     /// The picture cannot be held.
     #[error(transparent)]
     Image(#[from] ImageError),

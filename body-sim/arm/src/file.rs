@@ -27,21 +27,41 @@ impl fmt::Display for FileKind {
 
 /// Why a file cannot be used.
 #[derive(Debug, Error)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum FileError {
     /// The file cannot be read.
     #[error("cannot read {kind} {path}: {source}; {}", kind.advice)]
-    Read { kind: FileKind, path: PathBuf, source: std::io::Error },
+    Read {
+        /// The kind of file.
+        kind: FileKind,
+        /// Path of the file.
+        path: PathBuf,
+        /// The cause.
+        source: std::io::Error,
+    },
     /// The file is too large to be of its kind.
     #[error("{kind} {path} is larger than {} bytes: this is no {kind}", kind.bytes_max)]
-    TooLarge { kind: FileKind, path: PathBuf },
+    TooLarge {
+        /// The kind of file.
+        kind: FileKind,
+        /// Path of the file.
+        path: PathBuf,
+    },
     /// The text is not of that kind: syntax, unknown key, or value out of range.
     #[error("{kind} {name}: {source}")]
-    Parse { kind: FileKind, name: String, source: Box<toml::de::Error> },
+    Parse {
+        /// The kind of file.
+        kind: FileKind,
+        /// Name of the file.
+        name: String,
+        /// The mistake, with line and column.
+        source: Box<toml::de::Error>,
+    },
     /// Each value is allowed, but they do not fit together.
     #[error("{kind} {name}{place}: {problem}")]
     Inconsistent {
+        /// The kind of file.
         kind: FileKind,
+        /// Name of the file.
         name: String,
         /// Line and column, when one place is to blame.
         place: String,

@@ -14,14 +14,18 @@ pub const MESSAGE_BYTES_MAX: usize = 16 * 1024 * 1024;
 
 /// Why bytes could not be made or read.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum CodecError {
     /// The value cannot be written, mostly because it is longer than the limit.
     #[error("the value cannot be encoded within {MESSAGE_BYTES_MAX} bytes: {0}")]
     Encode(#[source] serde_json::Error),
     /// The bytes are not such a value.
     #[error("{length} bytes are not what was expected: {problem}")]
-    Decode { length: usize, problem: serde_json::Error },
+    Decode {
+        /// How many bytes there were.
+        length: usize,
+        /// What is wrong with them.
+        problem: serde_json::Error,
+    },
 }
 
 /// A request that is not answered, and why.

@@ -13,7 +13,8 @@ use signal_hook::consts::{
 use signal_hook::iterator::Signals;
 use signal_hook::{flag, low_level};
 
-/// Signals that end a process, or halt it, and can be handled. Those of a fault in the program itself are not among them.
+/// Signals by which people and systems end a process, or halt it. Those of a fault in the program itself are not among them, nor
+/// are those that nothing sends unasked (of real time, SIGPWR).
 const ENDING: [i32; 12] = [
     SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGIO, SIGXCPU,
 ];
@@ -51,7 +52,7 @@ impl Stop {
         Self::on_the_first_of(&[SIGINT, SIGTERM, SIGHUP])
     }
 
-    /// As [`Stop::on_signals`], for every signal that would end the process and can be handled: for a program that must bring
+    /// As [`Stop::on_signals`], for the other signals too by which people and systems end a process: for a program that must bring
     /// something to rest first. SIGTSTP (Ctrl-Z), which would only halt the process, raises the flag too.
     ///
     /// # Errors

@@ -104,17 +104,26 @@ impl fmt::Display for RunSummary {
 /// Why a run failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum RunError {
     /// The body's description is not allowed: a fault in the body.
     #[error("the body's description is not allowed: {0}")]
     Description(#[source] Refusal),
     /// The daemon does not take this body.
     #[error("the daemon refused the body ({code}): {reason}")]
-    Refused { code: u32, reason: String },
+    Refused {
+        /// The number of the refusal.
+        code: u32,
+        /// Why.
+        reason: String,
+    },
     /// Frame after frame was refused: a fault in the body.
     #[error("{count} frames were refused one after another, the last because: {reason}")]
-    FramesRefused { count: u64, reason: String },
+    FramesRefused {
+        /// How many.
+        count: u64,
+        /// Why the last was.
+        reason: String,
+    },
     /// The daemon sent an order the body never declared.
     #[error("the daemon's reply is wrong: {0}")]
     Reply(#[source] Refusal),

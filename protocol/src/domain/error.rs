@@ -5,43 +5,85 @@ use std::path::{Path, PathBuf};
 /// Why a domain could not be made or found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the sentence of each variant says what its fields are")]
 pub enum DomainError {
     /// The name of the learner is not one.
     #[error("{name:?} is no name for a learner: use 1 to 32 of a-z, 0-9, _ and -")]
-    LearnerName { name: String },
+    LearnerName {
+        /// The name.
+        name: String,
+    },
     /// The runtime directory cannot be trusted or used.
     #[error("runtime directory {path}: {problem}")]
-    Runtime { path: PathBuf, problem: String },
+    Runtime {
+        /// The directory.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        problem: String,
+    },
     /// Another daemon serves this learner.
     #[error(
         "learner {name} is already served by process {pid}: stop that daemon first, or choose another --name"
     )]
     AlreadyServed {
+        /// The learner.
         name: String,
         /// The process, as the lock file has it.
         pid: String,
     },
     /// No daemon serves this learner.
     #[error("no daemon serves learner {name} in {runtime}: start one with `pschema server --name {name}`")]
-    NotServed { name: String, runtime: PathBuf },
+    NotServed {
+        /// The learner.
+        name: String,
+        /// The runtime directory looked in.
+        runtime: PathBuf,
+    },
     /// The learner's daemon is not ready yet.
     #[error("the daemon of learner {name}, process {pid}, is only just starting: try again in a moment")]
-    Starting { name: String, pid: u32 },
+    Starting {
+        /// The learner.
+        name: String,
+        /// The daemon's process.
+        pid: u32,
+    },
     /// The daemon speaks another version of the protocol.
     #[error(
         "the daemon of learner {name} speaks protocol version {theirs}, this process version {ours}: use one release"
     )]
-    Version { name: String, theirs: u32, ours: u32 },
+    Version {
+        /// The learner.
+        name: String,
+        /// The daemon's version.
+        theirs: u32,
+        /// This build's version.
+        ours: u32,
+    },
     /// The domain file is damaged.
     #[error("{path} is damaged ({problem}): restart the daemon, it writes a new one")]
-    Record { path: PathBuf, problem: String },
+    Record {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// Too little shared memory is left.
     #[error("/dev/shm has {available} bytes free, {needed} are needed: free some, or mount it larger")]
-    SharedMemory { available: u64, needed: u64 },
+    SharedMemory {
+        /// Bytes free.
+        available: u64,
+        /// Bytes needed.
+        needed: u64,
+    },
     /// The operating system refused.
     #[error("cannot {doing} {path}: {error}")]
-    Io { doing: &'static str, path: PathBuf, error: std::io::Error },
+    Io {
+        /// What was being done.
+        doing: &'static str,
+        /// To what.
+        path: PathBuf,
+        /// What it said.
+        error: std::io::Error,
+    },
 }
 
 /// For `map_err`: an operating system error with what was being done to which file.

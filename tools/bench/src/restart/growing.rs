@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use pschema_learner::Frame;
-use pschema_learner::curriculum::{Afterwards, Curriculum, Lift, Stage};
+use pschema_learner::curriculum::Curriculum;
 use pschema_learner::effect::{Effect, Score};
 use pschema_learner::memory::{Content, Memory};
 use pschema_learner::observation::{Observation, PropertyId, TypeId, Value};
@@ -27,26 +27,7 @@ const PATIENCE: Duration = Duration::from_millis(100);
 
 /// The learner's parameters, and a curriculum that asks nothing.
 pub(super) fn setting() -> (Parameters, Curriculum) {
-    let stage = Stage {
-        name: "free".to_owned(),
-        lift: Lift::All,
-        learning: true,
-        trials: 0,
-        arrange: Vec::new(),
-        until: None,
-        until_absent: None,
-        trial_actions_max: 0,
-        saturation: None,
-        habituation: None,
-        say: Vec::new(),
-    };
-    let curriculum = Curriculum {
-        name: "free".to_owned(),
-        pools: Vec::new(),
-        stages: vec![stage],
-        afterwards: Afterwards::Continue,
-    };
-    (Parameters::default(), curriculum)
+    (Parameters::default(), Curriculum::free("free"))
 }
 
 /// A memory, and the store that keeps it.

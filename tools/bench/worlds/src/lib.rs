@@ -2,7 +2,7 @@
 //! alone. Each grows memory in another way.
 #![forbid(unsafe_code)]
 
-use pschema_learner::curriculum::{Afterwards, Curriculum, Lift, Stage};
+use pschema_learner::curriculum::{Curriculum, Stage};
 use pschema_learner::observation::{Observation, PropertyId, TypeId, Value};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::random::Random;
@@ -257,25 +257,7 @@ impl Surroundings {
 /// Free play with all senses: the curriculum of every life here.
 #[must_use]
 pub fn curriculum(mix: Mix) -> Curriculum {
-    let stage = Stage {
-        name: "free play".into(),
-        lift: Lift::All,
-        learning: true,
-        trials: 0,
-        arrange: Vec::new(),
-        until: None,
-        trial_actions_max: 0,
-        saturation: None,
-        habituation: None,
-        until_absent: None,
-        say: Vec::new(),
-    };
-    Curriculum {
-        name: mix.name().into(),
-        pools: Vec::new(),
-        stages: vec![stage],
-        afterwards: Afterwards::Continue,
-    }
+    Curriculum { stages: vec![Stage::free("free play")], ..Curriculum::free(mix.name()) }
 }
 
 fn declaration(postures: i64) -> Declaration {
