@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::domain::{DomainError, Place};
 use crate::transport::TransportError;
+pub use crate::transport::tool_link::Purpose;
 use crate::transport::tool_link::ToolLink;
 
 /// Why a tool got no answer.
@@ -61,9 +62,18 @@ impl Client {
     /// # Errors
     /// See [`ClientError::is_no_daemon`]; [`TransportError::Full`] when the daemon has its number of tools.
     pub fn connect(place: &Place, timeout: Duration) -> Result<Self, ClientError> {
+        Self::connect_for(Purpose::Question, place, timeout)
+    }
+
+    /// As [`Client::connect`], for a `purpose`. Connect for an [`Order`](Purpose::Order) only to give one, and leave soon:
+    /// the places that are kept for it are few.
+    ///
+    /// # Errors
+    /// As [`Client::connect`].
+    pub fn connect_for(purpose: Purpose, place: &Place, timeout: Duration) -> Result<Self, ClientError> {
         let start = Instant::now();
         loop {
-            match ToolLink::connect(place) {
+            match ToolLink::connect(place, purpose) {
                 Ok(link) => return Ok(Self { link, timeout }),
                 // It was replaced just now, or has not opened all of its epoch yet; or a dead tool's place is
                 // not cleaned up yet.

@@ -20,6 +20,9 @@ pub const OBSERVATIONS_MAX: usize = 4096;
 pub const BODIES_MAX: usize = 8;
 /// Tools connected to one daemon at a time.
 pub const TOOLS_MAX: usize = 16;
+/// Places on the tool service beside those, for tools that connect to give orders: however many tools watch, somebody can
+/// still hold the learner.
+pub const OPERATORS_MAX: usize = 4;
 /// Longest reason of a refusal, or of an order that was not carried out, in bytes of UTF-8.
 pub const REASON_BYTES_MAX: usize = 256;
 /// Longest name of a learner, in bytes: small letters, digits, `_` and `-`.

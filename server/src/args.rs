@@ -8,7 +8,7 @@ use clap::Parser;
 use pschema_process::{LevelFilter, Log, Stop, ended};
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 
-use crate::{Durability, Keeping, Retention, ServerError, Setup, config, serve_kept};
+use crate::{Durability, Keeping, Retention, ServerError, Setup, config, resident, serve_kept};
 
 /// Run a learner in the foreground, for bodies to attach to and tools to ask.
 ///
@@ -37,6 +37,11 @@ pub struct ServerArgs {
     /// names in its `[values]`. May be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
+
+    /// How much memory the process may take until it learns nothing new: a size such as 4GiB, or `none`. Acting, and learning how
+    /// well known schemas do, go on. Half of the machine's memory, or of the process's group, unless given.
+    #[arg(long, value_name = "SIZE|none", value_parser = memory_max)]
+    pub memory_max: Option<MemoryMax>,
 
     /// The directory that memory is kept in, made when it isn't there. Without it, memory ends with the daemon.
     #[arg(long, value_name = "DIR")]
@@ -69,6 +74,14 @@ pub struct History(pub Option<u64>);
 
 fn history(text: &str) -> Result<History, String> {
     if text == "all" { Ok(History(None)) } else { size(text).map(|bytes| History(Some(bytes))) }
+}
+
+/// How many bytes the process may take; none: without a limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MemoryMax(pub Option<u64>);
+
+fn memory_max(text: &str) -> Result<MemoryMax, String> {
+    if text == "none" { Ok(MemoryMax(None)) } else { size(text).map(|bytes| MemoryMax(Some(bytes))) }
 }
 
 /// Bytes: a whole number, alone or with KiB, MiB, GiB or TiB.
@@ -140,7 +153,8 @@ pub fn run(args: &ServerArgs, stop: &AtomicBool) -> Result<(), ServerError> {
     // Before anything is created: a mistake in a file leaves nothing behind.
     let setup = args.setup()?;
     let place = Place::new(RuntimeDir::from_environment()?, args.name.clone());
-    serve_kept(place, setup, args.keeping().as_ref(), stop)
+    let memory_max = args.memory_max.map_or_else(resident::default_max, |given| given.0);
+    serve_kept(place, setup, args.keeping().as_ref(), memory_max, stop)
 }
 
 /// The whole program `pschema-server`: reads the command line, logs to stderr, ends cleanly on SIGINT and

@@ -9,7 +9,7 @@ use pschema_inspect::codec::{self, Problem, Reply as ToolReply};
 use pschema_inspect::{BodyState, Order, OrderFailure, Request, StageOrder};
 use pschema_learner::effect::Effect;
 use pschema_learner::progress::StageCommand;
-use pschema_protocol::domain::{OwnedDomain, Place};
+use pschema_protocol::domain::{OwnedDomain, Place, RuntimeDir};
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::transport::server::{
     AttachReply, DeliveryError, FrameReply, Incoming, RequestReply, ServerTransport,
@@ -18,6 +18,7 @@ use pschema_protocol::wire::decode;
 use pschema_protocol::wire::message::{Introduction, RawFrame, RawHello, Reply};
 use pschema_store::Cause;
 
+use crate::descriptors;
 use crate::error::ServerError;
 use crate::inspect::{encoded, problem};
 use crate::inspector::{Inspector, JOBS_MAX};
@@ -25,14 +26,20 @@ use crate::keeper::{Keeper, Keeping};
 use crate::mind::{Mind, NO_BODY};
 use crate::opening;
 use crate::refusals::{LogBudget, Refusals};
+use crate::resident;
 use crate::session::Session;
 use crate::sessions::Sessions;
 use crate::setup::Setup;
 use crate::supervise::Supervisor;
 use crate::view::{Host, View};
+use crate::waker::Waker;
 
 /// How long the loop sleeps at most when nothing comes in. Within that time it sees a stop flag that a signal set.
 const SLEEP_MAX: Duration = Duration::from_millis(100);
+/// How often the daemon looks whether peers can still reach it.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+/// How often the daemon looks how much memory it takes.
+const MEASURE_EVERY: Duration = Duration::from_millis(100);
 /// How long the daemon waits at its end for bodies to ask once more, so that it can send them away.
 const FAREWELL_MAX: Duration = Duration::from_secs(1);
 
@@ -53,11 +60,11 @@ enum Event<'a> {
 /// When the learner can't be made, another daemon serves the place, or shared memory can't be used. Nothing else that a
 /// body or a tool does ends the daemon.
 pub fn serve(place: Place, setup: Setup, stop: &AtomicBool) -> Result<(), ServerError> {
-    serve_kept(place, setup, None, stop)
+    serve_kept(place, setup, None, None, stop)
 }
 
 /// As [`serve`], with a memory that is kept as `keeping` says: the learner goes on from the memory that the data
-/// directory holds.
+/// directory holds. With `memory_max`, it learns nothing new while the process takes so many bytes of memory.
 ///
 /// # Errors
 /// As [`serve`]; and when memory can't be read from the data directory, or can no longer be written to it. In that case
@@ -66,18 +73,22 @@ pub fn serve_kept(
     place: Place,
     setup: Setup,
     keeping: Option<&Keeping>,
+    memory_max: Option<u64>,
     stop: &AtomicBool,
 ) -> Result<(), ServerError> {
+    descriptors::require()?;
     let name: Arc<str> = place.learner().to_string().into();
-    let mut transport = ServerTransport::create(OwnedDomain::create(place)?)?;
-    let waker = transport.waker()?;
-    let inspector = Inspector::start(move || waker.wake()).map_err(ServerError::Thread)?;
+    let mut transport = ServerTransport::create(OwnedDomain::create(place.clone())?)?;
+    let waker = Waker::new(transport.waker()?);
+    let woken = waker.clone();
+    let inspector = Inspector::start(move || woken.wake()).map_err(ServerError::Thread)?;
     let (mind, store) = match keeping {
         None => (Mind::new(setup)?, None),
-        Some(keeping) => opening::open(&name, setup, keeping, transport.waker()?)
-            .map(|(mind, store)| (mind, Some(store)))?,
+        Some(keeping) => {
+            opening::open(&name, setup, keeping, waker.clone()).map(|(mind, store)| (mind, Some(store)))?
+        }
     };
-    let mut daemon = Daemon::new(name, mind, inspector, Keeper::new(store));
+    let mut daemon = Daemon::new(name, mind, inspector, Keeper::new(store), memory_max);
     match daemon.keeper.storage() {
         Some(storage) => tracing::info!(
             learner = %daemon.name, pid = std::process::id(), directory = storage.directory,
@@ -90,6 +101,7 @@ pub fn serve_kept(
     let mut supervisor = Supervisor::from_environment();
     supervisor.ready(&daemon.summary());
     let sleep = SLEEP_MAX.min(supervisor.sleep_max());
+    let mut next_look = Instant::now();
     while !daemon.is_over(Instant::now()) {
         supervisor.turned(|| daemon.summary());
         transport.wait(sleep);
@@ -101,18 +113,41 @@ pub fn serve_kept(
             daemon.on(Event::Answer(asker, answer));
         }
         daemon.release();
+        daemon.measure();
         if let Some(failure) = daemon.keeper.failure() {
             return Err(failure.into());
+        }
+        if Instant::now() >= next_look {
+            next_look = Instant::now() + LOOK_EVERY;
+            if let Some(why) = transport.domain().loss() {
+                daemon.lose_peers();
+                transport = anew(transport, &place, why)?;
+                waker.renew(transport.waker()?);
+            }
         }
         if std::mem::take(&mut daemon.rouse) {
             daemon.sessions.numbers().for_each(|session| transport.rouse(session));
         }
     }
     supervisor.stopping();
-    tracing::info!(learner = %daemon.name, steps = daemon.mind.learner().memory().content().step, "ended");
     // Answers that the inspector still works on are dropped: their tools find the daemon gone.
     daemon.keeper.finish(daemon.mind.learner().memory())?.for_each(Delivery::deliver);
+    tracing::info!(learner = %daemon.name, steps = daemon.mind.learner().memory().content().step, "ended");
     Ok(())
+}
+
+/// Begins a new epoch in place of one that no peer can join any more. Memory stays; bodies and tools connect anew.
+fn anew(lost: ServerTransport, place: &Place, why: String) -> Result<ServerTransport, ServerError> {
+    tracing::warn!(%why, "bodies and tools can't reach the daemon any more: it begins a new epoch");
+    // The lock is taken anew as well.
+    drop(lost);
+    let begin = || {
+        // The runtime directory may have gone with all that was in it.
+        let runtime = RuntimeDir::at(place.runtime().path())?;
+        let domain = OwnedDomain::create(Place::new(runtime, place.learner().clone()))?;
+        Ok(ServerTransport::create(domain)?)
+    };
+    begin().map_err(|error: ServerError| ServerError::Unreachable { why, error: Box::new(error) })
 }
 
 /// A tool that waits for an answer, and the last batch at the time it asked: the answer leaves when that is durable, so
@@ -152,6 +187,10 @@ struct Daemon {
     keeper: Keeper<Delivery>,
     /// The number of the last batch of changes that was handed to the keeper.
     batch: u64,
+    /// How many bytes of memory the process may take until nothing new is learnt, if there is a limit, and when it is looked at
+    /// next.
+    memory_max: Option<u64>,
+    next_measure: Instant,
     /// Set when an order may have given resting bodies something to do: they are woken.
     rouse: bool,
     /// Set when the daemon is ending: the time at which it ends even if bodies are still attached.
@@ -159,7 +198,13 @@ struct Daemon {
 }
 
 impl Daemon {
-    fn new(name: Arc<str>, mind: Mind, inspector: Inspector<Asker>, keeper: Keeper<Delivery>) -> Self {
+    fn new(
+        name: Arc<str>,
+        mind: Mind,
+        inspector: Inspector<Asker>,
+        keeper: Keeper<Delivery>,
+        memory_max: Option<u64>,
+    ) -> Self {
         Self {
             name,
             mind,
@@ -169,6 +214,8 @@ impl Daemon {
             inspector,
             keeper,
             batch: 0,
+            memory_max,
+            next_measure: Instant::now(),
             rouse: false,
             ends_at: None,
         }
@@ -206,12 +253,47 @@ impl Daemon {
         }
     }
 
+    /// Has the learner take in nothing new while the process takes as much memory as it may.
+    fn measure(&mut self) {
+        let max = self.memory_max.unwrap_or(u64::MAX);
+        let now = Instant::now();
+        if now < self.next_measure {
+            return;
+        }
+        self.next_measure = now + MEASURE_EVERY;
+        let bytes = resident::bytes();
+        let was_full = self.mind.learner().memory().content().full;
+        // A little less does not count as room: what was freed is soon taken again.
+        let full = if was_full { bytes >= max / 10 * 9 } else { bytes >= max };
+        let effects = self.mind.learner_mut().set_full(full);
+        if effects.is_empty() {
+            return;
+        }
+        if full {
+            tracing::warn!(bytes, max, "memory has come to --memory-max: nothing new is learnt from here");
+            self.keep(Cause::Order("memory-max: learn nothing new"), &effects);
+        } else {
+            tracing::info!(bytes, max, "memory has room again: learning goes on");
+            self.keep(Cause::Order("memory-max: learn again"), &effects);
+        }
+    }
+
     fn end(&mut self) {
         if self.ends_at.is_none() {
             tracing::info!(bodies = self.sessions.numbers().len(), "ending");
             self.ends_at = Some(Instant::now() + FAREWELL_MAX);
             self.rouse = true;
         }
+    }
+
+    /// Closes every session and gives up what waits to be sent: nobody is there any more to receive it.
+    fn lose_peers(&mut self) {
+        let numbers: Vec<_> = self.sessions.numbers().collect();
+        for number in numbers {
+            self.gone(number, BodyState::Lost);
+        }
+        self.inspector.forget_askers();
+        self.keeper.forget_waiting();
     }
 
     fn hello(&mut self, hello: &RawHello, reply: AttachReply) {
@@ -422,6 +504,7 @@ impl Daemon {
             bodies: self.sessions.statuses(),
             storage: self.keeper.storage(),
             refusals: self.refusals.clone(),
+            memory_max: self.memory_max,
         };
         self.mind.view(self.name.clone(), self.shown(), host)
     }

@@ -26,6 +26,25 @@ pub enum ServerError {
     /// Memory can't be kept, or found again.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// Peers could no longer join the epoch, and no other could be begun.
+    #[error("{why}; the daemon ends, for it can't begin anew: {error}")]
+    Unreachable {
+        /// What was lost.
+        why: String,
+        /// Why no other epoch could be begun.
+        error: Box<ServerError>,
+    },
+    /// The process may open too few files.
+    #[error(
+        "this process may open {allowed} files, and a daemon with all its bodies and tools needs {needed}: run `ulimit -n \
+         {needed}` first, or set LimitNOFILE={needed} in its unit"
+    )]
+    Descriptors {
+        /// How many it may open.
+        allowed: u64,
+        /// How many it needs.
+        needed: u64,
+    },
     /// A thread can't be started.
     #[error("cannot start a thread: {0}")]
     Thread(#[source] std::io::Error),

@@ -7,6 +7,7 @@ use std::time::Duration;
 use pschema_inspect::GrowthStatus;
 
 use crate::latency::Times;
+use crate::resident;
 
 /// The costs since the process began to step the learner: one entry for each doubling of the number of schemas. A clone
 /// shares them.
@@ -28,7 +29,7 @@ impl Growth {
     pub(crate) fn count(&mut self, schemas: usize, time: Duration) {
         let size = self.sizes.entry(schemas.max(1).ilog2()).or_insert_with(|| {
             // Asked of the kernel once for each doubling.
-            Arc::new(Size { times: Times::default(), memory_bytes: resident_bytes() })
+            Arc::new(Size { times: Times::default(), memory_bytes: resident::bytes() })
         });
         Arc::make_mut(size).times.count(time);
     }
@@ -44,14 +45,6 @@ impl Growth {
         };
         self.sizes.iter().map(row).collect()
     }
-}
-
-/// Resident memory of this process in bytes; 0 where the kernel does not say.
-pub(crate) fn resident_bytes() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    let kibibytes = line.and_then(|line| line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
-    kibibytes.unwrap_or(0).saturating_mul(1024)
 }
 
 #[cfg(test)]

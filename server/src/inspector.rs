@@ -60,10 +60,19 @@ impl<A> Inspector<A> {
         Ok(())
     }
 
+    /// Gives up all who wait for an answer.
+    pub(crate) fn forget_askers(&mut self) {
+        self.askers.clear();
+    }
+
     /// An answer that is ready, encoded, and who asked.
     pub(crate) fn answer(&mut self) -> Option<(A, Vec<u8>)> {
-        let (number, bytes) = self.answers.try_recv().ok()?;
-        Some((self.askers.remove(&number)?, bytes))
+        loop {
+            let (number, bytes) = self.answers.try_recv().ok()?;
+            if let Some(asker) = self.askers.remove(&number) {
+                return Some((asker, bytes));
+            }
+        }
     }
 }
 

@@ -2,12 +2,15 @@
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use pschema_inspect::StorageStatus;
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::{Content, Memory};
-use pschema_store::{Cause, Change, Durability, Retention, Store, StoreError};
+use pschema_store::{Cause, Change, Durability, Ending, Retention, Store, StoreError};
+
+/// How long the disk may take at the end: less than a service manager waits before it kills.
+const FINISH_MAX: Duration = Duration::from_secs(10);
 
 /// Where and how memory is kept.
 #[derive(Clone, Debug)]
@@ -54,7 +57,7 @@ impl Ledger for Store {
     }
 
     fn may_leave(&self, batch: u64) -> bool {
-        self.durability() == Durability::Relaxed || self.is_durable(batch)
+        Store::may_leave(self, batch)
     }
 
     fn failure(&self) -> Option<StoreError> {
@@ -90,6 +93,11 @@ impl<T, L: Ledger> Keeper<T, L> {
     /// Holds `message` back until `batch` is durable; [`Keeper::released`] then returns it.
     pub(crate) fn hold(&mut self, batch: u64, message: T) {
         self.waiting.push_back((batch, message));
+    }
+
+    /// Gives up the messages that are held back.
+    pub(crate) fn forget_waiting(&mut self) {
+        self.waiting.clear();
     }
 
     /// The next message that may leave. After a failure none may, for it is not known which batches the disk has.
@@ -128,10 +136,15 @@ impl<T> Keeper<T> {
         })
     }
 
-    /// Writes all that is left to be written. Returns the messages that waited for it, which may now leave.
+    /// Writes all that is left to be written, for which the disk has [`FINISH_MAX`]. Returns the messages that waited for it, which
+    /// may now leave.
     pub(crate) fn finish(mut self, memory: &Memory) -> Result<impl Iterator<Item = T>, StoreError> {
-        if let Some(store) = self.ledger.take() {
-            store.finish(memory)?;
+        if let Some(store) = self.ledger.take()
+            && store.finish_within(memory, FINISH_MAX)? == Ending::WithoutSnapshot
+        {
+            tracing::warn!(
+                "there was no time for a last snapshot: the next start reads the journal, which has all"
+            );
         }
         Ok(self.waiting.into_iter().map(|(_, message)| message))
     }

@@ -11,6 +11,7 @@
 mod args;
 pub mod config;
 mod daemon;
+mod descriptors;
 mod error;
 mod growth;
 pub mod in_process;
@@ -21,6 +22,7 @@ mod latency;
 pub mod mind;
 mod opening;
 mod refusals;
+mod resident;
 mod ring;
 pub mod session;
 mod sessions;
@@ -29,6 +31,7 @@ mod supervise;
 mod trace;
 pub mod translate;
 pub mod view;
+mod waker;
 
 pub use args::{ServerArgs, program, run};
 pub use daemon::{serve, serve_kept};

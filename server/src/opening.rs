@@ -1,13 +1,13 @@
 //! Opening a data directory: how a daemon goes on with the memory that is kept there.
 
 use pschema_learner::LearnerError;
-use pschema_protocol::transport::DaemonWaker;
 use pschema_store::{Opened, Options, Store};
 
 use crate::error::ServerError;
 use crate::keeper::{Keeping, now_unix_ms};
 use crate::mind::Mind;
 use crate::setup::Setup;
+use crate::waker::Waker;
 
 /// The mind whose memory is in the data directory of `keeping`, or a new one with `setup` if nothing is there; and the
 /// store that goes on with it. `waker` is called when something has become durable.
@@ -18,7 +18,7 @@ pub(crate) fn open(
     name: &str,
     setup: Setup,
     keeping: &Keeping,
-    waker: DaemonWaker,
+    waker: Waker,
 ) -> Result<(Mind, Store), ServerError> {
     let Setup { seed, parameters, curriculum } = setup;
     parameters.check().map_err(LearnerError::from)?;
@@ -36,8 +36,15 @@ pub(crate) fn open(
         retention: keeping.retention,
     };
     let wake = move || waker.wake();
-    let Opened { learner, seed, changed, store } = pschema_store::open(&keeping.directory, options, wake)?;
+    let Opened { learner, seed, begun, changed, store } =
+        pschema_store::open(&keeping.directory, options, wake)?;
     let recovered = store.recovered();
+    if begun {
+        tracing::info!(
+            directory = %store.directory().display(), seed, curriculum = learner.curriculum().name, "memory begun"
+        );
+        return Ok((Mind::resume(learner, seed), store));
+    }
     tracing::info!(
         step = recovered.step,
         snapshot = recovered.snapshot_step,

@@ -53,6 +53,8 @@ pub(crate) struct Host {
     pub(crate) storage: Option<StorageStatus>,
     /// What was refused.
     pub(crate) refusals: Refusals,
+    /// How many bytes of memory the process may take until nothing new is learnt; none without a limit.
+    pub(crate) memory_max: Option<u64>,
 }
 
 /// The last frames of the body that questions are about.
@@ -141,6 +143,11 @@ impl View {
     /// How memory is kept, if it is on disk.
     pub(crate) fn storage(&self) -> Option<&StorageStatus> {
         self.host.as_ref()?.storage.as_ref()
+    }
+
+    /// How many bytes of memory the process may take until nothing new is learnt; none without a limit.
+    pub(crate) fn memory_max(&self) -> Option<u64> {
+        self.host.as_ref()?.memory_max
     }
 
     /// Bodies that are attached, or were.

@@ -153,6 +153,14 @@ fn stopped_tools_delay_nobody_and_give_their_places_back() {
     let refused = sandbox.run(&["status"]);
     assert_eq!(refused.code(), Some(1), "{refused:?}");
     assert!(refused.stderr.contains("already has 16 tools"), "{refused:?}");
+    // However many watch, whoever wants to hold the learner can.
+    for order in ["hold", "resume"] {
+        let obeyed = sandbox.run(&["stage", order]);
+        assert_eq!(obeyed.code(), Some(0), "{obeyed:?}");
+    }
+    // The daemon makes sure at its start that it may open 1,024.
+    let open = descriptors(daemon.pid());
+    assert!(open < 512, "{open} files are open, with all tools and one body");
     tools.push(last);
     tools.into_iter().for_each(killed);
     until("their places are free", || (shared_files(&prefix) == files).then_some(()));

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use pschema_inspect::{Ask, AskError, ask};
-use pschema_protocol::client::{Client, ClientError};
+use pschema_protocol::client::{Client, ClientError, Purpose};
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_server::inspect::Inspect;
 
@@ -38,6 +38,12 @@ impl Learner {
     /// Connects to the daemon of `name` in the runtime directory that the environment says.
     pub(crate) fn connect(name: &LearnerName) -> Result<Self, Failure> {
         Self::connect_at(&Place::new(RuntimeDir::from_environment()?, name.clone()))
+    }
+
+    /// Connects to the daemon of `name`, to give an order: a place is kept for that, however many tools are connected.
+    pub(crate) fn connect_to_order(name: &LearnerName) -> Result<Self, Failure> {
+        let place = Place::new(RuntimeDir::from_environment()?, name.clone());
+        Ok(Self { client: Client::connect_for(Purpose::Order, &place, ANSWER_WITHIN)? })
     }
 
     /// Connects to the daemon that serves `place`.

@@ -53,6 +53,10 @@ pub struct Status {
     pub commit_latency_us_p99: f64,
     /// Resident memory of the daemon.
     pub memory_bytes: u64,
+    /// The resident memory at which the learner stops to take in anything new; none without a limit.
+    pub memory_max_bytes: Option<u64>,
+    /// Whether it has stopped: it acts, and learns how well known schemas do, and nothing new.
+    pub memory_full: bool,
     /// What steps cost as memory grew, since the daemon began: an entry for each doubling of the schemas, the smallest
     /// first.
     pub growth: Vec<GrowthStatus>,

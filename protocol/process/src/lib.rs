@@ -1,6 +1,6 @@
 //! The parts that every program around a learner needs beside its work: a log on stderr ([`Log`]), a flag that signals
-//! raise ([`Stop`]), threads that end with their owner ([`Worker`]), and the last line on stderr with the exit code that
-//! belongs to it ([`ended`]).
+//! raise ([`Stop`]), threads that end with their owner ([`Worker`]), files that are held open and may be moved away
+//! ([`Anchor`]), and the last line on stderr with the exit code that belongs to it ([`ended`]).
 //!
 //! ```no_run
 //! use pschema_process::{LevelFilter, Log, SignalError, Stop, ended};
@@ -21,6 +21,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod anchor;
 mod lines;
 mod log;
 mod stop;
@@ -29,6 +30,7 @@ mod worker;
 use std::fmt::Display;
 use std::process::ExitCode;
 
+pub use anchor::Anchor;
 pub use log::{LevelFilter, Log, colour_is_wanted, lost_lines, say};
 pub use stop::{Interrupted, SignalError, Stop};
 pub use worker::Worker;

@@ -116,7 +116,7 @@ mod tests {
     use crate::transport::TransportError;
     use crate::transport::body_link::BodyLink;
     use crate::transport::server::{FrameReply, Incoming, RequestReply, ServerTransport};
-    use crate::transport::tool_link::ToolLink;
+    use crate::transport::tool_link::{Purpose, ToolLink};
     use crate::wire::message::{RawFrame, Reply};
     use crate::wire::{MAGIC, VERSION, decode, purpose};
 
@@ -169,7 +169,7 @@ mod tests {
             while daemon.requests.is_empty() {
                 let place = daemon.place.clone();
                 let leaving = thread::spawn(move || {
-                    let mut leaving = ToolLink::connect(&place).unwrap();
+                    let mut leaving = ToolLink::connect(&place, Purpose::Question).unwrap();
                     let interrupted = leaving.request(b"of the one that left", Duration::from_millis(2));
                     assert!(matches!(interrupted, Err(TransportError::TimedOut { .. })), "{interrupted:?}");
                 });
@@ -178,7 +178,10 @@ mod tests {
             }
             let place = daemon.place.clone();
             let asking = thread::spawn(move || {
-                ToolLink::connect(&place).unwrap().request(&round.to_le_bytes(), PATIENCE).unwrap()
+                ToolLink::connect(&place, Purpose::Question)
+                    .unwrap()
+                    .request(&round.to_le_bytes(), PATIENCE)
+                    .unwrap()
             });
             daemon.receive(|| asking.is_finished());
             // The first is answered, or dropped, while the second waits. Now and then the second asks again before that.

@@ -22,7 +22,7 @@ use super::services::{
 use super::waker::{PeerWaker, ROUSED};
 use super::{DaemonWaker, Spin, TransportError};
 use crate::domain::OwnedDomain;
-use crate::limits::{BODIES_MAX, OBSERVATIONS_MAX, PAGE_BYTES, PRIMITIVES_MAX, TOOLS_MAX};
+use crate::limits::{BODIES_MAX, OBSERVATIONS_MAX, PAGE_BYTES, PRIMITIVES_MAX};
 use crate::refusal::Refusal;
 use crate::wire::message::{RawFrame, RawHello, Reply};
 use crate::wire::{FrameHeader, Page, Reason, decode, purpose};
@@ -128,6 +128,9 @@ impl ServerTransport {
         let frames = frame_service.server_builder().set_backpressure_handler(services::fail_when_full);
         let frames = frames.create().map_err(setup("create the frame server"))?;
         let pictures = services::pictures(&node, Role::Daemon)?;
+        // Before the janitor's thread makes files of its own.
+        domain.note_files()?;
+        let (place, record) = (domain.place(), domain.record());
         let janitor = Janitor::start(place, record)?;
         reserve(&record.prefix, None)?;
         // Announced last: a peer that connects now finds every port.
@@ -318,7 +321,7 @@ impl ServerTransport {
     }
 
     fn poll_tools(&self, on: &mut dyn FnMut(Incoming<'_>)) {
-        let mut rest = 0..TOOLS_MAX;
+        let mut rest = 0..services::TOOL_PLACES;
         while let Some(active) = next(&mut rest, || self.tools.receive()) {
             let page = *active.payload();
             let reply = RequestReply {

@@ -20,7 +20,7 @@ use iceoryx2::service::port_factory::{event, publish_subscribe, request_response
 use super::TransportError;
 use super::error::setup;
 use crate::domain::{DomainRecord, Membership, Place, private_file};
-use crate::limits::{BODIES_MAX, TOOLS_MAX, WATCHERS_MAX};
+use crate::limits::{BODIES_MAX, OPERATORS_MAX, TOOLS_MAX, WATCHERS_MAX};
 use crate::wire::{FrameHeader, Page, PictureHeader, Welcome, WireFrame, WireHello, WireReply};
 
 /// Version of iceoryx2. Every process on a domain must use exactly this one.
@@ -52,7 +52,9 @@ const FIRST_REQUEST_MAX: u64 = 1 << 10;
 const ATTACHING_MAX: usize = BODIES_MAX + 2;
 /// How many processes may be on a service at once: all peers, the daemon, its janitor and wakers, and as many dead processes
 /// that are not cleaned up yet.
-const NODES_MAX: usize = 2 * (BODIES_MAX + TOOLS_MAX + WATCHERS_MAX) + 8;
+const NODES_MAX: usize = 2 * (BODIES_MAX + TOOL_PLACES + WATCHERS_MAX) + 8;
+/// How many tools may be connected at once.
+pub(super) const TOOL_PLACES: usize = TOOLS_MAX + OPERATORS_MAX;
 
 /// Which side of a service a process is on: the daemon makes the service, a peer opens it.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -175,7 +177,7 @@ pub(super) fn frames(node: &Node<Ipc>, role: Role) -> Result<FrameService, Trans
 pub(super) fn tools(node: &Node<Ipc>, role: Role) -> Result<ToolService, TransportError> {
     let name = service_name("pschema/tools")?;
     let builder = node.service_builder(&name).request_response::<Page, Page>();
-    let builder = one_request_at_a_time!(builder, clients: TOOLS_MAX, responses: PAGES_IN_FLIGHT);
+    let builder = one_request_at_a_time!(builder, clients: TOOL_PLACES, responses: PAGES_IN_FLIGHT);
     by_role!(builder, role, "tool service")
 }
 

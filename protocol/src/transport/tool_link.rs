@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use iceoryx2::service::port_factory::PortFactory as _;
+
 use super::debug::opaque_debug;
 use super::error::setup;
 use super::gone::has_gone;
@@ -15,6 +17,15 @@ use crate::wire::{Page, decode, encode};
 
 /// How often a waiting tool looks whether the daemon lives.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
+
+/// The purpose for which a tool connects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// To ask, perhaps for a long time.
+    Question,
+    /// To give an order. Places are kept for it ([`OPERATORS_MAX`](crate::limits::OPERATORS_MAX)).
+    Order,
+}
 
 /// A tool's connection to a daemon.
 pub struct ToolLink {
@@ -36,9 +47,14 @@ impl ToolLink {
     /// [`TransportError::Domain`] when none serves it or it is only just starting, [`TransportError::Full`] when
     /// it has its number of tools, [`TransportError::Setup`] when iceoryx2 refuses, as it does when the daemon
     /// ends or is replaced meanwhile.
-    pub fn connect(place: &Place) -> Result<Self, TransportError> {
+    pub fn connect(place: &Place, purpose: Purpose) -> Result<Self, TransportError> {
         let base = PeerBase::open(place, "tool")?;
-        let client = client!(services::tools(&base.node, Role::Peer)?, base.epoch, TOOLS_MAX, "tools");
+        let service = services::tools(&base.node, Role::Peer)?;
+        let client = client!(service, base.epoch, services::TOOL_PLACES, "tools");
+        // Counted with this one: of two that come at once, none may take a place of the operators.
+        if purpose == Purpose::Question && service.dynamic_config().number_of_clients() > TOOLS_MAX {
+            return Err(TransportError::Full { sort: "tools", limit: TOOLS_MAX });
+        }
         let requests = base.wake;
         Ok(Self { client, base, requests, is_broken: false })
     }

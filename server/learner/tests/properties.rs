@@ -49,6 +49,7 @@ enum Input {
     Frame(Frame),
     Command(StageCommand),
     Goal(GoalOrder),
+    Full(bool),
 }
 
 /// Gives it. An operator's command or goal is a step that asks nothing of a body.
@@ -67,6 +68,7 @@ fn give(learner: &mut Learner, input: &Input) -> Step {
             };
             Step { output: Output::Hold, effects: effects.unwrap_or_default(), decision: None }
         }
+        Input::Full(full) => Step { output: Output::Hold, effects: learner.set_full(*full), decision: None },
     }
 }
 
@@ -89,6 +91,9 @@ fn live(
         }
         if let Some(order) = setup.goal(&mut world) {
             give(learner, &Input::Goal(order))?;
+        }
+        if let Some(full) = setup.limit(&mut world) {
+            give(learner, &Input::Full(full))?;
         }
         let body = world.random.below(bodies);
         let (outcome, observations) = world.perceive(body);
@@ -180,7 +185,7 @@ proptest! {
             let after = learner.memory().content();
             let frame = match input {
                 Input::Frame(frame) => Some(frame),
-                Input::Command(_) | Input::Goal(_) => None,
+                Input::Command(_) | Input::Goal(_) | Input::Full(_) => None,
             };
             let pending = frame.and_then(|frame| before.pending[usize::from(frame.body.0)].as_ref());
             match (frame, pending) {
@@ -188,6 +193,27 @@ proptest! {
                 _ => prop_assert!(before.attention.iter().eq(after.attention.iter())),
             }
             counted(after)
+        })?;
+    }
+
+    #[test]
+    fn a_full_memory_takes_in_nothing_new(setup in setup(150)) {
+        let setup = Setup { commands: 20, ..setup };
+        let (mut learner, _) = born(&setup);
+        live(&mut learner, &setup, |_, before, step, learner| {
+            let after = learner.memory().content();
+            if before.full && after.full {
+                let grows = |effect: &Effect| matches!(
+                    effect,
+                    Effect::Created { .. }
+                        | Effect::Generalised { .. }
+                        | Effect::OutcomeAdded { .. }
+                        | Effect::Associated { .. }
+                );
+                prop_assert!(!step.effects.iter().any(grows), "{:?}", step.effects);
+                prop_assert_eq!(before.observations.len(), after.observations.len());
+            }
+            Ok(())
         })?;
     }
 
@@ -304,7 +330,7 @@ proptest! {
 fn of_every_kind_of_effect_some_are_applied_and_some_refused() {
     let mut runner = TestRunner::new(config(1));
     let mut applied = BTreeMap::<String, [usize; 2]>::new();
-    for _ in 0..20 {
+    for _ in 0..40 {
         let setup = setup(80).new_tree(&mut runner).unwrap().current();
         let (mut learner, _) = born(&setup);
         live(&mut learner, &setup, |_, _, _, _| Ok(())).unwrap();
@@ -315,8 +341,10 @@ fn of_every_kind_of_effect_some_are_applied_and_some_refused() {
             applied.entry(variant(&effect)).or_default()[usize::from(memory.apply(&effect).is_ok())] += 1;
         }
     }
-    assert_eq!(applied.len(), 15, "{applied:?}");
+    assert_eq!(applied.len(), 16, "{applied:?}");
     // Symbols are refused only when there are a million.
     applied.remove("SymbolsMet");
+    // Memory may be full or have room at any time.
+    applied.remove("Full");
     assert!(applied.values().all(|[refused, applied]| *refused > 0 && *applied > 0), "{applied:?}");
 }

@@ -57,6 +57,9 @@ fn live(setup: &Setup) -> Result<(), TestCaseError> {
         if let Some(order) = setup.goal(&mut world) {
             pair.goal(at, &order)?;
         }
+        if let Some(full) = setup.limit(&mut world) {
+            pair.full(full);
+        }
         let body = world.random.below(bodies);
         let (outcome, observations) = world.perceive(body);
         let frame = Frame { body: BodyId(u16::try_from(body).unwrap()), outcome, observations };

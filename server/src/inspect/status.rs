@@ -9,7 +9,7 @@ use pschema_learner::progress::StageReport;
 
 use super::question::Inspect;
 use super::{goals, stage};
-use crate::growth::resident_bytes;
+use crate::resident;
 use crate::view::View;
 
 impl Inspect for StatusQuery {
@@ -49,7 +49,9 @@ pub(super) fn status(view: &View) -> Status {
         step_latency_us_p99: view.account.latencies.recent_us(0.99),
         commit_latency_us_p50: view.account.commits.recent_us(0.5),
         commit_latency_us_p99: view.account.commits.recent_us(0.99),
-        memory_bytes: resident_bytes(),
+        memory_bytes: resident::bytes(),
+        memory_max_bytes: view.memory_max(),
+        memory_full: view.content.full,
         growth: view.account.growth.rows(),
         memory_digest: None,
         excitation_top: excitation_top(view),

@@ -140,12 +140,16 @@ impl Archive {
         shared: &Shared,
     ) -> Result<(), StoreError> {
         let storage = &*self.storage;
+        // Another daemon's files must be neither replaced nor removed.
+        let held = || storage.check().map_err(|error| StoreError::Displaced { problem: error.to_string() });
+        held()?;
         let given_up = || shared.has_failed();
         let Some(bytes) = snapshot::write(storage, content, &self.setting, mark, digest, given_up)? else {
             return Ok(());
         };
         shared.snapshot_bytes.store(bytes, Ordering::Release);
         shared.snapshot.store(content.step + 1, Ordering::Release);
+        held()?;
         let removed = retention::tidy(storage, self.history_bytes, &self.damaged)?;
         shared.removed_bytes.fetch_add(removed, Ordering::AcqRel);
         shared.oldest_step.store(retention::kept(storage)?.oldest_step, Ordering::Release);

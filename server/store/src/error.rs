@@ -43,6 +43,26 @@ pub enum StoreError {
         #[source]
         error: io::Error,
     },
+    /// The data directory, its lock or its journal is no longer where it was opened.
+    #[error(
+        "{problem}. Every step that was acknowledged is in the directory that was opened: put that back, and start the daemon \
+         on it"
+    )]
+    Displaced {
+        /// The path, and what became of it.
+        problem: String,
+    },
+    /// The directory has other files and no memory.
+    #[error(
+        "{path} holds no memory, and files of others ({found}): name the directory of a memory, or an empty or new one, with \
+         --data"
+    )]
+    Foreign {
+        /// Which directory.
+        path: String,
+        /// Some of the files.
+        found: String,
+    },
     /// Another daemon has the directory.
     #[error("data directory {path} is in use by {holder}: stop it, or name another directory with --data")]
     Locked {
@@ -83,6 +103,17 @@ pub enum StoreError {
         /// What is wrong.
         problem: String,
     },
+    /// The disk took too long at the end.
+    #[error(
+        "the disk did not confirm the last {changes} changes of memory within {seconds} s, and the daemon waits no longer. \
+         Under strict durability no reply left that rests on them"
+    )]
+    Slow {
+        /// So many changes.
+        changes: u64,
+        /// How long was waited.
+        seconds: u64,
+    },
     /// Memory could not be written, so nothing more may be done.
     #[error("memory could not be written, so the daemon ends before anything more is done: {0}")]
     Failed(String),
@@ -119,8 +150,12 @@ fn listed(differences: &[(String, String, String)]) -> String {
 impl StoreError {
     /// Whether the journal is damaged, or can't be replayed: what is before the damage can still be read.
     pub(crate) fn is_damage(&self) -> bool {
-        let journal =
-            matches!(self, Self::Journal(JournalError::Damaged { .. } | JournalError::Missing { .. }));
+        let journal = matches!(
+            self,
+            Self::Journal(
+                JournalError::Damaged { .. } | JournalError::Missing { .. } | JournalError::Gone { .. }
+            )
+        );
         journal || matches!(self, Self::Replay { .. })
     }
 

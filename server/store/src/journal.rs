@@ -135,6 +135,11 @@ impl Journal {
         Ok(())
     }
 
+    /// Whether the segment that is being written is still where the next start looks for it.
+    pub(crate) fn check(&self) -> io::Result<()> {
+        self.segment.as_ref().map_or(Ok(()), |segment| segment.file.check())
+    }
+
     /// Cuts off the zeros that were written ahead, for nothing is appended any more.
     pub(crate) fn end(&mut self) -> io::Result<()> {
         self.sync()?;
@@ -167,6 +172,15 @@ impl Journal {
 /// Why a journal can't be read.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
+    /// There is no directory of the journal.
+    #[error(
+        "{directory} is missing, which holds every step since the last snapshot. Nothing was changed. Put it back from a \
+         copy; if this memory never took a step, make an empty directory there"
+    )]
+    Gone {
+        /// The directory of the journal.
+        directory: String,
+    },
     /// A frame that was acknowledged is damaged.
     #[error(
         "{file} is damaged at byte {offset}: frame {lost} and perhaps more after it can't be read, though frames up to \
@@ -273,6 +287,9 @@ pub(crate) fn read<E: From<JournalError>>(
         |error| E::from(JournalError::Read { file, error })
     };
     let mut firsts = segments(storage).map_err(failed(DIRECTORY))?;
+    if firsts.is_empty() && !storage.is_there(DIRECTORY) {
+        return Err(JournalError::Gone { directory: storage.path(DIRECTORY) }.into());
+    }
     let wanted = from.number + 1;
     let before = firsts.iter().rposition(|first| *first <= wanted);
     let begin = match before {

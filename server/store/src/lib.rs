@@ -68,4 +68,4 @@ pub use journal::JournalError;
 pub use open::{Opened, open};
 pub use options::{Options, Retention};
 pub use recovery::RecoveryReport;
-pub use store::Store;
+pub use store::{Ending, Store};

@@ -4,17 +4,24 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
+use pschema_process::Anchor;
+
 use crate::error::StoreError;
 
-/// The lock of a directory. The kernel lets it go when the process ends, however it ends.
+/// The name of the lock file.
+pub(crate) const FILE: &str = "LOCK";
+
+/// The lock of a directory. The kernel lets it go when the file is closed, and so when the process ends, however it ends.
 #[derive(Debug)]
 pub(crate) struct Lock {
     _file: File,
+    /// Another process can take a lock of its own when the file is removed.
+    pub(crate) anchor: Anchor,
 }
 
 /// Takes the lock of `directory` for the learner `name`.
 pub(crate) fn take(directory: &Path, name: &str) -> Result<Lock, StoreError> {
-    let path = directory.join("LOCK");
+    let path = directory.join(FILE);
     let disk = |what| StoreError::disk(what, path.display().to_string());
     let mut options = OpenOptions::new();
     let mut file =
@@ -35,5 +42,6 @@ pub(crate) fn take(directory: &Path, name: &str) -> Result<Lock, StoreError> {
     file.set_len(0).map_err(disk("write"))?;
     file.seek(SeekFrom::Start(0)).map_err(disk("write"))?;
     file.write_all(holder.as_bytes()).map_err(disk("write"))?;
-    Ok(Lock { _file: file })
+    let anchor = Anchor::of(&file, &path).map_err(disk("examine"))?;
+    Ok(Lock { _file: file, anchor })
 }

@@ -15,6 +15,8 @@ use crate::journal;
 use crate::storage::Storage;
 
 pub(crate) const FILE: &str = "manifest";
+/// The manifest while it is being written.
+pub(crate) const TEMPORARY: &str = "manifest.tmp";
 const HEADER: &str = "# What this memory was begun with. Written once and never changed: what changed later is in the \
                       journal.\n";
 
@@ -111,7 +113,7 @@ pub(crate) fn read(storage: &dyn Storage) -> Result<Option<Manifest>, StoreError
 /// Writes the manifest, and makes it durable.
 pub(crate) fn write(storage: &dyn Storage, manifest: &Manifest) -> Result<(), StoreError> {
     let text = manifest.text(&storage.path(FILE))?;
-    durable::replace(storage, FILE, "manifest.tmp", text.as_bytes())
+    durable::replace(storage, FILE, TEMPORARY, text.as_bytes())
 }
 
 /// Everything in which `given` differs from `kept`: the name, the kept value and the given value. Parameters come first.

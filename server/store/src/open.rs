@@ -22,11 +22,13 @@ use crate::shared::{Shared, Wake};
 use crate::snapshot;
 use crate::storage::{self, Directory, Storage};
 use crate::store::Store;
-use crate::writer;
+use crate::writer::{self, Writer};
 
 /// Segments of the journal that a start may read before a snapshot is due: a daemon that is killed again and again makes
 /// one segment each time, however short.
 const SEGMENTS_READ_MAX: usize = 32;
+/// So many files of others are named when a directory is refused for them.
+const FOREIGN_SHOWN: usize = 3;
 
 /// A memory that was found again, or begun.
 #[derive(Debug)]
@@ -35,6 +37,8 @@ pub struct Opened {
     pub learner: Learner,
     /// The seed that the memory was begun with.
     pub seed: u64,
+    /// Whether no memory was found, so that one was begun.
+    pub begun: bool,
     /// Whether the memory goes on under other parameters or another curriculum from here.
     pub changed: bool,
     /// Where each change of the memory is to be handed to.
@@ -55,10 +59,11 @@ pub fn open(
     let shown = || directory.display().to_string();
     create(directory).map_err(StoreError::disk("create", shown()))?;
     let directory = directory.canonicalize().map_err(StoreError::disk("find", shown()))?;
+    only_ours(&directory)?;
     let lock = lock::take(&directory, options.learner)?;
-    let storage = Arc::new(Directory::new(&directory));
-    let mut opened = open_in(storage, options, options.retention.sizes(), Arc::new(wake))?;
-    (opened.store.directory, opened.store.lock) = (directory, Some(lock));
+    let storage = Directory::locked(&directory, lock).map_err(StoreError::disk("open", shown()))?;
+    let mut opened = open_in(Arc::new(storage), options, options.retention.sizes(), Arc::new(wake))?;
+    opened.store.directory = directory;
     Ok(opened)
 }
 
@@ -79,6 +84,28 @@ fn create(directory: &Path) -> io::Result<()> {
     std::fs::File::open(above.unwrap_or(Path::new(".")))?.sync_all()
 }
 
+/// Makes sure that a directory without a memory has no files but those that a daemon which was killed at its first start left:
+/// a mistyped name must not put a memory among the files of others.
+fn only_ours(directory: &Path) -> Result<(), StoreError> {
+    if directory.join(manifest::FILE).exists() {
+        return Ok(());
+    }
+    let shown = || directory.display().to_string();
+    let entries = std::fs::read_dir(directory).map_err(StoreError::disk("read", shown()))?;
+    // A file system that was made for a memory has the last of them in its root.
+    let ours = [lock::FILE, manifest::TEMPORARY, journal::DIRECTORY, snapshot::DIRECTORY, "lost+found"];
+    let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let mut foreign: Vec<_> = names.filter(|name| !ours.contains(&name.as_str())).collect();
+    if foreign.is_empty() {
+        return Ok(());
+    }
+    foreign.sort_unstable();
+    let more = if foreign.len() > FOREIGN_SHOWN { ", …" } else { "" };
+    foreign.truncate(FOREIGN_SHOWN);
+    let named: Vec<_> = foreign.iter().map(|name| format!("{name:?}")).collect();
+    Err(StoreError::Foreign { path: shown(), found: named.join(", ") + more })
+}
+
 /// Opens the memory in any storage that nobody else uses.
 pub(crate) fn open_in(
     storage: Arc<dyn Storage>,
@@ -88,7 +115,9 @@ pub(crate) fn open_in(
 ) -> Result<Opened, StoreError> {
     let given = Setting::new(options.parameters, options.curriculum);
     let disk = |what, name| StoreError::disk(what, storage.path(name));
-    let manifest = match manifest::read(&*storage)? {
+    let found = manifest::read(&*storage)?;
+    let begun = found.is_none();
+    let manifest = match found {
         Some(manifest) => manifest,
         None => {
             durable::create_all(&*storage, &snapshot::DIRECTORIES)?;
@@ -118,6 +147,8 @@ pub(crate) fn open_in(
             differences: manifest::differences(&setting, &given),
         });
     }
+    // An empty directory does not come through git, object stores and archives of files.
+    durable::create_all(&*storage, &snapshot::DIRECTORIES)?;
     // The first start may have been killed before the manifest and the directory were durable.
     storage.sync(manifest::FILE).map_err(disk("make durable", manifest::FILE))?;
     storage.sync_directory("").map_err(disk("make durable", ""))?;
@@ -140,7 +171,8 @@ pub(crate) fn open_in(
     let shared = Arc::new(Shared::new(found.step, found.snapshot_step, kept));
     let archive = Archive { storage, setting, history_bytes: options.retention.history_bytes, damaged };
     let durability = options.durability;
-    let (jobs, thread) = writer::start(archive, journal, durability, found.step, shared.clone(), wake)?;
+    let Writer { jobs, thread, ended } =
+        writer::start(archive, journal, durability, found.step, shared.clone(), wake)?;
     // After a clean end only the digest follows the snapshot. The step alone does not tell: an order may have come without a
     // step.
     let at_snapshot =
@@ -148,6 +180,7 @@ pub(crate) fn open_in(
     let store = Store {
         jobs: Some(jobs),
         thread: Some(thread),
+        ended,
         shared,
         handed: 0,
         step: found.step,
@@ -160,9 +193,8 @@ pub(crate) fn open_in(
         recovered: found,
         durability,
         directory: PathBuf::new(),
-        lock: None,
     };
-    Ok(Opened { learner, seed: manifest.seed, changed, store })
+    Ok(Opened { learner, seed: manifest.seed, begun, changed, store })
 }
 
 /// Makes memory go on under `setting`, and makes that durable.

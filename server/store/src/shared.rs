@@ -8,7 +8,9 @@ use crate::retention::History;
 /// Figures and flags that one thread sets and the others read.
 #[derive(Debug, Default)]
 pub(crate) struct Shared {
+    /// Batches that are durable, and batches that were given to the disk.
     pub(crate) durable: AtomicU64,
+    pub(crate) written: AtomicU64,
     pub(crate) durable_step: AtomicU64,
     /// The length of the journal in bytes: what was there at the start, and what was written since.
     pub(crate) journal_bytes: AtomicU64,

@@ -3,8 +3,13 @@
 use std::fmt::Debug;
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
 use std::io::{self, Read};
-use std::os::unix::fs::{DirBuilderExt, FileExt, MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::{DirBuilderExt, FileExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pschema_process::Anchor;
+
+use crate::lock::Lock;
 
 /// The longest file that is read as a whole, in bytes: twice as long as a segment of the journal can get.
 pub(crate) const READ_BYTES_MAX: u64 = 256 * 1024 * 1024;
@@ -16,6 +21,9 @@ pub(crate) trait Storage: Send + Sync + Debug {
     /// # Errors
     /// When it can't be read.
     fn list(&self, directory: &str) -> io::Result<Vec<String>>;
+
+    /// Whether there is a directory of that name.
+    fn is_there(&self, directory: &str) -> bool;
 
     /// A file, to be read from its beginning.
     ///
@@ -95,6 +103,14 @@ pub(crate) trait Storage: Send + Sync + Debug {
 
     /// How a file is called in messages.
     fn path(&self, name: &str) -> String;
+
+    /// Whether this is still the storage that others find, and nobody else can use it.
+    ///
+    /// # Errors
+    /// When its directory or its lock was moved, removed or replaced.
+    fn check(&self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// A file that is open for writing.
@@ -110,6 +126,14 @@ pub(crate) trait OpenFile: Send + Debug {
     /// # Errors
     /// When the disk does not confirm it. Nobody knows then what is on disk, so it must not be tried again.
     fn sync(&mut self) -> io::Result<()>;
+
+    /// Whether this is still the file that others find by its name.
+    ///
+    /// # Errors
+    /// When it was moved, removed or replaced.
+    fn check(&self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// So many bytes are written once more at a time.
@@ -125,12 +149,30 @@ pub(crate) fn own_directory(path: &Path) -> io::Result<()> {
 #[derive(Clone, Debug)]
 pub(crate) struct Directory {
     root: PathBuf,
+    /// The directory and its lock, if it is this process's alone.
+    held: Option<Arc<Held>>,
+}
+
+/// What a process has of its own directory.
+#[derive(Debug)]
+struct Held {
+    /// Open, so that its inode is not used again.
+    _root: File,
+    root: Anchor,
+    lock: Lock,
 }
 
 impl Directory {
     /// The directory at `root`, which is there.
     pub(crate) fn new(root: &Path) -> Self {
-        Self { root: root.to_owned() }
+        Self { root: root.to_owned(), held: None }
+    }
+
+    /// The directory at `root`, whose lock this process has.
+    pub(crate) fn locked(root: &Path, lock: Lock) -> io::Result<Self> {
+        let open = File::open(root)?;
+        let held = Held { root: Anchor::of(&open, root)?, _root: open, lock };
+        Ok(Self { root: root.to_owned(), held: Some(Arc::new(held)) })
     }
 
     fn at(&self, name: &str) -> PathBuf {
@@ -154,6 +196,10 @@ impl Storage for Directory {
         Ok(names)
     }
 
+    fn is_there(&self, directory: &str) -> bool {
+        self.at(directory).is_dir()
+    }
+
     fn open(&self, name: &str) -> io::Result<Box<dyn Read>> {
         Ok(Box::new(File::open(self.at(name))?))
     }
@@ -168,8 +214,10 @@ impl Storage for Directory {
 
     fn create(&self, name: &str) -> io::Result<Box<dyn OpenFile>> {
         let mut options = OpenOptions::new();
-        let file = options.write(true).create(true).truncate(true).mode(0o600).open(self.at(name))?;
-        Ok(Box::new(RealFile(file)))
+        let path = self.at(name);
+        let file = options.write(true).create(true).truncate(true).mode(0o600).open(&path)?;
+        let anchor = Anchor::of(&file, &path)?;
+        Ok(Box::new(RealFile { file, anchor }))
     }
 
     fn sync(&self, name: &str) -> io::Result<()> {
@@ -212,22 +260,31 @@ impl Storage for Directory {
     fn path(&self, name: &str) -> String {
         self.at(name).display().to_string()
     }
+
+    fn check(&self) -> io::Result<()> {
+        let Some(held) = &self.held else { return Ok(()) };
+        held.root.check().and_then(|()| held.lock.anchor.check())
+    }
 }
 
 #[derive(Debug)]
-struct RealFile(File);
+struct RealFile {
+    file: File,
+    anchor: Anchor,
+}
 
 impl OpenFile for RealFile {
     fn write_at(&mut self, bytes: &[u8], offset: u64) -> io::Result<()> {
-        self.0.write_all_at(bytes, offset)
+        self.file.write_all_at(bytes, offset)
     }
 
     fn sync(&mut self) -> io::Result<()> {
-        self.0.sync_data()?;
-        // A file without a name is gone with the process.
-        if self.0.metadata()?.nlink() == 0 {
-            return Err(io::Error::other("the file was removed while it was being written"));
-        }
-        Ok(())
+        self.file.sync_data()?;
+        // A file without its name is gone with the process.
+        self.check()
+    }
+
+    fn check(&self) -> io::Result<()> {
+        self.anchor.check()
     }
 }

@@ -1,10 +1,12 @@
 //! A memory on disk from the daemon's side: keeping it and finishing it.
 
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::SyncSender;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use pschema_learner::memory::{Content, Memory};
 
@@ -12,22 +14,35 @@ use crate::change::{Change, Durability};
 use crate::codec;
 use crate::error::StoreError;
 use crate::format::v1;
-use crate::lock::Lock;
 use crate::recovery::RecoveryReport;
 use crate::shared::Shared;
-use crate::writer::{Checkpoint, Job};
+use crate::writer::{Checkpoint, Job, WAITING_MAX};
 
 /// A digest of memory is written after so many steps, or after a sixteenth as many as there are schemas if that is more: a
 /// digest of many schemas takes time.
 pub(crate) const DIGEST_STEPS: u64 = 1_024;
 const DIGEST_SCHEMAS: u64 = 16;
 
+/// How long the end may take until it is said that the disk is slow.
+const SLOW: Duration = Duration::from_secs(1);
+
+/// How a memory on disk was left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// With a snapshot of all of it.
+    Whole,
+    /// With all changes in the journal, which the next start reads: there was no time for a snapshot.
+    WithoutSnapshot,
+}
+
 /// A memory on disk. Every change of the memory is handed to it, and it says when the change is durable. When it is dropped, it
 /// writes all that was handed over and ends the writing thread.
 #[derive(Debug)]
 pub struct Store {
-    pub(crate) jobs: Option<SyncSender<Job>>,
+    pub(crate) jobs: Option<Sender<Job>>,
     pub(crate) thread: Option<JoinHandle<()>>,
+    /// Disconnected when the thread has ended.
+    pub(crate) ended: Receiver<Infallible>,
     pub(crate) shared: Arc<Shared>,
     /// Batches that were handed over.
     pub(crate) handed: u64,
@@ -45,8 +60,6 @@ pub struct Store {
     pub(crate) recovered: RecoveryReport,
     pub(crate) durability: Durability,
     pub(crate) directory: PathBuf,
-    /// None in tests, whose storage is not a directory of the file system.
-    pub(crate) lock: Option<Lock>,
 }
 
 impl Store {
@@ -98,6 +111,18 @@ impl Store {
         }
         self.handed += 1;
         Ok(self.handed)
+    }
+
+    /// Whether a message that rests on the batch of this number may leave: the batch is durable, or, under
+    /// [`Durability::Relaxed`], few enough are waiting for the disk.
+    #[must_use]
+    pub fn may_leave(&self, batch: u64) -> bool {
+        match self.durability {
+            Durability::Strict => self.is_durable(batch),
+            Durability::Relaxed => {
+                self.shared.written.load(Ordering::Acquire).saturating_add(WAITING_MAX) >= batch
+            }
+        }
     }
 
     /// Whether the batch of this number is durable.
@@ -180,15 +205,50 @@ impl Store {
     ///
     /// # Errors
     /// When something of it can't be written.
-    pub fn finish(mut self, memory: &Memory) -> Result<(), StoreError> {
+    pub fn finish(self, memory: &Memory) -> Result<(), StoreError> {
+        self.finish_within(memory, Duration::MAX).map(|_| ())
+    }
+
+    /// As [`Store::finish`], but waits for the disk no longer than `patience`. What is not written by then is left to the
+    /// thread, which ends with the process at the latest.
+    ///
+    /// # Errors
+    /// As [`Store::finish`]; and when the disk has not confirmed all changes by then.
+    pub fn finish_within(mut self, memory: &Memory, patience: Duration) -> Result<Ending, StoreError> {
         if self.handed > 0 || !self.at_snapshot {
             let step = memory.content().step;
             let payload = codec::encode(&v1::Record::Mark { step })?;
             let content = Box::new(memory.content().clone());
             self.hand(payload, step, Some(Checkpoint { content, snapshot: true }))?;
         }
+        drop(self.jobs.take());
+        let soon = patience.min(SLOW);
+        let mut waited = self.ended.recv_timeout(soon);
+        if waited == Err(RecvTimeoutError::Timeout) && patience > soon {
+            let (changes, seconds) = (self.unconfirmed(), patience.as_secs());
+            tracing::warn!(
+                changes,
+                seconds,
+                "the disk is slow: waiting at most so long for what is left to be written"
+            );
+            waited = self.ended.recv_timeout(patience.saturating_sub(soon));
+        }
+        if waited == Err(RecvTimeoutError::Timeout) {
+            drop(self.thread.take());
+            let changes = self.unconfirmed();
+            return match self.failure() {
+                Some(failure) => Err(failure),
+                None if changes > 0 => Err(StoreError::Slow { changes, seconds: patience.as_secs() }),
+                None => Ok(Ending::WithoutSnapshot),
+            };
+        }
         self.join();
-        self.failure().map_or(Ok(()), Err)
+        self.failure().map_or(Ok(Ending::Whole), Err)
+    }
+
+    /// How many of the changes that were handed over are not durable.
+    fn unconfirmed(&self) -> u64 {
+        self.handed.saturating_sub(self.shared.durable.load(Ordering::Acquire))
     }
 
     fn join(&mut self) {

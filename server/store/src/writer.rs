@@ -1,9 +1,10 @@
 //! The thread that writes the journal. The daemon hands each change to it and goes on; a reply leaves when the thread says
 //! that the change that led to the reply is durable. Changes that come while the disk is at work are written together.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -16,9 +17,11 @@ use crate::error::StoreError;
 use crate::format::v1;
 use crate::journal::Journal;
 use crate::shared::{Shared, Wake};
+use crate::storage::Storage;
 
-/// Batches that may wait for the disk. When there are so many, the daemon waits as well.
-const WAITING_MAX: usize = 1_024;
+/// Under [`Durability::Relaxed`] a reply leaves while no more batches than these wait for the disk: a disk that is slower than
+/// the bodies slows the bodies down, and nothing else.
+pub(crate) const WAITING_MAX: u64 = 1_024;
 /// How long a change may wait under [`Durability::Relaxed`] until it is made durable.
 const RELAXED_MAX: Duration = Duration::from_secs(1);
 
@@ -41,8 +44,18 @@ pub(crate) struct Checkpoint {
     pub(crate) snapshot: bool,
 }
 
-/// Starts the thread, which goes on with `journal` after `step`. It ends when the sender that is returned is dropped and all
-/// jobs are written.
+/// The thread from the daemon's side.
+#[derive(Debug)]
+pub(crate) struct Writer {
+    /// Where the thread takes jobs from. No more come when this is dropped.
+    pub(crate) jobs: Sender<Job>,
+    pub(crate) thread: JoinHandle<()>,
+    /// Disconnected when the thread has ended.
+    pub(crate) ended: Receiver<Infallible>,
+}
+
+/// Starts the thread, which goes on with `journal` after `step`. It ends when the sender of jobs is dropped and all jobs are
+/// written.
 pub(crate) fn start(
     archive: Archive,
     journal: Journal,
@@ -50,12 +63,13 @@ pub(crate) fn start(
     step: u64,
     shared: Arc<Shared>,
     wake: Wake,
-) -> Result<(SyncSender<Job>, JoinHandle<()>), StoreError> {
-    let (jobs, waiting) = sync_channel(WAITING_MAX);
-    let path = archive.storage.path(crate::journal::DIRECTORY);
+) -> Result<Writer, StoreError> {
+    let (jobs, waiting) = channel();
+    let (alive, ended) = channel();
+    let storage = archive.storage.clone();
     let archivist = Archivist::start(archive, shared.clone(), wake.clone())?;
     let mut thread = WriterThread {
-        path,
+        storage,
         journal,
         durability,
         shared,
@@ -67,15 +81,18 @@ pub(crate) fn start(
         task: None,
         archivist,
     };
-    let run = move || thread.run(&waiting);
+    let run = move || {
+        thread.run(&waiting);
+        drop(thread);
+        drop::<Sender<Infallible>>(alive);
+    };
     let spawned = std::thread::Builder::new().name("writer".to_owned()).spawn(run);
     let thread = spawned.map_err(StoreError::disk("start a thread for", "the journal".to_owned()))?;
-    Ok((jobs, thread))
+    Ok(Writer { jobs, thread, ended })
 }
 
 struct WriterThread {
-    /// How the journal is called in messages.
-    path: String,
+    storage: Arc<dyn Storage>,
     journal: Journal,
     durability: Durability,
     shared: Arc<Shared>,
@@ -106,12 +123,21 @@ impl WriterThread {
             let waited = if self.unsynced { self.synced.elapsed() } else { Duration::ZERO };
             let first = match waiting.recv_timeout(RELAXED_MAX.saturating_sub(waited)) {
                 Ok(job) => Some(job),
-                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Timeout) => {
+                    self.check()?;
+                    None
+                }
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             };
             // One group: all jobs that have come by now.
+            let before = self.taken;
             for job in first.into_iter().chain(waiting.try_iter()) {
                 self.take(job)?;
+            }
+            self.shared.written.store(self.taken, Ordering::Release);
+            if self.taken - before >= WAITING_MAX {
+                // There were so many that replies waited.
+                (self.wake)();
             }
             self.digests()?;
             let due = self.durability == Durability::Strict || self.synced.elapsed() >= RELAXED_MAX;
@@ -142,14 +168,17 @@ impl WriterThread {
 
     fn append(&mut self, payload: &[u8], before: u64) -> Result<(), StoreError> {
         let written = self.journal.written();
-        self.journal.append(payload, before).map_err(StoreError::disk("write", self.path.clone()))?;
+        self.journal.append(payload, before).map_err(StoreError::disk("write", self.journal.path()))?;
         self.shared.journal_bytes.fetch_add(self.journal.written() - written, Ordering::AcqRel);
         self.unsynced = true;
         Ok(())
     }
 
     fn sync(&mut self) -> Result<(), StoreError> {
-        self.journal.sync().map_err(StoreError::disk("make durable", self.path.clone()))?;
+        let synced = self.journal.sync().map_err(StoreError::disk("make durable", self.journal.path()));
+        // What is durable in a directory that nobody finds any more, or that another daemon has, must not be acknowledged.
+        self.check()?;
+        synced?;
         self.synced = Instant::now();
         self.unsynced = false;
         self.shared.durable_step.store(self.step, Ordering::Release);
@@ -161,12 +190,18 @@ impl WriterThread {
         Ok(())
     }
 
+    /// Makes sure that the journal is still where the next start looks for it, and that no other daemon can write there.
+    fn check(&self) -> Result<(), StoreError> {
+        let found = self.storage.check().and_then(|()| self.journal.check());
+        found.map_err(|error| StoreError::Displaced { problem: error.to_string() })
+    }
+
     /// Writes everything that is left.
     fn end(&mut self) -> Result<(), StoreError> {
         self.sync()?;
         self.archivist.end();
         self.digests()?;
         self.sync()?;
-        self.journal.end().map_err(StoreError::disk("cut", self.path.clone()))
+        self.journal.end().map_err(StoreError::disk("cut", self.journal.path()))
     }
 }

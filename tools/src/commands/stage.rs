@@ -69,7 +69,7 @@ pub(crate) fn run(args: StageArgs, general: &General) -> Result<(), Failure> {
     let report = match order {
         Some(order) => {
             refuse_order(args.data.as_deref(), "an order to the curriculum")?;
-            Learner::connect(&args.name.learner(general)?)?.ask(order)?
+            Learner::connect_to_order(&args.name.learner(general)?)?.ask(order)?
         }
         None => {
             let data = DataArgs { data: args.data, until: args.until };

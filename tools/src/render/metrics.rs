@@ -70,6 +70,18 @@ pub(crate) fn metrics(s: &Status) -> String {
     let mut page = begun(&s.name, 1.0);
     page.gauge("uptime_seconds", s.uptime_s, "Time since the daemon began.");
     page.gauge("resident_memory_bytes", float(s.memory_bytes), "Resident memory of the daemon.");
+    if let Some(max) = s.memory_max_bytes {
+        page.gauge(
+            "memory_max_bytes",
+            float(max),
+            "Resident memory at which nothing new is learnt any more.",
+        );
+    }
+    page.gauge(
+        "memory_full",
+        f64::from(u8::from(s.memory_full)),
+        "1 while nothing new is learnt, because memory is full.",
+    );
     page.counter(
         "log_lines_lost_total",
         s.log_lines_lost,

@@ -21,7 +21,7 @@ pub(crate) fn status(s: &Status) -> String {
     learnt(s, &mut facts);
     facts.fact("speed", format!("{:.1} steps/s", s.steps_per_s));
     facts.fact("latency", latency(s));
-    facts.fact("memory", format!("{} resident", bytes(s.memory_bytes)));
+    facts.fact("memory", memory(s));
     if let Some(told) = growth(&s.growth) {
         facts.fact("growth", told);
     }
@@ -38,6 +38,13 @@ pub(crate) fn status(s: &Status) -> String {
     }
     doing(s, &mut facts);
     format!("{}\n{}", facts.text(&[0]), bodies(&s.bodies))
+}
+
+/// How much memory the daemon takes and may take.
+pub(crate) fn memory(s: &Status) -> String {
+    let limit = s.memory_max_bytes.map_or(String::new(), |max| format!(" of at most {}", bytes(max)));
+    let full = if s.memory_full { "; it is full, and nothing new is learnt" } else { "" };
+    format!("{} resident{limit}{full}", bytes(s.memory_bytes))
 }
 
 /// The time of steps and the memory at the last doublings; none before the first doubling.

@@ -77,6 +77,8 @@ pub(super) fn a_status() -> Status {
         commit_latency_us_p50: 174.6,
         commit_latency_us_p99: 310.9,
         memory_bytes: 23 * 1024 * 1024,
+        memory_max_bytes: Some(32 * 1024 * 1024),
+        memory_full: true,
         growth: [(64, 31.0), (128, 36.5)]
             .map(|(schemas, step_latency_us_p50)| GrowthStatus {
                 schemas,

@@ -43,7 +43,13 @@ fn is_strong(memory: &Memory, schema: SchemaId, observation: &Observation, count
 pub(crate) fn happened(memory: &Memory, before: &WorldState, after: &WorldState) -> Option<Effect> {
     let rules = memory.rules();
     let all = before.observations().iter().chain(after.observations());
-    let events = all.filter(|o| rules.of(o.kind()).transient && !rules.of(o.kind()).own);
+    let content = memory.content();
+    let counted = |event: &Observation| {
+        let id = memory.index().id(event);
+        id.and_then(|id| content.happened.get(id.index())).is_some_and(|times| *times > 0)
+    };
+    let room = |event: &Observation| !content.full || counted(event);
+    let events = all.filter(|o| rules.of(o.kind()).transient && !rules.of(o.kind()).own && room(o));
     let events = WorldState::new(events.cloned());
     (!events.observations().is_empty()).then(|| Effect::Happened(events.observations().to_vec()))
 }
@@ -57,6 +63,9 @@ pub(crate) fn associate(
     around: &WorldState,
 ) -> Vec<Effect> {
     let content = memory.content();
+    if content.full {
+        return Vec::new();
+    }
     let Some(known) = content.schema(schema).map(|s| &s.associations) else { return Vec::new() };
     let stands = |a: &Association| {
         let strong = is_associated(memory, schema, a);

@@ -32,6 +32,9 @@ pub(crate) fn attend<'a>(
             memory.parameters().heard_decays || !memory.rules().of(observation.kind()).heard
         })
         .collect();
+    if memory.content().full {
+        attended.retain(|observation| memory.attention(observation) > 0);
+    }
     attended.sort_unstable();
     attended.dedup();
     (!attended.is_empty()).then(|| Effect::Attended(attended.into_iter().cloned().collect()))

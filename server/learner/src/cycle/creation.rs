@@ -154,7 +154,7 @@ fn update(
 
 fn add_outcomes(draft: &mut Draft<'_>, schema: SchemaId, surprise: &Surprise) {
     let known = draft.memory().content().concrete(schema).map_or(0, |c| c.post.len());
-    let room = POST_CONDITIONS_MAX.saturating_sub(known);
+    let room = if draft.memory().content().full { 0 } else { POST_CONDITIONS_MAX.saturating_sub(known) };
     let appeared = surprise.appeared.iter().map(|o| (o, false));
     let vanished = surprise.vanished.iter().map(|o| (o, true));
     for (observation, absent) in appeared.chain(vanished).take(room) {

@@ -214,6 +214,17 @@ impl Learner {
         draft.effects()
     }
 
+    /// Has it take in nothing new from here, because the host has no more memory for it, or lets it go on. It acts, and
+    /// learns how well that goes which it knows, all the same. Returns nothing if it is so already.
+    pub fn set_full(&mut self, full: bool) -> Vec<Effect> {
+        if self.memory.content().full == full {
+            return Vec::new();
+        }
+        let mut draft = Draft::new(&mut self.memory);
+        draft.emit(Effect::Full(full));
+        draft.effects()
+    }
+
     /// One step of the cycle in `docs/LEARNING.md`. A frame of a body that was never declared is answered with
     /// [`Output::Hold`](crate::Output::Hold) and changes nothing.
     pub fn step(&mut self, frame: &Frame) -> Step {

@@ -150,6 +150,7 @@ impl Memory {
                 self.content.random = Random::from_seed(*random);
                 self.content.step += 1;
             }
+            Effect::Full(full) => self.content.full = *full,
         }
         Ok(())
     }
@@ -321,7 +322,7 @@ impl Memory {
 
     /// Whether no more schemas can be made.
     pub(crate) fn is_full(&self) -> bool {
-        self.content.schemas.len() >= SCHEMAS_MAX
+        self.content.full || self.content.schemas.len() >= SCHEMAS_MAX
     }
 
     /// The number that the next schema will have.

@@ -77,6 +77,7 @@ impl Check<'_> {
                 self.body(*body)?;
                 pending.as_ref().map_or(Ok(()), |execution| self.execution(execution))
             }
+            Effect::Full(_) => Ok(()),
         }
     }
 

@@ -40,6 +40,8 @@ pub struct Content {
     pub step: u64,
     /// The number of generalised schemas, retired ones included.
     pub generalised_count: u32,
+    /// Whether memory has come to the limit that its host sets: then nothing new is taken in.
+    pub full: bool,
 }
 
 impl Content {

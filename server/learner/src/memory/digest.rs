@@ -30,6 +30,10 @@ pub fn digest(content: &Content) -> String {
     }
     progress(&mut sink, content);
     pursuit(&mut sink, content);
+    // A memory that has room has the digest that it had before there was a limit.
+    if content.full {
+        sink.flag(true);
+    }
     sink.0.finalize().to_hex().to_string()
 }
 

@@ -109,6 +109,8 @@ pub enum Effect {
         /// The execution that the body was sent out on; none when it was sent to do nothing.
         pending: Option<Arc<Execution>>,
     },
+    /// Memory has come to the limit that its host sets, and takes in nothing new; or it has room again.
+    Full(bool),
 }
 
 /// Whether something held after an execution.

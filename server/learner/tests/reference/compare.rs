@@ -48,6 +48,13 @@ impl Pair {
         Ok(())
     }
 
+    /// Has memory full, or gives it room.
+    pub(crate) fn full(&mut self, full: bool) {
+        for effect in self.indexed.set_full(full) {
+            self.plain.memory.apply(&effect);
+        }
+    }
+
     /// Takes a goal up, or calls it off.
     pub(crate) fn goal(&mut self, at: usize, order: &GoalOrder) -> Result<(), TestCaseError> {
         let indexed = match order.clone() {

@@ -217,6 +217,7 @@ fn any_effect() -> impl Strategy<Value = Effect> {
         3 => (body(), any::<u64>(), option::of(execution())).prop_map(|(body, random, pending)| {
             Effect::StepEnded { body, random, pending: pending.map(Arc::new) }
         }),
+        1 => any::<bool>().prop_map(Effect::Full),
     ]
 }
 

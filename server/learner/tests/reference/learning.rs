@@ -62,13 +62,15 @@ impl Reference {
                     self.score(exact, &Substitution::new(), before, after);
                     touched.push((exact, Substitution::new()));
                 }
-                for observation in surprise.appeared {
+                let room = !self.memory.full;
+                for observation in surprise.appeared.into_iter().filter(|_| room) {
                     self.emit(Effect::OutcomeAdded { schema: exact, observation, absent: false });
                 }
-                for observation in surprise.vanished {
+                for observation in surprise.vanished.into_iter().filter(|_| room) {
                     self.emit(Effect::OutcomeAdded { schema: exact, observation, absent: true });
                 }
             }
+            _ if self.memory.full => {}
             _ => {
                 let seen = after.observations().iter().filter(|o| {
                     execution.schema.is_some()
@@ -94,11 +96,15 @@ impl Reference {
             }
         }
         let event = |o: &Observation| self.rules(o.kind()).transient && !self.rules(o.kind()).own;
-        let events: Vec<_> = both(before, after).into_iter().filter(event).collect();
+        let counted = |o: &Observation| self.memory.happened.iter().any(|(known, _)| known == o);
+        let room = |o: &Observation| !self.memory.full || counted(o);
+        let events: Vec<_> = both(before, after).into_iter().filter(event).filter(room).collect();
         if !events.is_empty() {
             self.emit(Effect::Happened(events));
         }
-        self.associate(&touched, before, after);
+        if !self.memory.full {
+            self.associate(&touched, before, after);
+        }
         let attending = if executed.is_empty() { &touched } else { &executed };
         self.attend(attending, before, after);
         if let Some(created) = created
@@ -247,8 +253,9 @@ impl Reference {
         let decays = |o: &Observation| self.memory.parameters.heard_decays || !self.rules(o.kind()).heard;
         let perceived = |o: &Observation| after.contains(o) || !self.rules(o.kind()).transient;
         let perceived = |o: &Observation| perceived(o) && decays(o);
+        let room = |o: &Observation| !self.memory.full || self.memory.n(o) > 0;
         let attended: Vec<_> =
-            both(before, after).into_iter().filter(|o| perceived(o) && refers(o)).collect();
+            both(before, after).into_iter().filter(|o| perceived(o) && refers(o) && room(o)).collect();
         if !attended.is_empty() && self.memory.parameters.attention {
             self.emit(Effect::Attended(attended));
         }

@@ -35,6 +35,7 @@ pub(crate) struct Memory {
     pub(crate) pursuit: Option<Pursuit>,
     pub(crate) random: Random,
     pub(crate) step: u64,
+    pub(crate) full: bool,
 }
 
 impl Memory {
@@ -56,6 +57,7 @@ impl Memory {
             pursuit: None,
             random: Random::from_seed(seed),
             step: 0,
+            full: false,
         }
     }
 
@@ -133,6 +135,7 @@ impl Memory {
                 self.pending[usize::from(body.0)] = pending.as_deref().cloned();
                 self.step += 1;
             }
+            Effect::Full(full) => self.full = *full,
         }
     }
 

@@ -49,6 +49,11 @@ impl Setup {
 }
 
 impl Setup {
+    /// Whether memory comes to its limit before the next frame, or has room again: mostly neither.
+    pub(crate) fn limit(&self, world: &mut World) -> Option<bool> {
+        (self.commands > 0 && world.happens(3)).then(|| world.happens(100))
+    }
+
     /// What is asked of the learner before the next frame: mostly nothing.
     pub(crate) fn goal(&self, world: &mut World) -> Option<GoalOrder> {
         if self.goals == 0 || !world.happens(self.goals) {

@@ -150,6 +150,7 @@ pub(super) fn kind(effect: &Effect) -> &'static str {
         Effect::Stage(_) => "stage",
         Effect::Pursuit(_) => "pursuit",
         Effect::StepEnded { .. } => "step_ended",
+        Effect::Full(_) => "full",
     }
 }
 
@@ -258,6 +259,8 @@ impl Wording {
                     }
                 }
             }
+            Effect::Full(true) => "memory is full: nothing new is taken in".to_owned(),
+            Effect::Full(false) => "memory has room again".to_owned(),
         }
     }
 

@@ -4,5 +4,7 @@ mod forged;
 mod golden;
 mod journal;
 mod keeping;
+mod places;
+mod slow;
 pub(crate) mod store;
 pub(crate) mod twin;

@@ -49,6 +49,8 @@ struct State {
     fault: Fault,
     /// Whether the sync of a snapshot waits.
     hold_snapshots: bool,
+    /// Whether every sync of a file waits.
+    hold_syncs: bool,
 }
 
 /// The twin. A clone is the same directory.
@@ -65,6 +67,7 @@ impl Twin {
             next: 0,
             fault: Fault::None,
             hold_snapshots: false,
+            hold_syncs: false,
         };
         Self(Arc::new(Mutex::new(state)))
     }
@@ -102,6 +105,11 @@ impl Twin {
         self.state().hold_snapshots = hold;
     }
 
+    /// Has the sync of every file wait until it is said otherwise.
+    pub(crate) fn hold_syncs(&self, hold: bool) {
+        self.state().hold_syncs = hold;
+    }
+
     /// Damages one bit for good.
     pub(crate) fn flip(&self, name: &str, bit: usize) {
         self.edit(name, |bytes| bytes[bit / 8] ^= 1 << (bit % 8));
@@ -127,6 +135,7 @@ impl Twin {
             next: state.next,
             fault: state.fault,
             hold_snapshots: state.hold_snapshots,
+            hold_syncs: state.hold_syncs,
         })))
     }
 }
@@ -190,6 +199,10 @@ impl Storage for Twin {
         let prefix = format!("{directory}/");
         let state = self.state();
         Ok(state.names.keys().filter_map(|name| name.strip_prefix(&prefix)).map(str::to_owned).collect())
+    }
+
+    fn is_there(&self, _: &str) -> bool {
+        true
     }
 
     fn open(&self, name: &str) -> io::Result<Box<dyn Read>> {
@@ -299,7 +312,9 @@ impl OpenFile for Open {
 
     fn sync(&mut self) -> io::Result<()> {
         let mut state = self.twin.state();
-        while state.hold_snapshots && state.names.get(crate::snapshot::TEMPORARY) == Some(&self.id) {
+        while state.hold_syncs
+            || state.hold_snapshots && state.names.get(crate::snapshot::TEMPORARY) == Some(&self.id)
+        {
             drop(state);
             std::thread::yield_now();
             state = self.twin.state();

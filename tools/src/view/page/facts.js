@@ -19,7 +19,7 @@ export function showFacts(live, past) {
       ["steps a second", live.steps_per_s.toFixed(1)],
       ["step latency, median and 99 %", `${duration(live.step_latency_us_p50)}, ${duration(live.step_latency_us_p99)}`],
       ["frame to reply, median and 99 %", `${duration(live.commit_latency_us_p50)}, ${duration(live.commit_latency_us_p99)}`],
-      ["memory of the daemon", bytes(live.memory_bytes)],
+      ["memory of the daemon", memory(live)],
       ["up", `${whole(Math.round(live.uptime_s))} s`],
       ...live.bodies.map((body) => [`body ${body.id}`,
         `${body.name} (${body.kind}): ${body.state}, ${whole(body.frames)} frames, ${whole(body.frames_refused)} refused`]),
@@ -27,6 +27,11 @@ export function showFacts(live, past) {
   }
   byId("figures").replaceChildren(...rows.filter(([, value]) => value !== null)
     .map(([name, value]) => el("div", {}, el("dt", {}, name), el("dd", {}, value))));
+}
+
+function memory(live) {
+  const limit = live.memory_max_bytes === null ? "" : ` of at most ${bytes(live.memory_max_bytes)}`;
+  return bytes(live.memory_bytes) + limit + (live.memory_full ? "; it is full, and nothing new is learnt" : "");
 }
 
 function saturation(one) {

@@ -7,8 +7,8 @@ use super::super::state::State;
 use super::canvas::Canvas;
 use super::text::WrappedText;
 use crate::render::goals;
-use crate::render::status::{habituation, saturation, state as stage_state, trial};
-use crate::render::words::{bytes, count, duration, plain};
+use crate::render::status::{habituation, memory, saturation, state as stage_state, trial};
+use crate::render::words::{count, duration, plain};
 
 /// Columns of a bar.
 const BAR: u32 = 10;
@@ -47,7 +47,7 @@ pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
     fact("speed", &format!("{:.1} steps/s", status.steps_per_s));
     fact("to decide", &latency(status.step_latency_us_p50, status.step_latency_us_p99));
     fact("to leave", &latency(status.commit_latency_us_p50, status.commit_latency_us_p99));
-    fact("daemon", &format!("up {}, {} resident", duration(status.uptime_s), bytes(status.memory_bytes)));
+    fact("daemon", &format!("up {}, {}", duration(status.uptime_s), memory(status)));
     for body in &status.bodies {
         fact("body", &told(body));
         if let Some(refusal) = &body.last_refusal {

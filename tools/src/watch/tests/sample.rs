@@ -214,6 +214,8 @@ pub(super) fn live() -> Live {
         commit_latency_us_p50: 175.0,
         commit_latency_us_p99: 311.0,
         memory_bytes: 48 << 20,
+        memory_max_bytes: None,
+        memory_full: false,
         growth: Vec::new(),
         memory_digest: None,
         excitation_top: 2.5,

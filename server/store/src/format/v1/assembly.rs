@@ -147,6 +147,10 @@ impl Assembly {
                 self.content.random = Random::from_seed(seed);
                 Ok(())
             }
+            Item::Full(full) => {
+                self.content.full = full;
+                Ok(())
+            }
             // All others were taken before.
             item => Err(ContentError::second(item.kind().name())),
         }
@@ -156,7 +160,7 @@ impl Assembly {
     pub(crate) fn end(mut self, end: End) -> Result<WholeMemory, ContentError> {
         let Extent { observations: observed, schemas: learnt, .. } = *self.extent()?;
         let End { items, memory_digest } = end;
-        if self.last != Kind::Generator {
+        if ![Kind::Generator, Kind::Full].contains(&self.last) {
             let item = if self.last < Kind::Progress { Kind::Progress } else { Kind::Generator };
             return Err(ContentError::missing(item.name()));
         }
@@ -185,7 +189,7 @@ impl Assembly {
                 "`{item}` stands after `{before}`: something is missing, or out of order"
             )));
         }
-        if kind == before && [Kind::Progress, Kind::Goal, Kind::Generator].contains(&kind) {
+        if kind == before && [Kind::Progress, Kind::Goal, Kind::Generator, Kind::Full].contains(&kind) {
             return Err(ContentError::second(kind.name()));
         }
         if before < Kind::Progress && kind > Kind::Progress {

@@ -47,5 +47,6 @@ mirror! {
         Stage(effect: StageEffect),
         Pursuit(effect: PursuitEffect),
         StepEnded { body: u16, random: u64, pending: Option<Box<Execution>> },
+        Full(full: bool),
     }
 }

@@ -83,6 +83,8 @@ items! {
     Generator(Generator) = "generator",
     /// The last.
     End(End) = "end",
+    /// Whether memory is full; it stands before the end, and only when it is so.
+    Full(bool) = "full",
 }
 
 /// What a memory lives under, and how much of it follows.
@@ -208,5 +210,6 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
         Some(Item::Pending(Box::new(Pending { body, execution })))
     });
     let generator = Item::Generator(Generator { state: format!("{:016x}", content.random.state()) });
-    pools.chain(stages).chain([stands]).chain(goal).chain(pending).chain([generator])
+    let full = content.full.then_some(Item::Full(true));
+    pools.chain(stages).chain([stands]).chain(goal).chain(pending).chain([generator]).chain(full)
 }

@@ -51,6 +51,9 @@ impl Storage for Mortal {
     fn list(&self, directory: &str) -> io::Result<Vec<String>> {
         self.twin.list(directory)
     }
+    fn is_there(&self, directory: &str) -> bool {
+        self.twin.is_there(directory)
+    }
     fn open(&self, name: &str) -> io::Result<Box<dyn io::Read>> {
         self.twin.open(name)
     }
