@@ -321,7 +321,10 @@ impl Daemon {
         if self.ends_at.is_some() {
             return Err(Refusal::Unwilling { reason: "the daemon is ending".to_owned() });
         }
-        let (session, effects) = self.sessions.open(hello, self.mind.learner_mut())?;
+        let (session, mut effects) = self.sessions.open(hello, self.mind.learner_mut())?;
+        if let Some(session) = self.sessions.get(session) {
+            effects.extend(self.mind.examine(session));
+        }
         let (body, kind) = (&hello.description.name, &hello.description.kind);
         // The welcome need not wait: nothing is done before the first step, which is written after this.
         self.keep(Cause::Declared(body), &effects);
@@ -481,7 +484,11 @@ impl Daemon {
             StageOrder::Resume => StageCommand::Resume,
             StageOrder::Set(name) => StageCommand::Set(name.clone()),
         };
-        let effects = self.mind.stage(&command).map_err(Problem::of)?;
+        let mut effects = self.mind.stage(&command).map_err(Problem::of)?;
+        // A name that stands for nothing is as wrong in the stage that was entered.
+        if let Some(session) = self.sessions.shown(self.mind.student()) {
+            effects.extend(self.mind.examine(session));
+        }
         self.keep(Cause::Order(&ordered(&command)), &effects);
         Ok(())
     }

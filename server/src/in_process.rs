@@ -102,6 +102,7 @@ impl<B: Body> InProcess<B> {
         let hello = body.hello().map_err(InProcessError::Description)?;
         let hello = decode::hello(&hello).map_err(InProcessError::Description)?;
         let (session, _) = Session::attach(1, &hello, mind.learner_mut())?;
+        mind.examine(&session);
         body.attached(session.number());
         Ok(Self { body, mind, session, idle_frames: 0 })
     }
@@ -151,7 +152,9 @@ impl<B: Body> InProcess<B> {
     /// # Errors
     /// When there is no such stage.
     pub fn stage(&mut self, command: &StageCommand) -> Result<(), StageCommandError> {
-        self.mind.stage(command).map(drop)
+        self.mind.stage(command)?;
+        self.mind.examine(&self.session);
+        Ok(())
     }
 
     /// Holds the learner, but for one action.

@@ -20,6 +20,7 @@ mod inspector;
 mod keeper;
 mod latency;
 pub mod mind;
+mod names;
 mod opening;
 mod refusals;
 mod resident;

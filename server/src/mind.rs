@@ -257,6 +257,24 @@ impl Mind {
         Ok(())
     }
 
+    /// Looks whether the names that the curriculum uses are those of the body of `session`, which is led by it or would be the
+    /// first. If one is not, the curriculum is stuck before it begins: it would be obeyed in silence, and look like a finding.
+    /// Returns what that changed in memory.
+    pub fn examine(&mut self, session: &Session) -> Vec<Effect> {
+        let content = self.learner.memory().content();
+        let body = session.body();
+        let acts = content.vocabulary.bodies().get(usize::from(body.0));
+        let acts = acts.is_some_and(|body| !body.repertoire.is_empty());
+        if !acts || self.student().is_some_and(|student| student != body) {
+            return Vec::new();
+        }
+        let Some(problem) = session.misnamed(&self.learner) else { return Vec::new() };
+        let reason = format!("curriculum {:?}, {problem}", self.learner.curriculum().name);
+        let effects = self.learner.stick(body, reason);
+        log(self.learner.memory().content(), &effects);
+        effects
+    }
+
     /// Obeys an operator's order to the curriculum; returns what the order changed in memory.
     ///
     /// # Errors

@@ -16,6 +16,7 @@ use pschema_protocol::refusal::Refusal;
 use pschema_protocol::wire::decode::SessionChecks;
 use pschema_protocol::wire::message::{Introduction, RawFrame, Reply, SensorFrame};
 
+use crate::names::Names;
 use crate::translate::{TranslateError, Translation, declaration};
 
 /// How long a body rests when there is nothing to do in the world as it is, in milliseconds. A change of the world is
@@ -161,6 +162,18 @@ impl Session {
     pub(crate) fn into_status(mut self, state: BodyState) -> Arc<BodyStatus> {
         Arc::make_mut(&mut self.status).state = state;
         self.status
+    }
+
+    /// What is wrong, for this body, with the names in the learner's curriculum and parameters, if anything is.
+    #[must_use]
+    pub(crate) fn misnamed(&self, learner: &Learner) -> Option<String> {
+        let memory = learner.memory();
+        let names = Names {
+            description: self.checks.description(),
+            translation: &self.translation,
+            vocabulary: &memory.content().vocabulary,
+        };
+        names.mistake(learner.curriculum(), memory.parameters())
     }
 
     /// The frame that the last step was taken on; before the first step, one in which nothing is perceived.

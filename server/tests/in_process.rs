@@ -11,7 +11,8 @@ use pschema_inspect::{
     DetailQuery, ExplanationQuery, NamedValues, Report, ReportQuery, SchemaKind, SchemaQuery, SchemaSort,
     StageState, StatusQuery, ValueText,
 };
-use pschema_learner::curriculum::{Argument, Lift, Stage};
+use pschema_learner::curriculum::{Argument, Curriculum, Lift, NamedObservation, Stage, Utterance};
+use pschema_learner::parameters::TypeOverride;
 use pschema_learner::progress::StageCommand;
 use pschema_server::in_process::{InProcess, RunState, run_in_process};
 
@@ -154,6 +155,79 @@ fn a_curriculum_that_the_body_cannot_follow_gets_stuck_and_says_why() {
         let stuck = report.stuck.unwrap();
         assert!(stuck.contains(complaint) && !report.finished, "{stuck}");
     }
+}
+
+/// A sense that nobody has lifts nothing, and an observation that nobody makes ends no trial: the run would look like a finding.
+#[test]
+fn a_name_in_a_curriculum_that_stands_for_nothing_is_told_before_the_first_action() {
+    let named = |kind: &str, properties: &[(&str, Argument)]| NamedObservation {
+        kind: kind.to_owned(),
+        properties: properties.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect(),
+    };
+    let symbol = |text: &str| Argument::Symbol(text.to_owned());
+    let with = |change: &dyn Fn(&mut Stage)| {
+        let mut wrong = curriculum();
+        change(&mut wrong.stages[1]);
+        wrong
+    };
+    let until = |observation: NamedObservation| with(&|stage| stage.until = Some(observation.clone()));
+    let utterance = Utterance {
+        heard: vec![named("word", &[("text", symbol("touch"))])],
+        when: Some(named("tuoch", &[])),
+        unless: None,
+        probability: 1.0,
+        times_max: 1,
+    };
+    let cases: [(Curriculum, &str); 8] = [
+        (
+            with(&|stage| stage.lift = Lift::Types(vec!["fingr".to_owned()])),
+            "lift: no observation type is named \"fingr\"; there are: finger, object, touch",
+        ),
+        (until(named("touc", &[])), "until: no observation type is named \"touc\""),
+        (
+            until(named("object", &[("color", symbol("blue"))])),
+            "object has no property \"color\"; it has: colour, field",
+        ),
+        (until(named("object", &[("colour", symbol("mauve"))])), "object{colour} is never mauve; it has:"),
+        (
+            until(named("object", &[("field", Argument::Integer(99))])),
+            "object{field} is never 99; it has: whole numbers from 0 to",
+        ),
+        (until(named("word", &[("txt", symbol("touch"))])), "word has no property \"txt\"; it has: text"),
+        (
+            with(&|stage| stage.say = vec![utterance.clone()]),
+            "say: when: no observation type is named \"tuoch\"",
+        ),
+        (
+            with(&|stage| stage.arrange[0].command = "palce".to_owned()),
+            "arrange: the body has no scene command palce; it has: place",
+        ),
+    ];
+    for (wrong, complaint) in cases {
+        let mut run = InProcess::new(Row::new("row"), setup(1, wrong)).unwrap();
+        for _ in 0..3 {
+            assert_eq!(run.advance().unwrap(), RunState::Waiting);
+        }
+        let report = run.report();
+        let stuck = report.stuck.clone().unwrap();
+        assert!(
+            stuck.contains("stage \"touching\"") && stuck.contains(complaint),
+            "wanted {complaint:?}: {stuck}"
+        );
+        assert_eq!((report.actions_total, report.schemas_total), (0, 0));
+        // To enter the stage again mends nothing.
+        run.stage(&StageCommand::Set("touching".to_owned())).unwrap();
+        assert!(run.report().stuck.is_some_and(|again| again == stuck));
+    }
+    let any_word = named("word", &[("text", symbol("never heard"))]);
+    let mut run = InProcess::new(Row::new("row"), setup(1, until(any_word))).unwrap();
+    assert_eq!(run.advance().unwrap(), RunState::Running);
+    let mut overridden = setup(1, curriculum());
+    let override_of =
+        |name: &str| TypeOverride { name: name.to_owned(), precondition: Some(true), postcondition: None };
+    overridden.parameters.type_overrides = vec![override_of("finger"), override_of("thumb")];
+    let stuck = InProcess::new(Row::new("row"), overridden).unwrap().report().stuck.unwrap();
+    assert!(stuck.contains("\"thumb\""), "{stuck}");
 }
 
 #[test]

@@ -214,6 +214,18 @@ impl Learner {
         draft.effects()
     }
 
+    /// Has the curriculum begin for `body`, if it has not begun, and go no further, for `reason`: the host found that the body
+    /// can't be led by it. Changes nothing if the curriculum leads another body, is over, or can't go on already.
+    pub fn stick(&mut self, body: BodyId, reason: String) -> Vec<Effect> {
+        let mut draft = Draft::new(&mut self.memory);
+        stages::begin(&mut draft, &self.curriculum, body);
+        let progress = &draft.memory().content().progress;
+        if progress.student == Some(body) && !progress.finished && progress.stuck.is_none() {
+            draft.emit(Effect::Stage(StageEffect::Stuck(reason)));
+        }
+        draft.effects()
+    }
+
     /// Has it take in nothing new from here, because the host has no more memory for it, or lets it go on. It acts, and
     /// learns how well that goes which it knows, all the same. Returns nothing if it is so already.
     pub fn set_full(&mut self, full: bool) -> Vec<Effect> {
