@@ -1,6 +1,6 @@
 //! The parts that every program around a learner needs beside its work: a log on stderr ([`Log`]), a flag that signals
-//! raise ([`Stop`]), threads that end with their owner ([`Worker`]), and the last line on stderr with the exit code that
-//! belongs to it ([`ended`]).
+//! raise ([`Stop`]), threads that end with their owner ([`Worker`]), files that a person named for output ([`OutputFile`],
+//! [`stream`]), and the last line on stderr with the exit code that belongs to it ([`ended`]).
 //!
 //! ```no_run
 //! use pschema_process::{LevelFilter, Log, SignalError, Stop, ended};
@@ -23,6 +23,7 @@
 
 mod lines;
 mod log;
+mod output_file;
 mod stop;
 mod worker;
 
@@ -30,6 +31,7 @@ use std::fmt::Display;
 use std::process::ExitCode;
 
 pub use log::{LevelFilter, Log, colour_is_wanted, lost_lines, say};
+pub use output_file::{Occupied, OutputError, OutputFile, stream};
 pub use stop::{Interrupted, SignalError, Stop};
 pub use worker::Worker;
 
