@@ -183,6 +183,15 @@ impl OutputFile {
         Ok(self)
     }
 
+    /// Makes `bytes` the content of the file, on the disk.
+    ///
+    /// # Errors
+    /// As [`OutputFile::finish`].
+    pub fn hold(mut self, bytes: &[u8]) -> Result<(), OutputError> {
+        self.write_all(bytes).map_err(refused(&self.path))?;
+        self.finish()
+    }
+
     /// Puts what was written in its place, on the disk.
     ///
     /// # Errors
@@ -262,9 +271,7 @@ mod tests {
     use super::*;
 
     fn write(path: &Path, occupied: Occupied, text: &str) -> Result<(), OutputError> {
-        let mut file = OutputFile::prepare(path, occupied)?;
-        file.write_all(text.as_bytes()).unwrap();
-        file.finish()
+        OutputFile::prepare(path, occupied)?.hold(text.as_bytes())
     }
 
     fn mode(path: &Path) -> u32 {
