@@ -73,6 +73,8 @@ pub struct Arm {
     may: Permissions,
     replaying: bool,
     heading: Heading,
+    /// How often the arm left the place where it stood.
+    displacements: u64,
     next_try: Instant,
     backoff: Duration,
 }
@@ -102,6 +104,7 @@ impl Arm {
             may,
             replaying: false,
             heading: OUTWARDS,
+            displacements: 0,
             next_try: Instant::now(),
             backoff: BACKOFF_FIRST,
         }
@@ -111,6 +114,11 @@ impl Arm {
     #[must_use]
     pub fn setup(&self) -> &Arc<ArmSetup> {
         &self.setup
+    }
+
+    /// How often the arm left the place where it stood.
+    pub(crate) fn displacements(&self) -> u64 {
+        self.displacements
     }
 
     /// Notes that the daemon has just given an order, which is a sign of life like its pulse.
@@ -419,6 +427,9 @@ impl Arm {
         if !self.may.moves {
             tracing::info!(legs = path.legs().len(), end = ?path.end(), "dry run: not moved");
             return Ok(Outcome::refused("this is a dry run"));
+        }
+        if !self.setup.gate.is_at(path.end(), &from) {
+            self.displacements += 1;
         }
         let moved = self.carry_out(&path)?;
         self.heading = heading;

@@ -38,6 +38,10 @@ pub struct AdeptBody {
     last: Percept,
     /// The last picture, and the places of the visual fields in it, for people who look at it.
     seen: Option<RgbImage>,
+    /// How often the arm had moved before the last picture.
+    seen_after: u64,
+    /// When it was last told that pictures do not change.
+    frozen_told_at: Option<Instant>,
     marks: Vec<FieldMark>,
     asked_at: Option<Instant>,
     told_at: Option<Instant>,
@@ -66,6 +70,8 @@ impl AdeptBody {
             stop,
             last: Percept::default(),
             seen: None,
+            seen_after: 0,
+            frozen_told_at: None,
             asked_at: None,
             told_at: None,
         }
@@ -86,8 +92,32 @@ impl AdeptBody {
     /// # Errors
     /// When there is no picture.
     pub fn find_finger(&mut self) -> Result<Option<(f64, f64)>, SightError> {
+        Ok(self.look()?.finger.map(|blob| blob.centre_px))
+    }
+
+    /// Takes a picture and looks for blobs in it.
+    fn look(&mut self) -> Result<Sighting, SightError> {
         let image = self.source.frame()?;
-        Ok(self.eye.look(&image).finger.map(|blob| blob.centre_px))
+        let moved = self.arm.displacements() > self.seen_after;
+        if moved && self.seen.as_ref() == Some(&image) {
+            self.tell_of_frozen_pictures();
+        }
+        self.seen_after = self.arm.displacements();
+        let seen = self.eye.look(&image);
+        self.seen = Some(image);
+        Ok(seen)
+    }
+
+    /// A camera's noise alone makes each picture another, so that one which is repeated is an old one. It is told and not refused:
+    /// an emulated camera has no noise, and the arm may be out of its sight.
+    fn tell_of_frozen_pictures(&mut self) {
+        if self.frozen_told_at.is_none_or(|told| told.elapsed() > TELL_EVERY) {
+            tracing::warn!(
+                "the arm moved, and the picture is the same to the last pixel: see whether the camera is frozen, or cannot \
+                 see the arm"
+            );
+            self.frozen_told_at = Some(Instant::now());
+        }
     }
 
     fn stopping(&self) -> bool {
@@ -105,11 +135,8 @@ impl AdeptBody {
     /// Reads the touch inputs and looks at a picture.
     fn try_sense(&mut self) -> Result<Percept, Box<dyn std::error::Error>> {
         let signals = self.arm.signals()?;
-        let image = self.source.frame()?;
-        let seen = self.eye.look(&image);
-        let sensed = sensed(&self.setup, signals, &seen);
-        self.seen = Some(image);
-        Ok(sensed)
+        let seen = self.look()?;
+        Ok(sensed(&self.setup, signals, &seen))
     }
 
     /// Whether the arm may be moved. If not, asks the person who can change that, and waits a moment.

@@ -3,11 +3,12 @@
 //! the rim, where the manifold is not flat, do not fit and are left out.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use pschema_arm::SplitMix;
+use pschema_process::{Occupied, OutputError, OutputFile};
 use pschema_protocol::body::Outcome;
 use thiserror::Error;
 use toml_edit::{Array, DocumentMut, Item, Table, value};
@@ -69,13 +70,50 @@ pub enum CalibrationError {
         fitting: usize,
     },
     /// The arm file cannot be written.
-    #[error("cannot write {path}: {problem}")]
+    #[error(transparent)]
+    ArmFile(#[from] OutputError),
+    /// The arm file cannot be written any more.
+    #[error(
+        "{problem}\nThe map is not lost; put this into the arm file in place of its [calibration]:\n{map}"
+    )]
     Write {
-        /// Path of the file.
-        path: String,
         /// The cause.
         problem: String,
+        /// The section that was to be written.
+        map: String,
     },
+}
+
+/// An arm file that a map can be written into.
+#[derive(Debug)]
+pub struct ArmFile {
+    path: PathBuf,
+    output: OutputFile,
+}
+
+impl ArmFile {
+    /// The arm file of a name or path, as `--arm` takes it, found fit to be written before the arm moves.
+    ///
+    /// # Errors
+    /// When it is built in, or cannot be written.
+    pub fn prepare(arm: &str) -> Result<Self, CalibrationError> {
+        if arm == "emulated" {
+            return Err(CalibrationError::BuiltIn);
+        }
+        Ok(Self { path: arm.into(), output: OutputFile::prepare(Path::new(arm), Occupied::Replaced)? })
+    }
+
+    /// Writes the map. Everything else stays as it is, comments included.
+    fn store(self, calibration: &CalibrationSection) -> Result<(), CalibrationError> {
+        let lost = |problem: String| {
+            let map = with_calibration("", calibration).unwrap_or_else(|_| format!("{calibration:?}"));
+            CalibrationError::Write { problem, map }
+        };
+        let unread = |error| lost(format!("cannot read {} again: {error}", self.path.display()));
+        let text = fs::read_to_string(&self.path).map_err(unread)?;
+        let text = with_calibration(&text, calibration).map_err(lost)?;
+        self.output.hold(text.as_bytes()).map_err(|error| lost(error.to_string()))
+    }
 }
 
 /// A place of the finger on the square in millimetres, and its position in the picture in pixels.
@@ -87,12 +125,9 @@ pub type FingerSighting = ((f64, f64), (f64, f64));
 /// When there is no map. The arm file is unchanged then.
 pub fn calibrate(
     body: &mut AdeptBody,
-    file: &str,
+    file: ArmFile,
     stop: &AtomicBool,
 ) -> Result<CalibrationSection, CalibrationError> {
-    if file == "emulated" {
-        return Err(CalibrationError::BuiltIn);
-    }
     let points = visit(body, stop)?;
     let calibration = fit(&points.seen).ok_or(CalibrationError::TooFew {
         visited: points.visited,
@@ -112,7 +147,7 @@ pub fn calibrate(
         residual_mm_max = calibration.residual_mm_max,
         "calibrated"
     );
-    store(&calibration, Path::new(file))?;
+    file.store(&calibration)?;
     Ok(calibration)
 }
 
@@ -230,17 +265,6 @@ fn off_px(map: &Matrix3<f64>, (mm, px): &FingerSighting) -> f64 {
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
-}
-
-/// Writes the map into the arm file. Everything else stays as it is, comments included.
-fn store(calibration: &CalibrationSection, path: &Path) -> Result<(), CalibrationError> {
-    let failed = |problem: String| CalibrationError::Write { path: path.display().to_string(), problem };
-    let text = fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
-    let text = with_calibration(&text, calibration).map_err(failed)?;
-    // Written beside the arm file and then moved into its place, so that there is never half a file.
-    let beside = path.with_extension("toml.new");
-    let written = fs::write(&beside, text).and_then(|()| fs::rename(&beside, path));
-    written.map_err(|error| failed(error.to_string()))
 }
 
 fn with_calibration(text: &str, calibration: &CalibrationSection) -> Result<String, String> {

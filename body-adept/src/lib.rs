@@ -36,7 +36,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
 use pschema_arm::FileError;
-use pschema_process::{SignalError, Stop};
+use pschema_process::{Occupied, OutputError, SignalError, Stop, stream};
 use pschema_protocol::body::{RunError, RunOptions, RunSummary};
 use pschema_protocol::domain::{DomainError, LearnerName, Place, RuntimeDir};
 use thiserror::Error;
@@ -63,7 +63,7 @@ pub mod watch;
 
 use arm::Permissions;
 use body::AdeptBody;
-use calibration::CalibrationError;
+use calibration::{ArmFile, CalibrationError};
 use config::ArmSetup;
 use controller::ControllerError;
 use line::recorder::LineRecorder;
@@ -115,6 +115,9 @@ pub struct AdeptArgs {
     /// Write every exchange with the controller to a file.
     #[arg(long, value_name = "FILE", global = true)]
     pub record: Option<PathBuf>,
+    /// Replace what is in the file of --record already.
+    #[arg(long, requires = "record", global = true)]
+    pub overwrite: bool,
     /// Replay a recording instead of using a port: check that this driver sends the same bytes as then, and end.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["port", "record"])]
     pub replay: Option<PathBuf>,
@@ -159,6 +162,9 @@ pub enum AdeptError {
     /// The learner's name or place is not usable.
     #[error(transparent)]
     Domain(#[from] DomainError),
+    /// The recording cannot be written.
+    #[error(transparent)]
+    Recording(#[from] OutputError),
     /// The system refused something.
     #[error("cannot {doing}: {source}")]
     System {
@@ -205,9 +211,7 @@ pub fn build(args: &AdeptArgs, stop: Arc<AtomicBool>, daemon: Option<Beat>) -> R
         "where do pictures come from? Give --camera folder:DIRECTORY, socket:PATH or exec:COMMAND",
     ))?;
     let recorder = match &args.record {
-        Some(path) => {
-            LineRecorder::create(path).map_err(system(&format!("write the recording {}", path.display())))?
-        }
+        Some(path) => LineRecorder::to(stream(path, Occupied::overwritten(args.overwrite))?),
         None => LineRecorder::default(),
     };
     let size_px = (setup.file.camera.width_px.count(), setup.file.camera.height_px.count());
@@ -252,9 +256,12 @@ pub fn run(args: &AdeptArgs) -> Result<Option<RunSummary>, AdeptError> {
     // A signal first stops the arm, whichever it is. A second one ends the process at once; by then the watch has stopped the arm.
     let stop = Stop::on_every_signal()?.flag();
     if args.task == Some(AdeptTask::Calibrate) {
+        // All that can be wrong without a motion is found out before the first.
+        let file = ArmFile::prepare(&args.arm)?;
         let mut body = build(args, stop.clone(), None)?;
+        body.find_finger()?;
         enable(args, &mut body, &stop)?;
-        calibration::calibrate(&mut body, &args.arm, &stop)?;
+        calibration::calibrate(&mut body, file, &stop)?;
         return Ok(None);
     }
     let place = Place::new(RuntimeDir::from_environment()?, LearnerName::new(&args.name)?);

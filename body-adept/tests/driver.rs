@@ -4,6 +4,8 @@
 
 #[path = "driver/calibrate.rs"]
 mod calibrate;
+#[path = "driver/camera.rs"]
+mod camera;
 #[path = "driver/enabling.rs"]
 mod enabling;
 #[path = "driver/fake.rs"]

@@ -32,7 +32,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use pschema_arm::FileError;
-use pschema_process::{SignalError, Stop};
+use pschema_process::{Occupied, OutputFile, SignalError, Stop};
 use pschema_protocol::body::{RunError, RunOptions, RunSummary};
 use pschema_protocol::domain::{DomainError, LearnerName, Place, RuntimeDir};
 use thiserror::Error;
@@ -88,6 +88,9 @@ pub struct SimArgs {
     /// Attach to nothing: arrange a scene, write the camera's picture with the visual fields drawn in, and end.
     #[arg(long, value_name = "PNG")]
     pub snapshot: Option<PathBuf>,
+    /// Replace the file of --snapshot if it is there.
+    #[arg(long, requires = "snapshot")]
+    pub overwrite: bool,
 }
 
 /// Why the simulated body could not run.
@@ -126,11 +129,12 @@ pub fn build(args: &SimArgs) -> Result<SimBody, FileError> {
 /// # Errors
 /// When the world cannot be used, the picture cannot be written, or the session with the daemon fails.
 pub fn run(args: &SimArgs) -> Result<Option<RunSummary>, SimError> {
-    let mut body = build(args)?;
     if let Some(path) = &args.snapshot {
-        snapshot::snapshot(&mut body, path)?;
+        let file = OutputFile::prepare(path, Occupied::overwritten(args.overwrite));
+        snapshot::snapshot(&mut build(args)?, file.map_err(SnapshotError::from)?)?;
         return Ok(None);
     }
+    let body = build(args)?;
     let place = Place::new(RuntimeDir::from_environment()?, LearnerName::new(&args.name)?);
     // A second signal ends the process at once, in case an action never ends.
     let stop = Stop::on_signals()?.flag();

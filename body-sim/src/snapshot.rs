@@ -1,10 +1,9 @@
 //! The camera's picture, with the visual fields and the recognised blobs drawn in.
 
 use std::collections::BTreeSet;
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::io::{BufWriter, Write};
 
+use pschema_process::{OutputError, OutputFile};
 use pschema_protocol::body::{Body, Outcome};
 use pschema_protocol::description::{Action, Value};
 use pschema_vision::blobs::Blob;
@@ -25,21 +24,11 @@ const LIT_RGB: [f64; 3] = [255.0, 255.0, 255.0];
 #[derive(Debug, Error)]
 pub enum SnapshotError {
     /// The file cannot be written.
-    #[error("cannot write {path}: {source}; name a file in a folder that you may write to")]
-    Write {
-        /// Path of the file.
-        path: PathBuf,
-        /// The cause.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    Write(#[from] OutputError),
     /// The picture cannot be encoded.
-    #[error("cannot encode {path} as PNG: {source}")]
-    Encode {
-        /// Path of the file.
-        path: PathBuf,
-        /// The cause.
-        source: png::EncodingError,
-    },
+    #[error("cannot write the picture as PNG: {0}")]
+    Encode(#[from] png::EncodingError),
     /// The world has too few places or postures for a scene.
     #[error("cannot arrange the scene to be shown: {0}")]
     Scene(String),
@@ -49,23 +38,25 @@ pub enum SnapshotError {
 ///
 /// # Errors
 /// When the scene cannot be arranged or the file not written.
-pub fn snapshot(body: &mut SimBody, path: &Path) -> Result<(), SnapshotError> {
+pub fn snapshot(body: &mut SimBody, file: OutputFile) -> Result<(), SnapshotError> {
     arrange(body)?;
-    write(body, path)
+    write(body, file)
 }
 
 /// Writes the camera's picture of this moment, with the fields drawn in.
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write(body: &mut SimBody, path: &Path) -> Result<(), SnapshotError> {
+pub fn write(body: &mut SimBody, file: OutputFile) -> Result<(), SnapshotError> {
     let (image, seen) = body.look();
     let mut canvas = Canvas::enlarged(image);
     let blobs: Vec<&Blob> = seen.finger.iter().chain(seen.objects.iter().map(|(_, blob)| blob)).collect();
     draw_fields(body, &blobs, &mut canvas);
     blobs.iter().for_each(|blob| draw_blob(blob, &mut canvas));
-    let file = File::create(path).map_err(|source| SnapshotError::Write { path: path.to_owned(), source })?;
-    canvas.encode(file).map_err(|source| SnapshotError::Encode { path: path.to_owned(), source })
+    let mut buffered = BufWriter::new(file);
+    canvas.encode(&mut buffered)?;
+    let file = buffered.into_inner().map_err(|error| png::EncodingError::from(error.into_error()))?;
+    Ok(file.finish()?)
 }
 
 /// The first block in the middle of the picture and touched, the last beyond reach, others in between.
@@ -199,9 +190,9 @@ impl Canvas {
         self.bar((to.0 - line, from.1), to, rgb);
     }
 
-    fn encode(&self, file: File) -> Result<(), png::EncodingError> {
+    fn encode(&self, to: impl Write) -> Result<(), png::EncodingError> {
         let side = |pixels: usize| u32::try_from(pixels).map_err(|_| png::EncodingError::LimitsExceeded);
-        let mut encoder = png::Encoder::new(BufWriter::new(file), side(self.width)?, side(self.height)?);
+        let mut encoder = png::Encoder::new(to, side(self.width)?, side(self.height)?);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         let mut writer = encoder.write_header()?;

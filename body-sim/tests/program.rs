@@ -54,6 +54,16 @@ fn a_noise_that_makes_no_sense_is_told() {
 
 #[test]
 fn a_snapshot_that_cannot_be_written_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("picture.png");
+    std::fs::write(&path, "another's").unwrap();
+    let output = sim(&["--snapshot", path.to_str().unwrap()]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(1) && told.contains("--overwrite"), "{told}");
+    assert_eq!(std::fs::read(&path).unwrap(), b"another's");
+    let output = sim(&["--snapshot", path.to_str().unwrap(), "--overwrite"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(std::fs::read(&path).unwrap().starts_with(b"\x89PNG"));
     let output = sim(&["--snapshot", "/nonexistent/folder/picture.png"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("/nonexistent/folder/picture.png"));

@@ -96,15 +96,40 @@ impl Drop for Pty {
     }
 }
 
-/// Removes a symbolic link, and nothing else.
+/// Removes a symbolic link that an emulator may have left: one to a pseudo-terminal, or to nothing. All else stays.
 fn remove_link(link: &Path) -> io::Result<()> {
-    match link.symlink_metadata() {
-        Ok(found) if found.file_type().is_symlink() => std::fs::remove_file(link),
-        Ok(_) => Err(io::Error::new(
-            io::ErrorKind::AlreadyExists,
-            "it exists and is no symbolic link: name another",
-        )),
+    let there = |what: String| Err(io::Error::new(io::ErrorKind::AlreadyExists, what));
+    match std::fs::read_link(link) {
+        Ok(target) if target.starts_with("/dev/pts") || !link.exists() => std::fs::remove_file(link),
+        Ok(target) => there(format!("it is a link to {}: name another", target.display())),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(error) if error.kind() == io::ErrorKind::InvalidInput => {
+            there("it exists and is no symbolic link: name another".to_owned())
+        }
         Err(error) => Err(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_link_that_an_emulator_left_is_replaced() {
+        let directory = tempfile::tempdir().unwrap();
+        let at = |name: &str| directory.path().join(name);
+        for (name, target) in [("left", "/dev/pts/99999"), ("dangling", "nothing")] {
+            std::os::unix::fs::symlink(target, at(name)).unwrap();
+            drop(Pty::new(&at(name)).unwrap());
+            assert!(at(name).symlink_metadata().is_err(), "it is removed in the end");
+        }
+        std::fs::write(at("file"), "mine").unwrap();
+        std::os::unix::fs::symlink("file", at("port")).unwrap();
+        for (name, told) in [("port", "it is a link to file"), ("file", "no symbolic link")] {
+            let error = Pty::new(&at(name)).err().unwrap().to_string();
+            assert!(error.contains(told), "{error}");
+            assert!(at(name).exists());
+        }
+        assert!(at("port").symlink_metadata().unwrap().is_symlink());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::os::fd::{AsFd, BorrowedFd};
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::{FileTypeExt, PermissionsExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
@@ -28,7 +28,8 @@ struct Client {
 impl Socket {
     /// Listens at `path`, which only its owner may use. A socket that a dead process left there is replaced.
     pub(crate) fn bind(path: &Path) -> io::Result<Self> {
-        if path.exists()
+        // Who connects to a plain file is refused as well.
+        if path.metadata().is_ok_and(|found| found.file_type().is_socket())
             && UnixStream::connect(path).is_err_and(|error| error.kind() == ErrorKind::ConnectionRefused)
         {
             std::fs::remove_file(path)?;
@@ -100,4 +101,21 @@ pub(crate) fn ppm(image: &RgbImage) -> Vec<u8> {
     let mut bytes = format!("P6\n{} {}\n255\n", image.width_px(), image.height_px()).into_bytes();
     bytes.extend_from_slice(image.as_rgb_bytes());
     bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_socket_that_nobody_serves_is_replaced_and_a_file_is_not() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("camera");
+        drop(UnixListener::bind(&path).unwrap());
+        drop(Socket::bind(&path).unwrap());
+        assert!(!path.exists(), "it is removed in the end");
+        std::fs::write(&path, "mine").unwrap();
+        assert!(Socket::bind(&path).is_err());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "mine");
+    }
 }

@@ -1,10 +1,12 @@
 //! Writes the recording of a line: one event a line of text, with its time.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
+
+use pschema_process::{Occupied, OutputError, stream};
 
 /// Longest recording written, in bytes. Later events are not recorded.
 const BYTES_MAX: u64 = 1 << 30;
@@ -20,13 +22,19 @@ struct RecordingFile {
 pub struct LineRecorder(Option<Arc<Mutex<RecordingFile>>>);
 
 impl LineRecorder {
-    /// Begins a recording; a file of that name is overwritten.
+    /// Begins a recording at a path where there is nothing yet, or a FIFO or device.
     ///
     /// # Errors
-    /// When the file cannot be made.
-    pub fn create(path: &Path) -> io::Result<Self> {
-        let file = BufWriter::new(File::create(path)?);
-        Ok(Self(Some(Arc::new(Mutex::new(RecordingFile { file, since: Instant::now(), bytes: 0 })))))
+    /// When it cannot be written, or is there already.
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
+        Ok(Self::to(stream(path, Occupied::Refused)?))
+    }
+
+    /// Begins a recording in an open file.
+    #[must_use]
+    pub fn to(file: File) -> Self {
+        let file = BufWriter::new(file);
+        Self(Some(Arc::new(Mutex::new(RecordingFile { file, since: Instant::now(), bytes: 0 }))))
     }
 
     /// Records one event.

@@ -1,6 +1,7 @@
 //! A serial port, opened for this process alone.
 
 use std::io::{self, ErrorKind, Read, Write};
+use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 use std::time::Duration;
 
@@ -13,6 +14,10 @@ const WRITE_WAIT: Duration = Duration::from_millis(200);
 /// The same for an order to stop.
 const STOP_WAIT: Duration = Duration::from_millis(10);
 
+/// What helps with every port that cannot be opened.
+const HINT: &str = "the ports of this machine are in /dev/serial/by-id, they are for the group dialout, and the line has 8 \
+                    data bits, no parity, 1 stop bit and no flow control";
+
 /// A serial port: 8 data bits, no parity, 1 stop bit, no flow control.
 pub struct SerialLine {
     port: TTYPort,
@@ -24,18 +29,53 @@ impl SerialLine {
     /// # Errors
     /// When it is not there, not permitted, or another process has it.
     pub fn open(path: &Path, baud: u32) -> Result<Self, LineError> {
+        let refused = |problem: String| LineError::Open {
+            path: path.to_owned(),
+            problem: format!("{problem}; {HINT}"),
+        };
+        if let Some(problem) = no_port(path) {
+            return Err(refused(problem));
+        }
         let port = serialport::new(path.to_string_lossy(), baud).timeout(WRITE_WAIT).open_native();
-        let port = port.map_err(|error| {
-            let problem = match error.kind() {
-                serialport::ErrorKind::NoDevice => format!(
-                    "{error}: plug it in, end whatever else uses it, and check that this user may (group dialout)"
-                ),
-                _ => error.to_string(),
-            };
-            LineError::Open { path: path.to_owned(), problem }
+        let port = port.map_err(|error| match error.kind() {
+            serialport::ErrorKind::NoDevice => {
+                refused(format!("{error}: plug it in, and end whatever else uses it"))
+            }
+            serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
+                refused(format!("{error}: this user may not use it; log in anew after you joined its group"))
+            }
+            _ => refused(error.to_string()),
         })?;
         Ok(Self { port })
     }
+}
+
+/// The reason why there can be no port at `path`. None when there may be one.
+fn no_port(path: &Path) -> Option<String> {
+    let link = std::fs::read_link(path);
+    let found = match (std::fs::metadata(path), link) {
+        (Ok(found), _) => found,
+        (Err(error), Ok(target)) if error.kind() == ErrorKind::NotFound => {
+            let target = target.display();
+            return Some(format!("it is a link to {target}, which is not there: plug the adapter in"));
+        }
+        (Err(error), _) if error.kind() == ErrorKind::NotFound => {
+            return Some("it is not there: plug the adapter in, or name another".to_owned());
+        }
+        (Err(error), _) => return Some(error.to_string()),
+    };
+    let kind = found.file_type();
+    if kind.is_char_device() {
+        return None;
+    }
+    let kind = match () {
+        () if kind.is_file() => "a file",
+        () if kind.is_dir() => "a directory",
+        () if kind.is_fifo() => "a FIFO",
+        () if kind.is_socket() => "a socket",
+        () => "a block device",
+    };
+    Some(format!("it is {kind} and no serial port"))
 }
 
 fn gone(error: serialport::Error) -> LineError {
@@ -90,5 +130,33 @@ impl Stopper for SerialStopper {
         // sends it first.
         self.port.clear(ClearBuffer::Output).ok();
         write(&mut self.port, bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_serial_port_is_named_with_advice() {
+        let directory = tempfile::tempdir().unwrap();
+        let at = |name: &str| directory.path().join(name);
+        std::os::unix::fs::symlink("ttyUSB9", at("dangling")).unwrap();
+        std::fs::write(at("file"), "").unwrap();
+        assert!(std::process::Command::new("mkfifo").arg(at("fifo")).status().unwrap().success());
+        let cases = [
+            (at("none"), "it is not there"),
+            (at("dangling"), "a link to ttyUSB9, which is not there"),
+            (at("file"), "it is a file and no serial port"),
+            (at("fifo"), "it is a FIFO and no serial port"),
+            (directory.path().to_owned(), "it is a directory and no serial port"),
+            ("/dev/null".into(), "/dev/null"),
+        ];
+        for (path, problem) in cases {
+            let error = SerialLine::open(&path, 9600).err().unwrap().to_string();
+            for part in [problem, "/dev/serial/by-id", "group dialout", "8 data bits, no parity"] {
+                assert!(error.contains(part), "{path:?}: {error}");
+            }
+        }
     }
 }

@@ -1,15 +1,18 @@
 //! Calibrating the emulated camera with the emulated arm.
 
-use pschema_adept::calibration::calibrate;
+use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
+
+use pschema_adept::calibration::{ArmFile, calibrate};
 use pschema_adept::config::{ArmSetup, EMULATED};
 use pschema_adept::operator::OperatorPlace;
 use pschema_adept::sight::CameraSource;
-use pschema_adept::{AdeptArgs, build, enable};
+use pschema_adept::{AdeptArgs, AdeptTask, build, enable, run};
 use pschema_vplus_emulator::Dialect;
 
 use crate::rig::Rig;
 
-fn args(rig: &Rig, arm: &str) -> AdeptArgs {
+/// Arguments for the emulated arm of a rig, enabled at once.
+pub(crate) fn args(rig: &Rig, arm: &str) -> AdeptArgs {
     AdeptArgs {
         name: "none".to_owned(),
         body: "arm".to_owned(),
@@ -21,6 +24,7 @@ fn args(rig: &Rig, arm: &str) -> AdeptArgs {
         home: true,
         dry_run: false,
         record: None,
+        overwrite: false,
         replay: None,
         exit_with_daemon: true,
         task: None,
@@ -30,12 +34,19 @@ fn args(rig: &Rig, arm: &str) -> AdeptArgs {
 #[test]
 fn the_map_fits_and_is_kept_in_the_arm_file() {
     let rig = Rig::start(Dialect::Program, |_| {});
-    let file = rig.directory.path().join("arm.toml");
+    // The arm file of a group of people, behind a link.
+    let file = rig.directory.path().join("shared.toml");
     std::fs::write(&file, EMULATED).unwrap();
-    let args = args(&rig, file.to_str().unwrap());
+    std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o664)).unwrap();
+    let link = rig.directory.path().join("arm.toml");
+    symlink("shared.toml", &link).unwrap();
+    let args = args(&rig, link.to_str().unwrap());
+    let into = ArmFile::prepare(&args.arm).unwrap();
     let mut body = build(&args, rig.stop.clone(), None).unwrap();
     enable(&args, &mut body, &rig.stop).unwrap();
-    let calibration = calibrate(&mut body, &args.arm, &rig.stop).unwrap();
+    let calibration = calibrate(&mut body, into, &rig.stop).unwrap();
+    assert!(link.symlink_metadata().unwrap().is_symlink(), "the link is one still");
+    assert_eq!(file.metadata().unwrap().mode() & 0o777, 0o664);
     println!("{calibration:?}");
     // The ball is 16 mm wide; its blob's centre is not quite its own.
     assert!(calibration.points >= 10 && calibration.residual_mm < 3.0, "{calibration:?}");
@@ -45,11 +56,45 @@ fn the_map_fits_and_is_kept_in_the_arm_file() {
 }
 
 #[test]
-fn without_an_arm_file_of_its_own_nothing_is_calibrated() {
+fn an_arm_file_that_cannot_be_written_is_found_out_before_the_arm_moves() {
     let rig = Rig::start(Dialect::Program, |_| {});
-    let args = args(&rig, "emulated");
+    let nowhere = rig.directory.path().join("none/arm.toml");
+    for (arm, problem) in [("emulated", "--arm FILE"), (nowhere.to_str().unwrap(), "cannot write")] {
+        let mut args = args(&rig, arm);
+        args.task = Some(AdeptTask::Calibrate);
+        let refused = run(&args).unwrap_err().to_string();
+        assert!(refused.contains(problem), "{refused}");
+    }
+    let record = rig.emulator.record();
+    assert_eq!((record.motions, record.powered), (0, false));
+}
+
+#[test]
+fn a_map_that_cannot_be_written_any_more_is_told() {
+    let rig = Rig::start(Dialect::Program, |_| {});
+    let file = rig.directory.path().join("arm.toml");
+    std::fs::write(&file, EMULATED).unwrap();
+    let args = args(&rig, file.to_str().unwrap());
+    let into = ArmFile::prepare(&args.arm).unwrap();
     let mut body = build(&args, rig.stop.clone(), None).unwrap();
-    let refused = calibrate(&mut body, &args.arm, &rig.stop).unwrap_err().to_string();
-    assert!(refused.contains("--arm FILE"), "{refused}");
-    assert_eq!(rig.emulator.record().motions, 0);
+    enable(&args, &mut body, &rig.stop).unwrap();
+    std::fs::remove_file(&file).unwrap();
+    let lost = calibrate(&mut body, into, &rig.stop).unwrap_err().to_string();
+    assert!(lost.contains("The map is not lost") && lost.contains("\npx_from_mm = ["), "{lost}");
+}
+
+#[test]
+fn a_recording_that_is_there_stays_unless_a_person_says_otherwise() {
+    let rig = Rig::start(Dialect::Program, |_| {});
+    let recording = rig.recording();
+    std::fs::write(&recording, "an hour of yesterday\n").unwrap();
+    let mut args = args(&rig, "emulated");
+    args.record = Some(recording.clone());
+    let refused = build(&args, rig.stop.clone(), None).err().unwrap().to_string();
+    assert!(refused.contains("it is there already") && refused.contains("--overwrite"), "{refused}");
+    assert_eq!(std::fs::read_to_string(&recording).unwrap(), "an hour of yesterday\n");
+    args.overwrite = true;
+    let mut body = build(&args, rig.stop.clone(), None).unwrap();
+    body.arm().ensure_connected().unwrap();
+    assert!(!std::fs::read_to_string(&recording).unwrap().contains("yesterday"));
 }

@@ -11,9 +11,13 @@ use crate::rig::{Rig, until};
 /// Longer than a busy machine keeps a process from its watchdog.
 const WATCHDOG_MS: u64 = 2_000;
 
-/// What ends a process: told by a person, by a system that shuts down, or by a terminal that is closed. The last only halts
-/// others (Ctrl-Z), and would leave nobody at the arm.
-const ENDING: [Signal; 5] = [Signal::TERM, Signal::INT, Signal::HUP, Signal::QUIT, Signal::TSTP];
+/// What ends a process: told by a person, by a system that shuts down or loses its power, or by a terminal that is closed. The
+/// last two only halt others (Ctrl-Z, and a terminal that is read in the background), and would leave nobody at the arm.
+const ENDING: [Signal; 7] =
+    [Signal::TERM, Signal::INT, Signal::HUP, Signal::QUIT, Signal::POWER, Signal::TSTP, Signal::TTIN];
+
+/// A signal of real time: the last one, which is the same for every C library.
+const OF_REAL_TIME: &str = "64";
 
 /// Ends its process, should a test end before that.
 struct Process(Child);
@@ -21,6 +25,12 @@ struct Process(Child);
 impl Process {
     fn signal(&self, signal: Signal) {
         kill_process(Pid::from_child(&self.0), signal).unwrap();
+    }
+
+    /// Sends a signal that has a number alone.
+    fn signal_by_number(&self, number: &str) {
+        let sent = Command::new("kill").args([&format!("-{number}"), &self.0.id().to_string()]).status();
+        assert!(sent.unwrap().success());
     }
 }
 
@@ -96,9 +106,12 @@ fn a_process_that_is_killed_while_it_homes_the_arm_leaves_it_to_the_watchdog() {
 
 #[test]
 fn a_process_told_to_end_while_it_homes_the_arm_stops_it_and_takes_its_power_away() {
-    for signal in [Signal::TERM, Signal::HUP] {
+    for signal in [Some(Signal::TERM), Some(Signal::HUP), Some(Signal::TTOU), None] {
         let (rig, mut process) = calibrating(homes, |_| {});
-        process.signal(signal);
+        match signal {
+            Some(signal) => process.signal(signal),
+            None => process.signal_by_number(OF_REAL_TIME),
+        }
         assert!(!process.0.wait().unwrap().success(), "it did not calibrate");
         let record = rig.emulator.record();
         assert_eq!((record.calibrations, record.powered, record.motions), (0, false, 0));

@@ -1,6 +1,7 @@
 //! The parts that every program around a learner needs beside its work: a log on stderr ([`Log`]), a flag that signals
 //! raise ([`Stop`]), threads that end with their owner ([`Worker`]), files that are held open and may be moved away
-//! ([`Anchor`]), and the last line on stderr with the exit code that belongs to it ([`ended`]).
+//! ([`Anchor`]), files that a person named for output ([`OutputFile`], [`stream`]), and the last line on stderr with the
+//! exit code that belongs to it ([`ended`]).
 //!
 //! ```no_run
 //! use pschema_process::{LevelFilter, Log, SignalError, Stop, ended};
@@ -24,6 +25,7 @@
 mod anchor;
 mod lines;
 mod log;
+mod output_file;
 mod stop;
 mod worker;
 
@@ -32,6 +34,7 @@ use std::process::ExitCode;
 
 pub use anchor::Anchor;
 pub use log::{LevelFilter, Log, colour_is_wanted, lost_lines, say};
+pub use output_file::{Occupied, OutputError, OutputFile, stream};
 pub use stop::{Interrupted, SignalError, Stop};
 pub use worker::Worker;
 

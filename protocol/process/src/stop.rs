@@ -1,23 +1,42 @@
 //! The wish that a process ends, as a flag to look at.
 
 use std::io;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use rustix::process::Signal;
 use signal_hook::consts::{
-    SIGALRM, SIGHUP, SIGINT, SIGIO, SIGPROF, SIGQUIT, SIGTERM, SIGTSTP, SIGUSR1, SIGUSR2, SIGVTALRM, SIGXCPU,
-    SIGXFSZ,
+    SIGALRM, SIGHUP, SIGINT, SIGIO, SIGPROF, SIGQUIT, SIGTERM, SIGTSTP, SIGTTIN, SIGTTOU, SIGUSR1, SIGUSR2,
+    SIGVTALRM, SIGXCPU, SIGXFSZ,
 };
 use signal_hook::iterator::Signals;
 use signal_hook::{flag, low_level};
 
-/// Signals by which people and systems end a process, or halt it. Those of a fault in the program itself are not among them, nor
-/// are those that nothing sends unasked (of real time, SIGPWR).
-const ENDING: [i32; 12] = [
-    SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGIO, SIGXCPU,
+/// All signals that end or halt a process unless it handles them, but for those of real time, those that can't be handled, and
+/// those of a fault in the program itself.
+const ENDING: [i32; 16] = [
+    SIGINT,
+    SIGTERM,
+    SIGHUP,
+    SIGQUIT,
+    SIGTSTP,
+    SIGTTIN,
+    SIGTTOU,
+    SIGUSR1,
+    SIGUSR2,
+    SIGALRM,
+    SIGVTALRM,
+    SIGPROF,
+    SIGIO,
+    SIGXCPU,
+    Signal::POWER.as_raw(),
+    Signal::STKFLT.as_raw(),
 ];
+/// The signals of real time, which end a process as well. The C library keeps the first few to itself.
+const OF_REAL_TIME: RangeInclusive<i32> = 32..=64;
 /// Signals that come one after another within this time were sent together.
 const HASTE: Duration = Duration::from_millis(500);
 
@@ -52,13 +71,22 @@ impl Stop {
         Self::on_the_first_of(&[SIGINT, SIGTERM, SIGHUP])
     }
 
-    /// As [`Stop::on_signals`], for the other signals too by which people and systems end a process: for a program that must bring
-    /// something to rest first. SIGTSTP (Ctrl-Z), which would only halt the process, raises the flag too.
+    /// As [`Stop::on_signals`], for every other signal too that ends a process and can be handled: for a program that must bring
+    /// something to rest first. So do those that would only halt the process: SIGTSTP (Ctrl-Z), and SIGTTIN and SIGTTOU, by which a
+    /// terminal halts a process in the background.
     ///
     /// # Errors
     /// When the system refuses to handle a signal.
     pub fn on_every_signal() -> Result<Self, SignalError> {
-        Self::on_the_first_of(&ENDING)
+        let stop = Self::on_the_first_of(&ENDING)?;
+        for signal in heeded(&OF_REAL_TIME.collect::<Vec<i32>>()) {
+            match flag::register(signal, Arc::clone(&stop.raised)) {
+                Err(error) if error.kind() != io::ErrorKind::InvalidInput => return Err(error.into()),
+                // Refused as no signal: one that the C library keeps to itself.
+                _ => {}
+            }
+        }
+        Ok(stop)
     }
 
     fn on_the_first_of(signals: &[i32]) -> Result<Self, SignalError> {
@@ -150,6 +178,21 @@ mod tests {
         signal_hook::low_level::raise(SIGHUP).expect("a signal can be raised");
         assert!(stop.is_raised() && group.is_raised() && stop.flag().load(Ordering::Relaxed));
         assert_eq!(group.check(), Err(Interrupted));
+    }
+
+    #[test]
+    fn every_signal_that_ends_or_halts_a_process_raises_the_flag() {
+        // Twice these two end the process of this test.
+        let hasty = [SIGINT, SIGTERM];
+        for signal in ENDING.into_iter().chain(34..=64).filter(|signal| !hasty.contains(signal)) {
+            // What the process was started to ignore stays ignored.
+            if heeded(&[signal]).is_empty() {
+                continue;
+            }
+            let stop = Stop::on_every_signal().expect("signals can be handled");
+            signal_hook::low_level::raise(signal).expect("a signal can be raised");
+            assert!(stop.is_raised(), "signal {signal}");
+        }
     }
 
     #[test]
