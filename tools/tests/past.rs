@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use described::assert_described;
+use described::{assert_all_described, assert_described};
 use pschema_inspect::{LiveQuery, Request, TraceQuery, ask};
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
@@ -96,8 +96,9 @@ impl House {
 
     /// Checks each of some lines of JSON.
     fn assert_lines_described(&self, schema: &str, lines: &str) {
+        let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
         assert!(!lines.is_empty(), "{schema}");
-        lines.lines().for_each(|line| assert_described(schema, &serde_json::from_str(line).unwrap()));
+        assert_all_described(schema, &lines);
     }
 
     /// Why it can't be done, and with which exit code.
@@ -247,6 +248,9 @@ fn memory_goes_out_and_comes_back_and_branches_off() {
     house.text(&["export", "--data", "life", "-o", "life.jsonl"]);
     let printed = house.text(&["export", "--data", "life"]);
     assert_eq!(printed, std::fs::read_to_string(house.path("life.jsonl")).unwrap());
+    house.assert_lines_described("export", &printed);
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("../server/store/tests/golden/export-1.jsonl");
+    house.assert_lines_described("export", &std::fs::read_to_string(golden).unwrap());
     let mode = std::fs::metadata(house.path("life.jsonl")).unwrap().permissions().mode();
     assert_eq!(mode & 0o777, 0o600, "what a learner knows is its owner's");
     let (code, said) = house.refusal(&["export", "--data", "life", "-o", "life.jsonl"]);

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use expect_test::expect_file;
 use pschema_store::past::Verification;
+use pschema_store::past::export::ExportLine;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
 
@@ -27,6 +28,7 @@ fn the_schema_files_are_what_the_types_say() {
     let schemas = [
         ("doctor", printed::<Findings>()),
         ("experiment", printed::<Results>()),
+        ("export", printed::<ExportLine>()),
         ("import", printed::<ImportReport>()),
         ("journal", printed::<JournalLine<'_>>()),
         ("record", printed::<RecordingSummary>()),

@@ -26,14 +26,15 @@ macro_rules! mirror {
     () => {};
     (
         $(#[$attribute:meta])*
-        struct $name:ident = $live:ty { $($field:ident: $type:ty,)* $(..$absent:ident,)* }
+        struct $name:ident = $live:ty { $($(#[$about:meta])* $field:ident: $type:ty,)* $(..$absent:ident,)* }
         $($rest:tt)*
     ) => {
         $(#[$attribute])*
         #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(deny_unknown_fields)]
         pub(crate) struct $name {
-            $(pub(crate) $field: $type,)*
+            $($(#[$about])* pub(crate) $field: $type,)*
         }
 
         impl $crate::format::mirror::Mirror<$live> for $name {
@@ -57,15 +58,16 @@ macro_rules! mirror {
     (
         $(#[$attribute:meta])*
         enum $name:ident = $live:ty {
-            $($variant:ident $(($inner:ident: $content:ty))? $({ $($field:ident: $type:ty),* })?,)*
+            $($(#[$about:meta])* $variant:ident $(($inner:ident: $content:ty))? $({ $($field:ident: $type:ty),* })?,)*
         }
         $($rest:tt)*
     ) => {
         $(#[$attribute])*
         #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(deny_unknown_fields, rename_all = "snake_case")]
         pub(crate) enum $name {
-            $($variant $(($content))? $({ $($field: $type),* })?,)*
+            $($(#[$about])* $variant $(($content))? $({ $($field: $type),* })?,)*
         }
 
         impl $crate::format::mirror::Mirror<$live> for $name {

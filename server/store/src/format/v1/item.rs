@@ -20,6 +20,7 @@ macro_rules! items {
     ($($(#[$attribute:meta])* $kind:ident($content:ty) = $name:literal,)*) => {
         /// One part of a memory.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         pub(crate) enum Item {
             $($(#[$attribute])* #[serde(rename = $name)] $kind($content),)*
         }
@@ -89,6 +90,7 @@ items! {
 
 /// What a memory lives under, and how much of it follows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Outline {
     /// Steps taken.
@@ -97,30 +99,40 @@ pub(crate) struct Outline {
     pub(crate) observations: u64,
     /// How many schemas follow.
     pub(crate) schemas: u64,
+    /// What the memory lives under, as in the manifest.
     pub(crate) setting: Setting,
 }
 
 /// A property name, with the values that a property of this name takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Property {
+    /// The name.
     pub(crate) name: String,
+    /// The values that a property of this name takes.
     pub(crate) kind: ValueKind,
 }
 
 /// A primitive, with how often it was asked for and how often carried out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Primitive {
+    /// The number of the action.
     pub(crate) action: u64,
+    /// A value for each parameter of the action.
     pub(crate) parameters: Vec<Parameter>,
+    /// `trials`: how often it was asked for; `occurrences`: how often it was carried out.
     pub(crate) attempts: Count,
 }
 
 /// An observation, with its counts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct KnownObservation {
+    /// The observation.
     pub(crate) observation: Observation,
     /// N(x) of equation (1).
     pub(crate) attention: u32,
@@ -130,14 +142,18 @@ pub(crate) struct KnownObservation {
 
 /// What a body was sent to do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Pending {
+    /// The body.
     pub(crate) body: u16,
+    /// What it was sent to do.
     pub(crate) execution: Execution,
 }
 
 /// The state of the generator, from which all later random numbers follow.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Generator {
     /// 16 hexadecimal digits: many readers of JSON can't take so large a number.
@@ -146,6 +162,7 @@ pub(crate) struct Generator {
 
 /// All of a memory has been read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct End {
     /// How many items come before this one.

@@ -7,31 +7,45 @@ use crate::format::mirror::mirror;
 mirror! {
     /// The values that a property or a parameter takes.
     enum ValueKind = live::ValueKind {
+        /// Integers.
         Integer,
+        /// Symbols.
         Symbol,
+        /// Yes and no.
         Boolean,
+        /// Reals, in bins as wide as the resolution.
         Real { resolution: f64 },
     }
 
     /// A property or a parameter.
     struct DeclaredProperty = live::DeclaredProperty {
+        /// The name.
         name: String,
+        /// The unit; empty if there is none.
         unit: String,
+        /// The values that it takes.
         kind: ValueKind,
     }
 
     /// An observation type.
     struct DeclaredType = live::DeclaredType {
+        /// The name.
         name: String,
+        /// Whether the body itself causes it.
         own: bool,
+        /// Whether it is an event and not a state.
         transient: bool,
+        /// Whether it comes from others, and never from an action of this body (a word heard).
         heard: bool,
+        /// Its properties.
         properties: Vec<DeclaredProperty>,
     }
 
     /// An action.
     struct DeclaredAction = live::DeclaredAction {
+        /// The name.
         name: String,
+        /// Its parameters.
         parameters: Vec<DeclaredProperty>,
     }
 
@@ -53,7 +67,9 @@ mirror! {
 
     /// A body and its repertoire.
     struct Body = live::KnownBody {
+        /// The name.
         name: String,
+        /// The numbers of its primitives.
         repertoire: Vec<u32>,
     }
 }

@@ -14,25 +14,31 @@ use crate::format::v1::Item;
 
 /// The first line.
 #[derive(Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct FirstLine {
+    /// The format, and whose memory it is.
     pub(super) pschema: Header,
 }
 
 /// What the first line says.
 #[derive(Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct Header {
     /// The version of the format.
     pub(super) format: u32,
+    /// The name of the learner.
     pub(super) learner: String,
     /// As text: many readers of JSON can't take so large a number.
     pub(super) seed: String,
+    /// The digest of the memory, in hexadecimal.
     pub(super) memory_digest: String,
 }
 
 /// Any other line. `I` is an [`Item`] or a reference to one.
 #[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(super) struct Line<I> {
     #[serde(flatten)]
     pub(super) item: I,

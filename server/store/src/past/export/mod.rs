@@ -1,6 +1,8 @@
 //! Memory as JSON Lines: what a person or another program can read, and what a later release can always read back. The lines
 //! are the items of the memory, as a snapshot has them, in JSON. `docs/EXPORT.md` has them one by one.
 
+#[cfg(feature = "schema")]
+mod described;
 mod line;
 mod named;
 
@@ -14,6 +16,8 @@ use pschema_learner::parameters::Parameters;
 use crate::content_error::ContentError;
 use crate::format::VERSION;
 use crate::format::v1::{Assembly, End, Item, Kind, Setting, items};
+#[cfg(feature = "schema")]
+pub use described::ExportLine;
 use line::{FirstLine, Header, Line};
 use named::Named;
 

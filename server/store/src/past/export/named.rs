@@ -12,18 +12,22 @@ use crate::format::v1::Kind;
 
 /// An item with names in place of numbers.
 #[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub(super) enum Named {
     /// A primitive, as it prints.
     Primitive(String),
     /// An observation.
     Observation {
+        /// Its observation type.
         #[serde(rename = "type")]
         kind: String,
+        /// Its properties with their values; a real is the middle of its bin.
         properties: Map<String, serde_json::Value>,
     },
     /// A schema: its observations or patterns as they print, in the order in which the item has them.
     Schema {
+        /// Its pre-conditions.
         pre: Vec<String>,
         /// Of a concrete schema.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -31,7 +35,9 @@ pub(super) enum Named {
         /// Of a generalised schema.
         #[serde(skip_serializing_if = "Option::is_none")]
         target: Option<Vec<String>>,
+        /// Its post-conditions.
         post: Vec<String>,
+        /// The observations that it is associated with.
         associated: Vec<String>,
     },
 }
