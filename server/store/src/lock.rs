@@ -11,16 +11,10 @@ use crate::error::StoreError;
 /// The name of the lock file.
 pub(crate) const FILE: &str = "LOCK";
 
-/// The lock of a directory. The kernel lets it go when the file is closed, and so when the process ends, however it ends.
-#[derive(Debug)]
-pub(crate) struct Lock {
-    _file: File,
-    /// Another process can take a lock of its own when the file is removed.
-    pub(crate) anchor: Anchor,
-}
-
-/// Takes the lock of `directory` for the learner `name`.
-pub(crate) fn take(directory: &Path, name: &str) -> Result<Lock, StoreError> {
+/// Takes the lock of `directory` for the learner `name`: the open file, which has the lock, and its place, for another process can
+/// take a lock of its own when the file is removed. The kernel lets the lock go when the file is closed, and so when the process
+/// ends, however it ends.
+pub(crate) fn take(directory: &Path, name: &str) -> Result<(File, Anchor), StoreError> {
     let path = directory.join(FILE);
     let disk = |what| StoreError::disk(what, path.display().to_string());
     let mut options = OpenOptions::new();
@@ -43,5 +37,5 @@ pub(crate) fn take(directory: &Path, name: &str) -> Result<Lock, StoreError> {
     file.seek(SeekFrom::Start(0)).map_err(disk("write"))?;
     file.write_all(holder.as_bytes()).map_err(disk("write"))?;
     let anchor = Anchor::of(&file, &path).map_err(disk("examine"))?;
-    Ok(Lock { _file: file, anchor })
+    Ok((file, anchor))
 }

@@ -9,8 +9,6 @@ use std::sync::Arc;
 
 use pschema_process::Anchor;
 
-use crate::lock::Lock;
-
 /// The longest file that is read as a whole, in bytes: twice as long as a segment of the journal can get.
 pub(crate) const READ_BYTES_MAX: u64 = 256 * 1024 * 1024;
 
@@ -159,7 +157,9 @@ struct Held {
     /// Open, so that its inode is not used again.
     _root: File,
     root: Anchor,
-    lock: Lock,
+    /// Open, because the lock is the open file's.
+    _lock: File,
+    lock: Anchor,
 }
 
 impl Directory {
@@ -169,9 +169,9 @@ impl Directory {
     }
 
     /// The directory at `root`, whose lock this process has.
-    pub(crate) fn locked(root: &Path, lock: Lock) -> io::Result<Self> {
+    pub(crate) fn locked(root: &Path, (_lock, lock): (File, Anchor)) -> io::Result<Self> {
         let open = File::open(root)?;
-        let held = Held { root: Anchor::of(&open, root)?, _root: open, lock };
+        let held = Held { root: Anchor::of(&open, root)?, _root: open, _lock, lock };
         Ok(Self { root: root.to_owned(), held: Some(Arc::new(held)) })
     }
 
@@ -263,7 +263,7 @@ impl Storage for Directory {
 
     fn check(&self) -> io::Result<()> {
         let Some(held) = &self.held else { return Ok(()) };
-        held.root.check().and_then(|()| held.lock.anchor.check())
+        held.root.check().and_then(|()| held.lock.check())
     }
 }
 
