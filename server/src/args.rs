@@ -8,7 +8,7 @@ use clap::Parser;
 use pschema_process::{LevelFilter, Log, Stop, ended};
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 
-use crate::{Durability, Keeping, Retention, ServerError, Setup, config, resident, serve_kept};
+use crate::{Durability, Hosting, Keeping, Retention, ServerError, Setup, config, resident, serve_kept};
 
 /// Run a learner in the foreground, for bodies to attach to and tools to ask.
 ///
@@ -42,6 +42,11 @@ pub struct ServerArgs {
     /// well known schemas do, go on. Half of the machine's memory, or of the process's group, unless given.
     #[arg(long, value_name = "SIZE|none", value_parser = memory_max)]
     pub memory_max: Option<MemoryMax>,
+
+    /// Take a body that declares other ranges, another repertoire or another kind than when it attached before, as it does in another
+    /// world. Without this it is refused: what was learnt would be of something else.
+    #[arg(long)]
+    pub accept_changes: bool,
 
     /// The directory that memory is kept in, made when it isn't there. Without it, memory ends with the daemon.
     #[arg(long, value_name = "DIR")]
@@ -154,7 +159,8 @@ pub fn run(args: &ServerArgs, stop: &AtomicBool) -> Result<(), ServerError> {
     let setup = args.setup()?;
     let place = Place::new(RuntimeDir::from_environment()?, args.name.clone());
     let memory_max = args.memory_max.map_or_else(resident::default_max, |given| given.0);
-    serve_kept(place, setup, args.keeping().as_ref(), memory_max, stop)
+    let hosting = Hosting { memory_max, accept_changes: args.accept_changes };
+    serve_kept(place, setup, args.keeping().as_ref(), hosting, stop)
 }
 
 /// The whole program `pschema-server`: reads the command line, logs to stderr, ends cleanly on SIGINT and

@@ -43,6 +43,15 @@ const MEASURE_EVERY: Duration = Duration::from_millis(100);
 /// How long the daemon waits at its end for bodies to ask once more, so that it can send them away.
 const FAREWELL_MAX: Duration = Duration::from_secs(1);
 
+/// What a daemon allows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Hosting {
+    /// How many bytes of memory the process may take until nothing new is learnt; none without a limit.
+    pub memory_max: Option<u64>,
+    /// Whether a body may declare otherwise than when it attached before.
+    pub accept_changes: bool,
+}
+
 /// Everything that can happen to the daemon.
 enum Event<'a> {
     /// A body or a tool sent something, or has gone.
@@ -60,11 +69,11 @@ enum Event<'a> {
 /// When the learner can't be made, another daemon serves the place, or shared memory can't be used. Nothing else that a
 /// body or a tool does ends the daemon.
 pub fn serve(place: Place, setup: Setup, stop: &AtomicBool) -> Result<(), ServerError> {
-    serve_kept(place, setup, None, None, stop)
+    serve_kept(place, setup, None, Hosting::default(), stop)
 }
 
 /// As [`serve`], with a memory that is kept as `keeping` says: the learner goes on from the memory that the data
-/// directory holds. With `memory_max`, it learns nothing new while the process takes so many bytes of memory.
+/// directory holds.
 ///
 /// # Errors
 /// As [`serve`]; and when memory can't be read from the data directory, or can no longer be written to it. In that case
@@ -73,7 +82,7 @@ pub fn serve_kept(
     place: Place,
     setup: Setup,
     keeping: Option<&Keeping>,
-    memory_max: Option<u64>,
+    hosting: Hosting,
     stop: &AtomicBool,
 ) -> Result<(), ServerError> {
     descriptors::require()?;
@@ -88,7 +97,7 @@ pub fn serve_kept(
             opening::open(&name, setup, keeping, waker.clone()).map(|(mind, store)| (mind, Some(store)))?
         }
     };
-    let mut daemon = Daemon::new(name, mind, inspector, Keeper::new(store), memory_max);
+    let mut daemon = Daemon::new(name, mind, inspector, Keeper::new(store), hosting);
     match daemon.keeper.storage() {
         Some(storage) => tracing::info!(
             learner = %daemon.name, pid = std::process::id(), directory = storage.directory,
@@ -187,9 +196,8 @@ struct Daemon {
     keeper: Keeper<Delivery>,
     /// The number of the last batch of changes that was handed to the keeper.
     batch: u64,
-    /// How many bytes of memory the process may take until nothing new is learnt, if there is a limit, and when it is looked at
-    /// next.
-    memory_max: Option<u64>,
+    hosting: Hosting,
+    /// When it is looked at next how much memory the process takes.
     next_measure: Instant,
     /// Set when an order may have given resting bodies something to do: they are woken.
     rouse: bool,
@@ -203,7 +211,7 @@ impl Daemon {
         mind: Mind,
         inspector: Inspector<Asker>,
         keeper: Keeper<Delivery>,
-        memory_max: Option<u64>,
+        hosting: Hosting,
     ) -> Self {
         Self {
             name,
@@ -214,7 +222,7 @@ impl Daemon {
             inspector,
             keeper,
             batch: 0,
-            memory_max,
+            hosting,
             next_measure: Instant::now(),
             rouse: false,
             ends_at: None,
@@ -255,7 +263,7 @@ impl Daemon {
 
     /// Has the learner take in nothing new while the process takes as much memory as it may.
     fn measure(&mut self) {
-        let max = self.memory_max.unwrap_or(u64::MAX);
+        let max = self.hosting.memory_max.unwrap_or(u64::MAX);
         let now = Instant::now();
         if now < self.next_measure {
             return;
@@ -321,7 +329,7 @@ impl Daemon {
         if self.ends_at.is_some() {
             return Err(Refusal::Unwilling { reason: "the daemon is ending".to_owned() });
         }
-        let (session, mut effects) = self.sessions.open(hello, self.mind.learner_mut())?;
+        let (session, mut effects) = self.sessions.open(hello, self.mind.learner_mut(), self.hosting.accept_changes)?;
         if let Some(session) = self.sessions.get(session) {
             effects.extend(self.mind.examine(session));
         }
@@ -511,7 +519,7 @@ impl Daemon {
             bodies: self.sessions.statuses(),
             storage: self.keeper.storage(),
             refusals: self.refusals.clone(),
-            memory_max: self.memory_max,
+            memory_max: self.hosting.memory_max,
         };
         self.mind.view(self.name.clone(), self.shown(), host)
     }

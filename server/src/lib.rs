@@ -11,6 +11,7 @@
 mod args;
 pub mod config;
 mod daemon;
+mod described;
 mod descriptors;
 mod error;
 mod growth;
@@ -35,7 +36,7 @@ pub mod view;
 mod waker;
 
 pub use args::{ServerArgs, program, run};
-pub use daemon::{serve, serve_kept};
+pub use daemon::{Hosting, serve, serve_kept};
 pub use error::ServerError;
 pub use keeper::Keeping;
 pub use pschema_store::{Durability, Retention, StoreError};

@@ -16,6 +16,7 @@ use pschema_protocol::refusal::Refusal;
 use pschema_protocol::wire::decode::SessionChecks;
 use pschema_protocol::wire::message::{Introduction, RawFrame, Reply, SensorFrame};
 
+use crate::described;
 use crate::names::Names;
 use crate::translate::{TranslateError, Translation, declaration};
 
@@ -39,6 +40,15 @@ pub enum AttachError {
     /// The declaration contradicts what the learner knows.
     #[error(transparent)]
     Declaration(#[from] DeclarationError),
+    /// The body describes itself otherwise than before.
+    #[error(
+        "it declares otherwise than before, so what was learnt with it would be of something else: {}. If that is meant, \
+         start the daemon with --accept-changes; or begin another memory", described::told(differences)
+    )]
+    Changed {
+        /// Each part that differs: as it was and as it is.
+        differences: Vec<String>,
+    },
     /// Memory has no room for the body's symbols.
     #[error(
         "the learner knows {known} symbols and the body brings {more}: more than the limit of {SYMBOLS_MAX}"

@@ -11,7 +11,8 @@ use pschema_protocol::limits::BODIES_MAX;
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::wire::message::Introduction;
 
-use crate::session::Session;
+use crate::described;
+use crate::session::{AttachError, Session};
 
 /// Bodies that have gone and are still shown.
 const GONE_MAX: usize = 32;
@@ -27,7 +28,8 @@ pub(crate) struct Sessions {
 
 impl Sessions {
     /// Opens a session for a body that introduced itself, and has the learner take in what it declares. Returns the
-    /// session's number and what that changed in memory.
+    /// session's number and what that changed in memory. A body that is known, and declares otherwise than before, is taken only
+    /// if `accept_changes` is set: field 4 of another world is another place.
     ///
     /// # Errors
     /// The refusal that the body is told; memory is as it was.
@@ -35,6 +37,7 @@ impl Sessions {
         &mut self,
         hello: &Introduction,
         learner: &mut Learner,
+        accept_changes: bool,
     ) -> Result<(u64, Vec<Effect>), Refusal> {
         let body = &hello.description.name;
         if self.attached.len() >= BODIES_MAX {
@@ -49,9 +52,22 @@ impl Sessions {
         }
         self.last += 1;
         // A declaration that contradicts what was learnt stays wrong however often it is tried.
-        let (session, effects) = Session::attach(self.last, hello, learner).map_err(|error| {
+        let refused = |error: AttachError| {
             Refusal::Declaration { place: format!("body {body}"), problem: error.to_string() }
-        })?;
+        };
+        let text = described::text(&hello.description);
+        let content = learner.memory().content();
+        let known = content.vocabulary.body_named(body).and_then(|known| content.description(known));
+        let differences = known.map_or_else(Vec::new, |known| described::differences(known, &text));
+        if !differences.is_empty() {
+            if !accept_changes {
+                return Err(refused(AttachError::Changed { differences }));
+            }
+            let told = described::told(&differences);
+            tracing::warn!(%body, %told, "the body declares otherwise than before; accepted, as asked");
+        }
+        let (session, mut effects) = Session::attach(self.last, hello, learner).map_err(refused)?;
+        effects.extend(learner.describe(session.body(), text));
         self.gone.retain(|gone| gone.name != *body);
         self.attached.insert(self.last, session);
         Ok((self.last, effects))

@@ -11,6 +11,7 @@ use crate::nouns::observation::{Pattern, SymbolId};
 use crate::nouns::parameters::{ParameterError, Parameters};
 use crate::nouns::progress::{StageCommand, StageCommandError, StageEffect};
 use crate::nouns::pursuit::{PursueError, Pursuit};
+use crate::nouns::vocabulary::limits::DESCRIPTION_BYTES_MAX;
 use crate::nouns::vocabulary::{BodyId, Declaration, DeclarationError};
 
 /// Why a learner can't be made.
@@ -129,6 +130,19 @@ impl Learner {
         draft.meet_symbol(name);
         let id = draft.memory().content().vocabulary.symbol_named(name);
         (id.unwrap_or(SymbolId(u32::MAX)), draft.effects())
+    }
+
+    /// Keeps how a declared body describes itself, for the host to compare when the body comes back. It decides nothing, and the
+    /// digest leaves it out. A description that is too long, or the same, is not kept.
+    pub fn describe(&mut self, body: BodyId, text: String) -> Vec<Effect> {
+        let content = self.memory.content();
+        let known = usize::from(body.0) < content.vocabulary.bodies().len();
+        if !known || text.len() > DESCRIPTION_BYTES_MAX || content.description(body) == Some(&text) {
+            return Vec::new();
+        }
+        let mut draft = Draft::new(&mut self.memory);
+        draft.emit(Effect::Described { body, text });
+        draft.effects()
     }
 
     /// Obeys an operator's developmental control.

@@ -151,6 +151,13 @@ impl Memory {
                 self.content.step += 1;
             }
             Effect::Full(full) => self.content.full = *full,
+            Effect::Described { body, text } => {
+                let descriptions = &mut self.content.descriptions;
+                descriptions.resize(self.content.vocabulary.bodies().len(), None);
+                if let Some(slot) = descriptions.get_mut(usize::from(body.0)) {
+                    *slot = Some(text.as_str().into());
+                }
+            }
         }
         Ok(())
     }

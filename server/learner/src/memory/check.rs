@@ -17,7 +17,8 @@ use crate::nouns::pursuit::{GOAL_ACTIONS_MAX, GOAL_PATTERNS_MAX, PlanRecord, Pur
 use crate::nouns::schema::{
     ASSOCIATIONS_MAX, Concrete, Form, Generalised, POST_CONDITIONS_MAX, SCHEMAS_MAX, Schema, SchemaId,
 };
-use crate::nouns::vocabulary::{BodyId, PrimitiveId, limits::SYMBOLS_MAX};
+use crate::nouns::vocabulary::limits::{DESCRIPTION_BYTES_MAX, SYMBOLS_MAX};
+use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 
 /// The memory that an effect is to change.
 pub(crate) struct Check<'a> {
@@ -78,6 +79,10 @@ impl Check<'_> {
                 pending.as_ref().map_or(Ok(()), |execution| self.execution(execution))
             }
             Effect::Full(_) => Ok(()),
+            Effect::Described { body, text } => {
+                self.body(*body)?;
+                at_most("bytes of a description", text.len(), DESCRIPTION_BYTES_MAX)
+            }
         }
     }
 

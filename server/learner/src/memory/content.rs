@@ -40,6 +40,9 @@ pub struct Content {
     pub step: u64,
     /// The number of generalised schemas, retired ones included.
     pub generalised_count: u32,
+    /// For each body, by number, how it described itself when it attached last, as text; none where nobody kept that. It is for
+    /// the host to compare, and decides nothing.
+    pub descriptions: Vec<Option<Arc<str>>>,
     /// Whether memory has come to the limit that its host sets: then nothing new is taken in.
     pub full: bool,
 }
@@ -70,6 +73,12 @@ impl Content {
             Some(observation) => observation,
             None => unreachable!("observation {} was never interned", id.0),
         }
+    }
+
+    /// How the body of this number described itself when it attached last, if somebody kept that.
+    #[must_use]
+    pub fn description(&self, body: BodyId) -> Option<&str> {
+        self.descriptions.get(usize::from(body.0))?.as_deref()
     }
 
     /// w of equation (1), in 0..=1: the share of attempts at which the body carried the action out, counting one success in advance,

@@ -111,6 +111,13 @@ pub enum Effect {
     },
     /// Memory has come to the limit that its host sets, and takes in nothing new; or it has room again.
     Full(bool),
+    /// A body attached that describes itself otherwise than before, or is described for the first time.
+    Described {
+        /// The body.
+        body: BodyId,
+        /// The description, at most [`DESCRIPTION_BYTES_MAX`](crate::vocabulary::limits::DESCRIPTION_BYTES_MAX) bytes.
+        text: String,
+    },
 }
 
 /// Whether something held after an execution.

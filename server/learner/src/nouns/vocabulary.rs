@@ -220,6 +220,8 @@ pub mod limits {
     pub const PRIMITIVES_MAX: usize = 1_000_000;
     /// How many bodies may ever attach.
     pub const BODIES_MAX: usize = 1_024;
+    /// The longest description of a body, in bytes.
+    pub const DESCRIPTION_BYTES_MAX: usize = 256 * 1024;
 }
 
 /// Everything declared so far.

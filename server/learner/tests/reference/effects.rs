@@ -218,6 +218,7 @@ fn any_effect() -> impl Strategy<Value = Effect> {
             Effect::StepEnded { body, random, pending: pending.map(Arc::new) }
         }),
         1 => any::<bool>().prop_map(Effect::Full),
+        1 => (body(), ".*").prop_map(|(body, text)| Effect::Described { body, text }),
     ]
 }
 

@@ -136,6 +136,8 @@ impl Memory {
                 self.step += 1;
             }
             Effect::Full(full) => self.full = *full,
+            // It decides nothing.
+            Effect::Described { .. } => (),
         }
     }
 

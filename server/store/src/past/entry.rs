@@ -151,6 +151,7 @@ pub(super) fn kind(effect: &Effect) -> &'static str {
         Effect::Pursuit(_) => "pursuit",
         Effect::StepEnded { .. } => "step_ended",
         Effect::Full(_) => "full",
+        Effect::Described { .. } => "described",
     }
 }
 
@@ -261,6 +262,9 @@ impl Wording {
             }
             Effect::Full(true) => "memory is full: nothing new is taken in".to_owned(),
             Effect::Full(false) => "memory has room again".to_owned(),
+            Effect::Described { body, text } => {
+                format!("body {} describes itself: {}", self.body(*body), text.trim_end().replace('\n', "; "))
+            }
         }
     }
 

@@ -12,7 +12,7 @@ use pschema_learner::random::Random;
 use pschema_learner::schema::{PreConditionInterner, SCHEMAS_MAX};
 use pschema_learner::vocabulary::{self as live, BodyId, ValueKind, Vocabulary, VocabularyLists, limits};
 
-use super::item::{End, Generator, Item, Kind, KnownObservation, Outline, Pending, Primitive, Property};
+use super::item::{BodyDescription, End, Generator, Item, Kind, KnownObservation, Outline, Pending, Primitive, Property};
 use super::schema::Schema;
 use super::setting::Setting;
 use super::vocabulary::DeclaredType;
@@ -151,6 +151,7 @@ impl Assembly {
                 self.content.full = full;
                 Ok(())
             }
+            Item::Description(described) => self.description(described),
             // All others were taken before.
             item => Err(ContentError::second(item.kind().name())),
         }
@@ -160,7 +161,7 @@ impl Assembly {
     pub(crate) fn end(mut self, end: End) -> Result<WholeMemory, ContentError> {
         let Extent { observations: observed, schemas: learnt, .. } = *self.extent()?;
         let End { items, memory_digest } = end;
-        if ![Kind::Generator, Kind::Full].contains(&self.last) {
+        if self.last < Kind::Generator {
             let item = if self.last < Kind::Progress { Kind::Progress } else { Kind::Generator };
             return Err(ContentError::missing(item.name()));
         }
@@ -296,6 +297,20 @@ impl Assembly {
         self.content.generalised_count += u32::from(schema.generalised().is_some());
         self.content.schemas.push(schema);
         Ok(())
+    }
+
+    fn description(&mut self, BodyDescription { body, text }: BodyDescription) -> Taken {
+        let bodies = self.extent()?.vocabulary.bodies().len();
+        within("body", usize::from(body), bodies)?;
+        limited("bytes of a description", text.len(), limits::DESCRIPTION_BYTES_MAX)?;
+        self.content.descriptions.resize(bodies, None);
+        match self.content.descriptions.get_mut(usize::from(body)) {
+            Some(slot @ None) => {
+                *slot = Some(text.into());
+                Ok(())
+            }
+            _ => Err(ContentError::second(Kind::Description.name())),
+        }
     }
 
     fn pending(&mut self, Pending { body, execution }: Pending) -> Taken {

@@ -48,5 +48,6 @@ mirror! {
         Pursuit(effect: PursuitEffect),
         StepEnded { body: u16, random: u64, pending: Option<Box<Execution>> },
         Full(full: bool),
+        Described { body: u16, text: String },
     }
 }

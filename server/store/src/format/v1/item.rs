@@ -86,6 +86,8 @@ items! {
     End(End) = "end",
     /// Whether memory is full; it stands before the end, and only when it is so.
     Full(bool) = "full",
+    /// How a body described itself; it stands before the end.
+    Description(BodyDescription) = "description",
 }
 
 /// What a memory lives under, and how much of it follows.
@@ -149,6 +151,15 @@ pub(crate) struct Pending {
     pub(crate) body: u16,
     /// What it was sent to do.
     pub(crate) execution: Execution,
+}
+
+/// How a body described itself when it attached last.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BodyDescription {
+    pub(crate) body: u16,
+    pub(crate) text: String,
 }
 
 /// The state of the generator, from which all later random numbers follow.
@@ -228,5 +239,8 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
     });
     let generator = Item::Generator(Generator { state: format!("{:016x}", content.random.state()) });
     let full = content.full.then_some(Item::Full(true));
-    pools.chain(stages).chain([stands]).chain(goal).chain(pending).chain([generator]).chain(full)
+    let descriptions = (0..).zip(&content.descriptions).filter_map(|(body, text)| {
+        Some(Item::Description(BodyDescription { body, text: text.as_ref()?.to_string() }))
+    });
+    pools.chain(stages).chain([stands]).chain(goal).chain(pending).chain([generator]).chain(full).chain(descriptions)
 }

@@ -1,0 +1,180 @@
+//! A body's declaration as text, by which a body that comes back is compared with itself. Memory has no ranges and no
+//! repertoire of its own; yet field 4 of a small table is another place than field 4 of a large one.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use pschema_learner::vocabulary::bin;
+use pschema_protocol::description::{Action, ActionType, Description, Property, Value, ValueKind};
+
+/// So many differences are told.
+const DIFFERENCES_TOLD: usize = 3;
+/// The longest text of a line that is kept or told whole, in characters.
+const LINE_CHARS_MAX: usize = 400;
+const TOLD_CHARS_MAX: usize = 70;
+
+/// The declaration, a line for the kind of body, for each sense, action and scene command, and for the repertoire.
+pub(crate) fn text(description: &Description) -> String {
+    let mut lines = vec![format!("kind: {}", description.kind)];
+    for sense in &description.observation_types {
+        let own = if sense.own { "own " } else { "" };
+        let event = if sense.transient { "event " } else { "" };
+        lines.push(format!("sense {}: {own}{event}{{{}}}", sense.name, properties(&sense.properties)));
+    }
+    let command = |sort: &str, declared: &ActionType| {
+        format!("{sort} {}: ({})", declared.name, properties(&declared.parameters))
+    };
+    lines.extend(description.actions.iter().map(|action| command("action", action)));
+    lines.extend(description.scene_commands.iter().map(|one| command("scene command", one)));
+    lines.push(format!("repertoire: {}", repertoire(description)));
+    lines.iter().map(|line| shortened(line) + "\n").collect()
+}
+
+/// What `now` says otherwise than `before`, or no longer: each line that differs, as it was and as it is. What is new beside
+/// that contradicts nothing.
+pub(crate) fn differences(before: &str, now: &str) -> Vec<String> {
+    let entries = |text: &str| -> BTreeMap<String, String> {
+        let pairs = text.lines().filter_map(|line| line.split_once(": "));
+        pairs.map(|(name, told)| (name.to_owned(), told.to_owned())).collect()
+    };
+    let (before, now) = (entries(before), entries(now));
+    let differ = before.iter().filter(|(name, told)| now.get(*name) != Some(told));
+    differ
+        .map(|(name, was)| {
+            let is = now.get(name).map_or("nothing", String::as_str);
+            format!("{name} was {}, is {}", cut(was), cut(is))
+        })
+        .collect()
+}
+
+/// Differences in one sentence.
+pub(crate) fn told(differences: &[String]) -> String {
+    let mut told: Vec<_> = differences.iter().take(DIFFERENCES_TOLD).cloned().collect();
+    if let Some(more) = differences.len().checked_sub(DIFFERENCES_TOLD).filter(|more| *more > 0) {
+        told.push(format!("and {more} more"));
+    }
+    told.join("; ")
+}
+
+fn properties(declared: &[Property]) -> String {
+    let one = |property: &Property| {
+        let values = match &property.kind {
+            ValueKind::Integer { min, max } => format!("{min}..={max}"),
+            ValueKind::Symbol { symbols } => symbols.join("|"),
+            ValueKind::Boolean => "true|false".to_owned(),
+            ValueKind::Real { min, max, resolution } => format!("{min}..={max} by {resolution}"),
+        };
+        let unit = if property.unit.is_empty() { String::new() } else { format!(" {}", property.unit) };
+        format!("{} {values}{unit}", property.name)
+    };
+    declared.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// How many primitives there are, and a digest of them all in any order, with reals as the learner compares them.
+fn repertoire(description: &Description) -> String {
+    let one = |action: &Action| {
+        let declared = description.actions.get(usize::from(action.id.index()));
+        let mut text = declared.map_or("", |declared| declared.name.as_str()).to_owned();
+        let kinds = declared.map(|declared| declared.parameters.as_slice()).unwrap_or_default();
+        for (value, property) in action.parameters.iter().zip(kinds) {
+            let written = match (value, &property.kind) {
+                (Value::Real(number), ValueKind::Real { resolution, .. }) => {
+                    write!(text, " {}", bin(*number, *resolution))
+                }
+                (Value::Symbol(at), ValueKind::Symbol { symbols }) => {
+                    let symbol = usize::try_from(*at).ok().and_then(|at| symbols.get(at));
+                    write!(text, " {}", symbol.map_or("", String::as_str))
+                }
+                (value, _) => write!(text, " {value:?}"),
+            };
+            // A string takes all that is written.
+            debug_assert!(written.is_ok());
+        }
+        text
+    };
+    let mut all: Vec<_> = description.repertoire.iter().map(one).collect();
+    all.sort_unstable();
+    all.dedup();
+    let digest = blake3::hash(all.join("\n").as_bytes()).to_hex();
+    format!("{} primitives, digest {}", all.len(), digest.get(..16).unwrap_or_default())
+}
+
+/// A line that is not too long to be kept: of a longer one the beginning and a digest.
+fn shortened(line: &str) -> String {
+    match line.char_indices().nth(LINE_CHARS_MAX) {
+        None => line.to_owned(),
+        Some((at, _)) => {
+            let digest = blake3::hash(line.as_bytes()).to_hex();
+            format!("{}… (digest {})", line.get(..at).unwrap_or_default(), digest.get(..16).unwrap_or_default())
+        }
+    }
+}
+
+fn cut(text: &str) -> String {
+    match text.char_indices().nth(TOLD_CHARS_MAX) {
+        None => text.to_owned(),
+        Some((at, _)) => format!("{}…", text.get(..at).unwrap_or_default()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pschema_protocol::description::ObservationType;
+
+    use super::*;
+
+    fn body(fields: i64) -> Description {
+        let mut body = Description::new("arm", "row");
+        let field = || Property::integer("field", 0..=fields).unit("cm");
+        body.observation(ObservationType::state("finger").own().property(field()));
+        body.observation(ObservationType::event("touch"));
+        body.action_with_primitives(ActionType::new("move").parameter(field()));
+        body
+    }
+
+    #[test]
+    fn a_declaration_is_told_line_by_line() {
+        let text = text(&body(2));
+        let digest = text.rsplit_once("digest ").map_or("", |(_, digest)| digest.trim_end());
+        assert_eq!(digest.len(), 16, "{text}");
+        let told = format!(
+            "kind: row\nsense finger: own {{field 0..=2 cm}}\nsense touch: event {{}}\naction move: (field 0..=2 cm)\n\
+             repertoire: 3 primitives, digest {digest}\n"
+        );
+        assert_eq!(text, told);
+    }
+
+    #[test]
+    fn another_range_and_a_lost_sense_are_differences_and_a_new_sense_is_none() {
+        let before = text(&body(2));
+        assert_eq!(differences(&before, &before), Vec::<String>::new());
+        let mut more = body(2);
+        more.observation(ObservationType::event("sound"));
+        assert_eq!(differences(&before, &text(&more)), Vec::<String>::new());
+        assert_eq!(
+            differences(&text(&more), &before),
+            ["sense sound was event {}, is nothing"],
+            "it has lost a sense"
+        );
+        let larger = differences(&before, &text(&body(3)));
+        assert_eq!(larger.len(), 3, "{larger:?}");
+        assert_eq!(larger[2], "sense finger was own {field 0..=2 cm}, is own {field 0..=3 cm}");
+        // The order of a repertoire says nothing.
+        let mut reversed = body(2);
+        reversed.repertoire.reverse();
+        assert_eq!(text(&reversed), before);
+    }
+
+    #[test]
+    fn a_very_long_line_is_kept_by_its_digest() {
+        let symbols = |last: &str| {
+            let mut body = Description::new("arm", "row");
+            let all = (0..200).map(|at| format!("symbol{at}")).chain([last.to_owned()]);
+            body.observation(ObservationType::state("object").property(Property::symbol("colour", all)));
+            text(&body)
+        };
+        assert!(symbols("red").lines().all(|line| line.chars().count() < LINE_CHARS_MAX + 40));
+        assert_eq!(differences(&symbols("red"), &symbols("red")), Vec::<String>::new());
+        assert_eq!(differences(&symbols("red"), &symbols("blue")).len(), 1);
+    }
+}

@@ -1,0 +1,57 @@
+//! A body comes back under its name and is in another world.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
+
+use pschema_tests::{Sandbox, until};
+
+const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
+
+#[test]
+fn another_world_under_the_same_life_is_refused_until_it_is_accepted() {
+    let sandbox = Sandbox::new(BINARY);
+    let life = sandbox.runtime().join("life");
+    let data = ["--data", life.to_str().unwrap()];
+    let daemon = sandbox.daemon("default", &data);
+    let wide = sandbox.body("default", &["--world", "wide"]);
+    let at = sandbox.past("default", 20);
+    assert_eq!(wide.ended().code(), Some(0));
+    // The same body again is no other.
+    let wide = sandbox.body("default", &["--world", "wide"]);
+    let at = sandbox.past("default", at);
+    assert_eq!(wide.ended().code(), Some(0));
+    until("its end is noticed", || {
+        (sandbox.status("default")["bodies"][0]["state"] != "attached").then_some(())
+    });
+
+    let digest = |sandbox: &Sandbox| sandbox.status("default")["memory_digest"].clone();
+    let before = digest(&sandbox);
+    let narrow = sandbox.body("default", &["--world", "narrow"]).finished();
+    assert_eq!(narrow.code(), Some(1), "{narrow:?}");
+    assert!(narrow.stderr.contains("declares otherwise than before"), "{narrow:?}");
+    assert!(daemon.stderr().contains("repertoire was"), "{}", daemon.stderr());
+    assert!(daemon.stderr().contains("--accept-changes"), "{}", daemon.stderr());
+    assert_eq!(digest(&sandbox), before, "nothing was taken of it");
+    assert_eq!(daemon.ended().code(), Some(0));
+
+    // It is refused by the next daemon too, which has it from the disk.
+    let daemon = sandbox.daemon("default", &data);
+    assert_eq!(sandbox.body("default", &["--world", "narrow"]).finished().code(), Some(1));
+    assert_eq!(daemon.ended().code(), Some(0));
+
+    let daemon = sandbox.daemon("default", &[&data[..], &["--accept-changes"]].concat());
+    let narrow = sandbox.body("default", &["--world", "narrow"]);
+    let _on = sandbox.past("default", at);
+    assert!(daemon.stderr().contains("accepted, as asked"), "{}", daemon.stderr());
+    assert_eq!(narrow.ended().code(), Some(0));
+    assert_eq!(daemon.ended().code(), Some(0));
+    // From here on it is the narrow world that is known.
+    let daemon = sandbox.daemon("default", &data);
+    let wide = sandbox.body("default", &["--world", "wide"]).finished();
+    assert_eq!(wide.code(), Some(1), "{wide:?}");
+    assert_eq!(daemon.ended().code(), Some(0));
+    let journal = sandbox.run(&["journal", data[0], data[1], "--effects", "--limit", "100000"]);
+    assert_eq!(journal.stdout.matches("describes itself: kind: sim-arm").count(), 2, "{}", journal.stdout);
+    let verified = sandbox.run(&["verify", "--data", data[1], "--relearn"]);
+    assert_eq!(verified.code(), Some(0), "{verified:?}");
+    assert_eq!(sandbox.left(), Vec::<String>::new());
+}
