@@ -1,6 +1,9 @@
-//! The way out: stdout, and how to emphasise on it.
+//! The ways out: stdout, how to emphasise on it, and the streams that a person may name in place of a file.
 
+use std::fs::{self, File};
 use std::io::{self, IsTerminal, Write};
+use std::os::fd::AsFd;
+use std::path::Path;
 
 use pschema_process::colour_is_wanted;
 use serde::Serialize;
@@ -22,6 +25,29 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 /// When stdout can't be written, or nobody reads it any more.
 pub fn show<T: Serialize>(json: bool, value: &T, text: impl FnOnce(&T) -> String) -> Result<(), Failure> {
     if json { print_json(value) } else { print(&text(value)) }
+}
+
+/// Whether what is written there is written to stdout.
+pub(crate) fn is_stdout(path: &Path) -> bool {
+    ["-", "/dev/stdout"].iter().any(|stdout| path == Path::new(stdout))
+}
+
+/// The stream that `path` names: stdout, a pipe, a terminal. What is written to it is kept by nobody but who reads it, so nothing
+/// is lost by writing. A pipe with a name is opened when somebody reads from it. None where `path` names a file, or nothing yet.
+pub(crate) fn stream(path: &Path) -> Option<io::Result<File>> {
+    if is_stdout(path) {
+        return Some(io::stdout().as_fd().try_clone_to_owned().map(File::from));
+    }
+    let found = fs::metadata(path).ok()?;
+    (!found.is_file() && !found.is_dir()).then(|| File::options().write(true).open(path))
+}
+
+/// Why a result can't be written to `to`. A reader that goes away is no failure.
+pub(crate) fn not_written(to: &Path, error: &io::Error) -> Failure {
+    match error.kind() {
+        io::ErrorKind::BrokenPipe => Failure::NobodyReads,
+        _ => Failure::Failed(format!("cannot write {}: {error}", to.display())),
+    }
 }
 
 /// Prints a value as JSON, over several lines.
