@@ -12,10 +12,11 @@ use pschema_protocol::domain::LearnerName;
 use pschema_store::past::Past;
 use pschema_store::past::export::{ExportError, ExportSummary};
 
-use crate::args::{DataArgs, General, MemoryArgs};
+use crate::args::{General, MeantMemory, MemoryArgs};
 use crate::bar::Bar;
 use crate::failure::Failure;
 use crate::learner::Learner;
+use crate::output;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema export --data ~/arm -o arm.jsonl\n  \
@@ -23,7 +24,7 @@ use crate::learner::Learner;
 pub(crate) struct ExportArgs {
     #[command(flatten)]
     memory: MemoryArgs,
-    /// Write to this file, which must not be there yet; to stdout unless named
+    /// Write to this file, which must not be there yet, or to this pipe; to stdout unless named
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -42,13 +43,12 @@ impl From<ExportError> for Failure {
 
 pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
     let stop = Stop::on_signals()?;
-    let DataArgs { data, until } = &args.memory.data;
-    let directory = match data {
-        Some(directory) => directory.clone(),
-        None => served(&args.memory.name.learner(general)?)?,
+    let (directory, until) = match args.memory.meant(general)? {
+        MeantMemory::OnDisk(directory, until) => (directory.to_owned(), until),
+        MeantMemory::Running(name) => (served(&name)?, None),
     };
     let past = Past::open(&directory)?;
-    let moment = past.moment(*until)?;
+    let moment = past.moment(until)?;
     let step = moment.step();
     let bar = Bar::count(general.quiet());
     let told = |lines: u64| {
@@ -62,12 +62,18 @@ pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
     };
     let written = match &args.output {
         None => write(&mut io::stdout().lock()).map_err(Failure::from),
-        Some(file) => to_file(file, &mut write),
+        Some(path) => match output::stream(path) {
+            Some(opened) => {
+                let mut stream = opened.map_err(|error| output::not_written(path, &error))?;
+                write(&mut stream).map_err(Failure::from)
+            }
+            None => to_file(path, &mut write),
+        },
     };
     stop.check()?;
     let ExportSummary { lines, memory_digest } = written?;
     drop(bar);
-    if let Some(file) = args.output.as_ref().filter(|_| !general.quiet()) {
+    if let Some(file) = args.output.as_ref().filter(|file| !general.quiet() && !output::is_stdout(file)) {
         say(&format!("{}: {lines} lines, memory of step {step}, digest {memory_digest}", file.display()));
     }
     Ok(())

@@ -1,6 +1,7 @@
 //! `pschema graph`.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -24,7 +25,7 @@ pub(crate) struct GraphArgs {
     #[arg(long, value_name = "ID")]
     around: Option<u32>,
     /// How many ties away from it
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "around", value_parser = clap::value_parser!(u32).range(1..=8))]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "around", conflicts_with = "goal", value_parser = clap::value_parser!(u32).range(1..=8))]
     depth: u32,
     /// Only the chain that would bring this about from the world as it is; several patterns must hold at once
     #[arg(long, value_name = "PATTERN", conflicts_with = "around", num_args = 1..=8)]
@@ -57,8 +58,11 @@ pub(crate) fn run(args: GraphArgs, general: &General) -> Result<(), Failure> {
     let graph = memory.ask(query)?;
     let text = written(&graph, args.format)?;
     let Some(path) = &args.out else { return output::print(&text) };
-    let failed = |error| Failure::Failed(format!("cannot write {}: {error}", path.display()));
-    let mut file = std::fs::File::create(path).map_err(failed)?;
+    let failed = |error: io::Error| output::not_written(path, &error);
+    if let Some(stream) = output::stream(path) {
+        return stream.and_then(|mut stream| stream.write_all(text.as_bytes())).map_err(failed);
+    }
+    let mut file = File::create(path).map_err(failed)?;
     file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(failed)
 }
 
