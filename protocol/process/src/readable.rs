@@ -6,6 +6,10 @@ use std::borrow::Cow;
 const LINE_MAX: usize = 1_200;
 const LINE_BEGIN: usize = 800;
 const LINE_END: usize = 300;
+/// The same of a word: paths, which are among the longest words that a person means, are shorter.
+const WORD_MAX: usize = 300;
+const WORD_BEGIN: usize = 80;
+const WORD_END: usize = 20;
 /// The longest number that is said whole, in digits; of a longer one so many are said.
 const DIGITS_MAX: usize = 40;
 const DIGITS_BEGIN: usize = 10;
@@ -26,14 +30,29 @@ pub fn readable(message: &str) -> Cow<'_, str> {
 
 fn line(line: &str) -> Cow<'_, str> {
     let mut line = numbers(line);
-    let length = line.chars().count();
-    if length > LINE_MAX {
-        let place = |at| line.char_indices().nth(at).map_or(line.len(), |(place, _)| place);
-        let (begin, end) = (place(LINE_BEGIN), place(length - LINE_END));
-        let left_out = length - LINE_BEGIN - LINE_END;
-        line = Cow::Owned(format!("{} … ({left_out} characters) … {}", &line[..begin], &line[end..]));
+    if line.split(' ').any(|word| word.chars().count() > WORD_MAX) {
+        let words: Vec<_> = line.split(' ').map(|word| cut(word, WORD_MAX, WORD_BEGIN, WORD_END)).collect();
+        line = Cow::Owned(words.join(" "));
+    }
+    if let Cow::Owned(cut) = cut(&line, LINE_MAX, LINE_BEGIN, LINE_END) {
+        return Cow::Owned(cut);
     }
     line
+}
+
+/// The text, or if it has more than `max` characters, so many from its beginning and its end.
+fn cut(text: &str, max: usize, begin: usize, end: usize) -> Cow<'_, str> {
+    let length = text.chars().count();
+    if length <= max {
+        return Cow::Borrowed(text);
+    }
+    let place = |at| text.char_indices().nth(at).map_or(text.len(), |(place, _)| place);
+    let left_out = length - begin - end;
+    Cow::Owned(format!(
+        "{}… ({left_out} characters) …{}",
+        &text[..place(begin)],
+        &text[place(length - end)..]
+    ))
 }
 
 fn numbers(line: &str) -> Cow<'_, str> {
@@ -64,7 +83,7 @@ mod tests {
 
     #[test]
     fn what_can_be_read_stays_as_it_is() {
-        for message in ["", "no such file", "é 1234567890", &"a word ".repeat(170)] {
+        for message in ["", "no such file", "é 1234567890", &"a word ".repeat(170), &"word".repeat(75)] {
             assert!(matches!(readable(message), Cow::Borrowed(same) if same == message));
         }
     }
@@ -77,7 +96,13 @@ mod tests {
     }
 
     #[test]
-    fn of_a_long_line_the_beginning_and_the_end_are_said() {
+    fn of_long_lines_and_words_the_beginning_and_the_end_are_said() {
+        let path = format!("/{}", "folder/".repeat(35));
+        let message = format!("no stage is named {:?}; see {path}", "y".repeat(10_000));
+        let begin = "y".repeat(WORD_BEGIN - 1);
+        let end = "y".repeat(WORD_END - 2);
+        let expected = format!("no stage is named \"{begin}… (9903 characters) …{end}\"; see {path}");
+        assert_eq!(readable(&message), expected);
         for input in ["é".repeat(10_000), "so many words ".repeat(1_000)] {
             let said = readable(&format!("{input:?} is no name\nuse 1 to 32 of a-z")).into_owned();
             assert!(said.chars().count() < LINE_MAX + 100, "{said}");
