@@ -1,14 +1,15 @@
-//! The ways out: stdout, how to emphasise on it, and the streams that a person may name in place of a file.
+//! The ways out: stdout, how to emphasise on it, and the outputs that a person names.
 
-use std::fs::{self, File};
 use std::io::{self, IsTerminal, Write};
-use std::os::fd::AsFd;
 use std::path::Path;
 
-use pschema_process::colour_is_wanted;
+use pschema_process::{OutputError, colour_is_wanted};
 use serde::Serialize;
 
 use crate::failure::Failure;
+
+/// The path of this process's stdout.
+const STDOUT: &str = "/dev/stdout";
 
 /// Prints a result on stdout, whole or not at all as far as this process can tell.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
@@ -27,26 +28,27 @@ pub fn show<T: Serialize>(json: bool, value: &T, text: impl FnOnce(&T) -> String
     if json { print_json(value) } else { print(&text(value)) }
 }
 
-/// Whether what is written there is written to stdout.
+/// The path of an output that a person named: `-` is stdout.
+pub(crate) fn named(path: &Path) -> &Path {
+    if path == Path::new("-") { Path::new(STDOUT) } else { path }
+}
+
+/// Whether a person named stdout.
 pub(crate) fn is_stdout(path: &Path) -> bool {
-    ["-", "/dev/stdout"].iter().any(|stdout| path == Path::new(stdout))
+    named(path) == Path::new(STDOUT)
 }
 
-/// The stream that `path` names: stdout, a pipe, a terminal. What is written to it is kept by nobody but who reads it, so nothing
-/// is lost by writing. A pipe with a name is opened when somebody reads from it. None where `path` names a file, or nothing yet.
-pub(crate) fn stream(path: &Path) -> Option<io::Result<File>> {
-    if is_stdout(path) {
-        return Some(io::stdout().as_fd().try_clone_to_owned().map(File::from));
-    }
-    let found = fs::metadata(path).ok()?;
-    (!found.is_file() && !found.is_dir()).then(|| File::options().write(true).open(path))
-}
-
-/// Why a result can't be written to `to`. A reader that goes away is no failure.
-pub(crate) fn not_written(to: &Path, error: &io::Error) -> Failure {
-    match error.kind() {
-        io::ErrorKind::BrokenPipe => Failure::NobodyReads,
-        _ => Failure::Failed(format!("cannot write {}: {error}", to.display())),
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        match error {
+            OutputError::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => Self::NobodyReads,
+            // Commands that replace what is there say so by an option of their own, which these do not have.
+            OutputError::Occupied { path } => Self::Failed(format!(
+                "cannot write {}: it is there already; name another file",
+                path.display()
+            )),
+            error => Self::of(error),
+        }
     }
 }
 

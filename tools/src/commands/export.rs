@@ -1,13 +1,11 @@
 //! `pschema export`: a memory as JSON Lines.
 
-use std::fs::Permissions;
 use std::io::{self, BufWriter, Write};
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use pschema_inspect::StatusQuery;
-use pschema_process::{Stop, say};
+use pschema_process::{Occupied, OutputFile, Stop, say};
 use pschema_protocol::domain::LearnerName;
 use pschema_store::past::Past;
 use pschema_store::past::export::{ExportError, ExportSummary};
@@ -62,13 +60,7 @@ pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
     };
     let written = match &args.output {
         None => write(&mut io::stdout().lock()).map_err(Failure::from),
-        Some(path) => match output::stream(path) {
-            Some(opened) => {
-                let mut stream = opened.map_err(|error| output::not_written(path, &error))?;
-                write(&mut stream).map_err(Failure::from)
-            }
-            None => to_file(path, &mut write),
-        },
+        Some(path) => to_file(output::named(path), &mut write),
     };
     stop.check()?;
     let ExportSummary { lines, memory_digest } = written?;
@@ -89,24 +81,15 @@ fn served(name: &LearnerName) -> Result<PathBuf, Failure> {
     }
 }
 
-/// Writes a file that is there whole or not at all.
+/// Writes a file that is there whole or not at all, or a pipe.
 fn to_file(
-    file: &Path,
+    path: &Path,
     write: &mut dyn FnMut(&mut dyn Write) -> Result<ExportSummary, ExportError>,
 ) -> Result<ExportSummary, Failure> {
-    let failed =
-        |error: &dyn std::fmt::Display| Failure::Failed(format!("cannot write {}: {error}", file.display()));
-    if file.exists() {
-        return Err(failed(&"it is there already"));
-    }
-    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     // What a learner knows is its owner's.
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".pschema-export-").permissions(Permissions::from_mode(0o600));
-    let mut temporary = builder.tempfile_in(parent).map_err(|error| failed(&error))?;
-    let summary = write(&mut temporary)?;
-    temporary.as_file().sync_all().map_err(|error| failed(&error))?;
-    temporary.persist_noclobber(file).map_err(|error| failed(&error.error))?;
+    let mut file = OutputFile::prepare(path, Occupied::Refused)?.private()?;
+    let summary = write(&mut file)?;
+    file.finish()?;
     Ok(summary)
 }
 

@@ -1,11 +1,10 @@
 //! `pschema graph`.
 
-use std::fs::File;
-use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use pschema_inspect::{Graph, GraphQuery};
+use pschema_process::{Occupied, OutputFile};
 
 use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
@@ -58,12 +57,7 @@ pub(crate) fn run(args: GraphArgs, general: &General) -> Result<(), Failure> {
     let graph = memory.ask(query)?;
     let text = written(&graph, args.format)?;
     let Some(path) = &args.out else { return output::print(&text) };
-    let failed = |error: io::Error| output::not_written(path, &error);
-    if let Some(stream) = output::stream(path) {
-        return stream.and_then(|mut stream| stream.write_all(text.as_bytes())).map_err(failed);
-    }
-    let mut file = File::create(path).map_err(failed)?;
-    file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(failed)
+    Ok(OutputFile::prepare(output::named(path), Occupied::Replaced)?.hold(text.as_bytes())?)
 }
 
 fn written(graph: &Graph, format: GraphFormat) -> Result<String, Failure> {

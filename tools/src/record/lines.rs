@@ -5,12 +5,13 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use pschema_inspect::{SchemaSummary, TraceRecord};
+use pschema_process::{Occupied, OutputError, stream};
 use pschema_protocol::picture::PictureMessage;
 use serde::Serialize;
 
 use super::recorder::Recorder;
 use crate::failure::Failure;
-use crate::output::{not_written, stream};
+use crate::output::named;
 
 /// A file, a pipe or stdout that takes one object a line: `{"step": …}` or `{"schema": …}`.
 pub(crate) struct JsonLinesFile {
@@ -42,15 +43,18 @@ pub(crate) enum RecordingEntry<'a> {
 impl JsonLinesFile {
     /// Makes the file, which must not be there yet; or opens the stream that `path` names.
     pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
-        let new = || File::options().write(true).create_new(true).open(path);
-        let opened = stream(path).unwrap_or_else(new).map_err(|error| not_written(path, &error))?;
+        let opened = stream(named(path), Occupied::Refused)?;
         Ok(Self { path: path.to_owned(), to: BufWriter::new(opened) })
     }
 
     fn write(&mut self, line: &RecordingEntry<'_>) -> Result<(), Failure> {
         let written = serde_json::to_writer(&mut self.to, line).map_err(io::Error::from);
         let written = written.and_then(|()| self.to.write_all(b"\n"));
-        written.map_err(|error| not_written(&self.path, &error))
+        written.map_err(|error| self.failed(error))
+    }
+
+    fn failed(&self, source: io::Error) -> Failure {
+        OutputError::Io { path: self.path.clone(), source }.into()
     }
 }
 
@@ -69,7 +73,8 @@ impl Recorder for JsonLinesFile {
     }
 
     fn flush(&mut self) -> Result<(), Failure> {
-        self.to.flush().map_err(|error| not_written(&self.path, &error))
+        let written = self.to.flush();
+        written.map_err(|error| self.failed(error))
     }
 
     fn finish(&mut self) -> Result<(), Failure> {
@@ -77,6 +82,6 @@ impl Recorder for JsonLinesFile {
         let file = self.to.get_ref();
         let is_kept = file.metadata().is_ok_and(|found| found.is_file());
         let synced = if is_kept { file.sync_all() } else { Ok(()) };
-        synced.map_err(|error| not_written(&self.path, &error))
+        synced.map_err(|error| self.failed(error))
     }
 }
