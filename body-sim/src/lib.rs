@@ -86,7 +86,7 @@ pub struct SimArgs {
     #[arg(long)]
     pub exit_with_daemon: bool,
     /// Attach to nothing: arrange a scene, write the camera's picture with the visual fields drawn in, and end.
-    #[arg(long, value_name = "PNG")]
+    #[arg(long, value_name = "PNG", conflicts_with_all = ["name", "realtime", "exit_with_daemon"])]
     pub snapshot: Option<PathBuf>,
     /// Replace the file of --snapshot if it is there.
     #[arg(long, requires = "snapshot")]

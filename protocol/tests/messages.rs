@@ -411,10 +411,16 @@ fn more_observations_than_a_frame_holds_are_refused_not_cut() {
 #[test]
 fn declarations_that_contradict_themselves_are_refused() {
     type Spoil = fn(&mut Description);
-    let cases: [(Spoil, &str); 12] = [
+    let cases: [(Spoil, &str); 18] = [
         (|one| one.name = String::new(), "the body's name: it is empty"),
         (|one| one.name = "x".repeat(33), "33 bytes, at most 32 are allowed"),
         (|one| one.kind = "a\nb".to_owned(), "control character"),
+        (|one| one.kind = "a\u{202e}b".to_owned(), "holds U+202E, which can't be seen"),
+        (|one| one.observation_types[0].name = "a{b=c}".to_owned(), "holds '{'"),
+        (|one| one.observation_types[0].properties[0].name = "a,b".to_owned(), "holds ','"),
+        (|one| kind_of(one, ValueKind::Symbol { symbols: vec!["$x".to_owned()] }), "a dollar sign"),
+        (|one| kind_of(one, ValueKind::Symbol { symbols: vec!["a\u{a0}b".to_owned()] }), "holds U+00A0"),
+        (|one| one.actions[0].name = "go(".to_owned(), "holds '('"),
         (|one| one.observation_types = vec![one.observation_types[0].clone(); 2], "\"count\" is used twice"),
         (
             |one| one.observation_types = vec![one.observation_types[0].clone(); 33],

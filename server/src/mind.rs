@@ -18,7 +18,7 @@ use pschema_learner::vocabulary::limits::SYMBOLS_MAX;
 use pschema_learner::{Learner, LearnerError, Step};
 use pschema_protocol::wire::message::RawFrame;
 
-use crate::session::{FrameOutcome, Session, WORD_BYTES_MAX, WORDS_WAITING_MAX, is_word};
+use crate::session::{FrameOutcome, Session, WORDS_WAITING_MAX, no_word};
 use crate::setup::Setup;
 use crate::view::{Account, Host, Senses, View, state};
 
@@ -38,11 +38,8 @@ pub enum SayError {
     #[error("there is nothing to say: give at least one word")]
     Nothing,
     /// One of the texts is no word.
-    #[error("{word:?} is no word: give 1 to {WORD_BYTES_MAX} bytes without spaces")]
-    Word {
-        /// The text.
-        word: String,
-    },
+    #[error("{0}")]
+    Word(String),
     /// Too many words would be waiting.
     #[error(
         "{waiting} words are waiting to be heard, and at most {WORDS_WAITING_MAX} can: is a body attached?"
@@ -238,8 +235,8 @@ impl Mind {
         if words.is_empty() {
             return Err(SayError::Nothing);
         }
-        if let Some(word) = words.iter().find(|word| !is_word(word)) {
-            return Err(SayError::Word { word: word.clone() });
+        if let Some(problem) = words.iter().find_map(|word| no_word(word)) {
+            return Err(SayError::Word(problem));
         }
         let waiting = self.words.len().saturating_add(words.len());
         if waiting > WORDS_WAITING_MAX {

@@ -7,12 +7,14 @@ use std::sync::Arc;
 use pschema_inspect::{BodyState, BodyStatus, FailedOutcome, OrderFailure};
 use pschema_learner::curriculum::SceneCommand;
 use pschema_learner::effect::Effect;
+use pschema_learner::notation::brief;
 use pschema_learner::observation::Observation;
 use pschema_learner::vocabulary::{BodyId, DeclarationError, Vocabulary, limits::SYMBOLS_MAX};
 use pschema_learner::{ActionOutcome, Frame, Learner, Output, Step};
 use pschema_protocol::body::Outcome;
 use pschema_protocol::description::{Action, Description, Property, ValueKind};
 use pschema_protocol::refusal::Refusal;
+use pschema_protocol::wire::check;
 use pschema_protocol::wire::decode::SessionChecks;
 use pschema_protocol::wire::message::{Introduction, RawFrame, Reply, SensorFrame};
 
@@ -61,10 +63,14 @@ pub enum AttachError {
     },
 }
 
-/// Whether `text` can be heard as a word.
+/// What keeps `text` from being heard as a word; none if nothing does.
 #[must_use]
-pub fn is_word(text: &str) -> bool {
-    (1..=WORD_BYTES_MAX).contains(&text.len()) && !text.chars().any(|c| c.is_whitespace() || c.is_control())
+pub fn no_word(text: &str) -> Option<String> {
+    if !(1..=WORD_BYTES_MAX).contains(&text.len()) || text.chars().any(char::is_whitespace) {
+        let text = brief(text);
+        return Some(format!("{text:?} is no word: give 1 to {WORD_BYTES_MAX} bytes without spaces"));
+    }
+    check::unwritable(text).map(|problem| format!("that is no word: {problem}"))
 }
 
 /// The outcome of a frame.
@@ -382,4 +388,55 @@ fn new_symbols(description: &Description, vocabulary: &Vocabulary) -> usize {
     let in_actions = symbols(description.actions.iter().flat_map(|declared| &declared.parameters));
     let all: BTreeSet<_> = observed_symbols(description).chain(in_actions).collect();
     all.into_iter().filter(|symbol| vocabulary.symbol_named(symbol).is_none()).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use pschema_learner::notation;
+
+    use super::*;
+
+    /// Whether a pattern with this name in each of its places, and an action with it, are read as they were written.
+    fn comes_back(name: &str) -> bool {
+        let pattern = notation::by_names(name, [(name, name)]);
+        let Some((kind, parts)) = notation::words(&pattern) else { return false };
+        let pairs: Vec<_> = parts.map(|part| part.pair).collect();
+        let action = format!("{name}({name}={name})");
+        let action =
+            action.split_once('(').and_then(|(action, rest)| Some((action, rest.strip_suffix(')')?)));
+        kind == name
+            && pairs == [Some((name, name))]
+            && !name.starts_with('$')
+            && action.is_some_and(|(action, rest)| action == name && !rest.contains([',', '(', ')']))
+    }
+
+    /// `a{b=c}` and `$x` were taken as names once, and no pattern could name them.
+    #[test]
+    fn whatever_is_taken_as_a_word_can_be_written_in_a_pattern() {
+        let letters = ["a", "é", "語", "{", "}", "(", ")", ",", "=", "$", "&", "/", "'", "\"", "-", "3"];
+        let hidden = ["\u{200f}", "\u{202e}", "\u{feff}", "\u{ad}", "\u{a0}", "\u{7}", "\u{1b}", " "];
+        let all: Vec<&str> = letters.into_iter().chain(hidden).collect();
+        let (mut taken, mut refused) = (0, 0);
+        for one in &all {
+            for two in &all {
+                for three in &all {
+                    let word = [*one, *two, *three].concat();
+                    match no_word(&word) {
+                        None => {
+                            taken += 1;
+                            assert!(comes_back(&word), "{word:?}");
+                            assert!(!hidden.iter().any(|hidden| word.contains(hidden)), "{word:?}");
+                        }
+                        Some(problem) => {
+                            refused += 1;
+                            assert!(!problem.chars().any(char::is_control), "{problem}");
+                        }
+                    }
+                }
+            }
+        }
+        assert!(taken > 500 && refused > 5_000, "{taken} taken, {refused} refused");
+        let long = no_word(&"long".repeat(2_500)).unwrap();
+        assert!(long.len() < 250 && long.contains("(10000 bytes)"), "{long}");
+    }
 }

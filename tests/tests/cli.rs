@@ -155,6 +155,10 @@ fn a_learner_can_be_held_and_resumed_and_hears_words() {
     let said = sandbox.run(&["say", "touch"]);
     assert_eq!(said.code(), Some(0), "{said:?}");
     assert!(said.stdout.contains("touch"), "{said:?}");
+    for unwritable in ["a{b=c}", "$x", "one,two", "\u{202e}touch", "two words"] {
+        let refused = sandbox.run(&["say", unwritable]);
+        assert!(refused.code() == Some(1) && refused.stderr.contains("is no word"), "{refused:?}");
+    }
     // A word that was never met is no symbol to look for; this one is now.
     until("the word was heard", || {
         (sandbox.run(&["schemas", "--post", "word{text=touch}"]).code() == Some(0)).then_some(())

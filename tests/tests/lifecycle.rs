@@ -155,6 +155,46 @@ fn a_second_daemon_of_one_name_explains_itself_and_harms_nobody() {
     let _on = sandbox.past("default", at);
 }
 
+/// A body without a daemon was silent for ever, and so was a page.
+#[test]
+fn whoever_waits_for_a_daemon_says_so_once() {
+    let sandbox = Sandbox::new(BINARY);
+    let view = sandbox.start(&["view", "--name", "typo", "--no-open"]);
+    let body = sandbox.body("default", &[]);
+    view.says("no daemon serves learner typo");
+    body.says("waiting to attach: no daemon serves learner default");
+    body.says("start one with `pschema server --name default`");
+    // As many tries as it makes in some seconds.
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    assert_eq!(body.stderr().matches("waiting to attach").count(), 1, "{}", body.stderr());
+    let _daemon = sandbox.daemon("default", &[]);
+    let _attached = sandbox.past("default", 3);
+    // Another body of its name is told so once, and gives up.
+    let second = sandbox.body("default", &[]).finished();
+    assert_eq!(second.code(), Some(1), "{second:?}");
+    assert!(second.stderr.matches("is attached already").count() <= 2, "{second:?}");
+    assert_eq!(view.ended().code(), Some(0));
+    assert_eq!(body.ended().code(), Some(0));
+}
+
+/// A process substitution of the shell, `--curriculum <(…)`, is a pipe.
+#[test]
+fn a_curriculum_may_come_through_a_pipe() {
+    let sandbox = Sandbox::new(BINARY);
+    let pipe = sandbox.runtime().join("curriculum").display().to_string();
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let daemon = sandbox.start(&["server", "--curriculum", &pipe]);
+    std::fs::write(&pipe, include_str!("../../server/curricula/exp1-s1.toml")).unwrap();
+    let named = until("the daemon answers", || {
+        let answer = sandbox.run(&["status", "--json"]);
+        (answer.code() == Some(0)).then(|| answer.json()["curriculum"].clone())
+    });
+    assert_eq!(named, "exp1-s1");
+    assert_eq!(daemon.ended().code(), Some(0));
+    let experiment = sandbox.run(&["experiment", &pipe]);
+    assert!(experiment.stderr.contains("write the experiment to a file"), "{experiment:?}");
+}
+
 #[test]
 fn a_body_outlives_a_daemon_that_is_killed_and_started_again() {
     let sandbox = Sandbox::new(BINARY);

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
 use std::fs;
+use std::process::Command;
 
 use pschema_tests::{Sandbox, until};
 use serde_json::Value;
@@ -51,6 +52,39 @@ fn every_step_is_written_down_in_order_until_the_daemon_ends() {
     let again = sandbox.run(&["record", "--jsonl", &all]);
     assert_ne!(again.code(), Some(0), "a file that is there is not written over: {again:?}");
     drop(body);
+}
+
+/// Steps as they are taken, for another program: `-` made a file of that name, and pipes were refused.
+#[test]
+fn steps_stream_into_stdout_and_into_pipes() {
+    let sandbox = Sandbox::new(BINARY);
+    let _daemon = sandbox.daemon("default", &[]);
+    let _body = sandbox.body("default", &[]);
+    let steps = |text: &str| text.lines().filter(|line| line.starts_with("{\"step\"")).count();
+    for stdout in ["-", "/dev/stdout"] {
+        let streamed = sandbox.run(&["record", "--jsonl", stdout, "--steps", "20"]);
+        assert_eq!((streamed.code(), steps(&streamed.stdout)), (Some(0), 20), "{streamed:?}");
+        let all_json = streamed.stdout.lines().all(|line| serde_json::from_str::<Value>(line).is_ok());
+        assert!(all_json && streamed.stderr.contains("Recorded 20 steps"), "{streamed:?}");
+    }
+    assert!(!fs::exists("-").unwrap());
+    // A line is there when its step is taken, not when a buffer is full.
+    let live = sandbox.start(&["record", "--jsonl", "-"]);
+    let first = until("a step is streamed", || Some(steps(&live.stdout())).filter(|steps| *steps > 0));
+    until("more are streamed", || (steps(&live.stdout()) > first).then_some(()));
+    assert_eq!(live.ended().code(), Some(0));
+
+    let pipe = sandbox.runtime().join("pipe").display().to_string();
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let writer = sandbox.start(&["record", "--jsonl", &pipe, "--steps", "20"]);
+    assert_eq!(steps(&fs::read_to_string(&pipe).unwrap()), 20);
+    let recorded = writer.finished();
+    assert!(recorded.code() == Some(0) && recorded.stdout.contains("Recorded 20 steps"), "{recorded:?}");
+    // A reader that goes away is no failure.
+    let writer = sandbox.start(&["record", "--jsonl", &pipe]);
+    drop(fs::File::open(&pipe).unwrap());
+    let ended = writer.finished();
+    assert_eq!((ended.code(), ended.stderr.as_str()), (Some(0), ""), "{ended:?}");
 }
 
 #[test]

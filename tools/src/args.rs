@@ -54,9 +54,37 @@ impl General {
 
     /// The name given before the command, where the one behind it is only the default. Commands that bring a `--name` of
     /// their own need it.
-    pub(crate) fn name_instead_of(&self, behind: &str) -> Option<&LearnerName> {
-        self.name.as_ref().filter(|_| behind == DEFAULT_NAME)
+    pub(crate) fn name_instead_of(&self, behind: &str) -> Result<Option<&LearnerName>, Failure> {
+        match &self.name {
+            Some(before) if behind != DEFAULT_NAME && before.as_str() != behind => {
+                Err(two_names(before.as_str(), behind))
+            }
+            before => Ok(before.as_ref()),
+        }
     }
+
+    /// A failure when what stands before the command can't be obeyed: the name of a learner where the command, if it is
+    /// `nameless`, asks none by its name.
+    pub(crate) fn check(&self, nameless: Option<&str>) -> Result<(), Failure> {
+        if let (Some(command), Some(name)) = (nameless, &self.name) {
+            return Err(Failure::Usage(format!(
+                "`{command}` asks no learner by its name: leave out --name {name}"
+            )));
+        }
+        // The two conflict wherever they stand; where one stands before the command and one behind it, only this sees both.
+        if self.loudness.quiet && self.loudness.verbose > 0 {
+            return Err(Failure::Usage(
+                "--quiet and --verbose exclude each other: give one of them".to_owned(),
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn two_names(before: &str, behind: &str) -> Failure {
+    Failure::Usage(format!(
+        "two learners are named, {before} before the command and {behind} behind it: name one"
+    ))
 }
 
 /// The learner that a command asks. It can be named before the command as well; one global option would not do, because
@@ -64,38 +92,75 @@ impl General {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct NameArgs {
     /// The learner meant [default: default]
-    #[arg(long, value_name = "NAME")]
+    #[arg(id = "learner", long = "name", value_name = "NAME", global = true)]
     name: Option<LearnerName>,
 }
 
 impl NameArgs {
-    /// The learner named behind the command, else the one named before it, else the default one.
+    /// The learner that was named, before the command or behind it.
+    pub(crate) fn named<'a>(&'a self, general: &'a General) -> Result<Option<&'a LearnerName>, Failure> {
+        match (&general.name, &self.name) {
+            (Some(before), Some(behind)) if before != behind => {
+                Err(two_names(before.as_str(), behind.as_str()))
+            }
+            (before, behind) => Ok(behind.as_ref().or(before.as_ref())),
+        }
+    }
+
+    /// The learner that was named, else the default one.
     pub(crate) fn learner(&self, general: &General) -> Result<LearnerName, Failure> {
-        match self.name.as_ref().or(general.name.as_ref()) {
+        match self.named(general)? {
             Some(name) => Ok(name.clone()),
             None => Ok(LearnerName::new(DEFAULT_NAME)?),
         }
     }
+
+    /// The directory `data`, if no learner was named beside it: a data directory has the memory of one learner.
+    pub(crate) fn instead<'a>(&self, data: &'a Path, general: &General) -> Result<&'a Path, Failure> {
+        match self.named(general)? {
+            None => Ok(data),
+            Some(name) => Err(Failure::Usage(format!(
+                "--data {} and --name {name} each say which memory is meant: give one of them",
+                data.display()
+            ))),
+        }
+    }
 }
 
-/// A memory on disk to ask instead of a daemon.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct DataArgs {
-    /// Ask the memory in this data directory, with or without a daemon on it; nothing in it is changed
-    #[arg(long, value_name = "DIR", conflicts_with = "name")]
-    pub(crate) data: Option<PathBuf>,
-    /// As it was after step N, before step N + 1
-    #[arg(long, value_name = "N", requires = "data")]
-    pub(crate) until: Option<u64>,
-}
-
-/// The memory that a question is about: that of a running learner, or one on disk.
+/// The memory that a question is about: that of a running learner, or one on disk. Whether the options can be obeyed together
+/// is for [`MemoryArgs::meant`] to say, for they may stand before the command, behind it, or behind a command of that one.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct MemoryArgs {
     #[command(flatten)]
-    pub(crate) name: NameArgs,
-    #[command(flatten)]
-    pub(crate) data: DataArgs,
+    name: NameArgs,
+    /// Ask the memory in this data directory, with or without a daemon on it; nothing in it is changed
+    #[arg(long, value_name = "DIR", global = true)]
+    data: Option<PathBuf>,
+    /// As it was after step N, before step N + 1; with --data
+    #[arg(long, value_name = "N", global = true)]
+    until: Option<u64>,
+}
+
+/// The memory that was meant.
+#[derive(Clone, Debug)]
+pub(crate) enum MeantMemory<'a> {
+    /// That of a running learner.
+    Running(LearnerName),
+    /// One on disk, as it was after a step, or as it is.
+    OnDisk(&'a Path, Option<u64>),
+}
+
+impl MemoryArgs {
+    /// The memory that was meant; a failure when what was typed can't be obeyed.
+    pub(crate) fn meant(&self, general: &General) -> Result<MeantMemory<'_>, Failure> {
+        match (&self.data, self.until) {
+            (Some(data), until) => Ok(MeantMemory::OnDisk(self.name.instead(data, general)?, until)),
+            (None, None) => Ok(MeantMemory::Running(self.name.learner(general)?)),
+            (None, Some(until)) => Err(Failure::Usage(format!(
+                "--until {until} is about a memory on disk: name its directory with --data DIR"
+            ))),
+        }
+    }
 }
 
 /// The memory that a question is about, and how its answer is printed.
@@ -104,7 +169,7 @@ pub(crate) struct AskArgs {
     #[command(flatten)]
     pub(crate) memory: MemoryArgs,
     /// Print JSON
-    #[arg(long)]
+    #[arg(long, global = true)]
     pub(crate) json: bool,
 }
 
@@ -120,19 +185,20 @@ pub(crate) struct OrderArgs {
 impl OrderArgs {
     /// The learner to give the order `order` to; a failure when a data directory was named instead.
     pub(crate) fn learner(&self, general: &General, order: &str) -> Result<LearnerName, Failure> {
-        refuse_order(self.data.as_deref(), order)?;
-        self.name.learner(general)
+        match &self.data {
+            Some(data) => Err(refused_order(data, order)),
+            None => self.name.learner(general),
+        }
     }
 }
 
-/// A failure when `order` was given to a memory on disk: a memory on disk is only read.
-pub(crate) fn refuse_order(data: Option<&Path>, order: &str) -> Result<(), Failure> {
-    let Some(data) = data else { return Ok(()) };
-    Err(Failure::Usage(format!(
+/// Why `order` is not given to the memory on disk in `data`: it is only read.
+pub(crate) fn refused_order(data: &Path, order: &str) -> Failure {
+    Failure::Usage(format!(
         "{order} needs a learner that is running: a data directory is only read, so that the past stays as it was. Start \
          `pschema server --data {}`, and give the order to it",
         data.display()
-    )))
+    ))
 }
 
 /// How a process that another one of ours started is told not to outlive it.

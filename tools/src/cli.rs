@@ -87,6 +87,25 @@ enum Command {
     Completions(completions::CompletionsArgs),
 }
 
+impl Command {
+    /// How the command is typed, if it asks no learner by its name.
+    fn nameless(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::Demo(_) => "demo",
+            Self::Emulator(_) => "emulator",
+            Self::Journal(_) => "journal",
+            Self::Verify(_) => "verify",
+            Self::Repair(_) => "repair",
+            Self::Replay(_) => "replay",
+            Self::Import(_) => "import",
+            Self::Experiment(_) => "experiment",
+            Self::Doctor(_) => "doctor",
+            Self::Completions(_) => "completions",
+            _ => return None,
+        })
+    }
+}
+
 impl Cli {
     /// How this command logs. A daemon and a body say what they do; every other command is silent while all is well; `-v` and
     /// `-q` change that.
@@ -103,6 +122,7 @@ impl Cli {
     /// Does what was typed.
     pub(crate) fn run(self) -> Result<(), Failure> {
         let Self { general, command } = self;
+        general.check(command.nameless())?;
         match command {
             Command::Demo(args) => demo::run(args, &general),
             Command::Server(args) => server::run(*args, &general),

@@ -1,11 +1,15 @@
-//! The way out: stdout, and how to emphasise on it.
+//! The ways out: stdout, how to emphasise on it, and the outputs that a person names.
 
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 
-use pschema_process::colour_is_wanted;
+use pschema_process::{OutputError, colour_is_wanted};
 use serde::Serialize;
 
 use crate::failure::Failure;
+
+/// The path of this process's stdout.
+const STDOUT: &str = "/dev/stdout";
 
 /// Prints a result on stdout, whole or not at all as far as this process can tell.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
@@ -22,6 +26,30 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 /// When stdout can't be written, or nobody reads it any more.
 pub fn show<T: Serialize>(json: bool, value: &T, text: impl FnOnce(&T) -> String) -> Result<(), Failure> {
     if json { print_json(value) } else { print(&text(value)) }
+}
+
+/// The path of an output that a person named: `-` is stdout.
+pub(crate) fn named(path: &Path) -> &Path {
+    if path == Path::new("-") { Path::new(STDOUT) } else { path }
+}
+
+/// Whether a person named stdout.
+pub(crate) fn is_stdout(path: &Path) -> bool {
+    named(path) == Path::new(STDOUT)
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        match error {
+            OutputError::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => Self::NobodyReads,
+            // Commands that replace what is there say so by an option of their own, which these do not have.
+            OutputError::Occupied { path } => Self::Failed(format!(
+                "cannot write {}: it is there already; name another file",
+                path.display()
+            )),
+            error => Self::of(error),
+        }
+    }
 }
 
 /// Prints a value as JSON, over several lines.

@@ -7,7 +7,7 @@ use pschema_server::inspect::Inspect;
 use pschema_server::view::View;
 use pschema_store::past::{Moment, Past, PastError};
 
-use crate::args::{AskArgs, General, MemoryArgs};
+use crate::args::{AskArgs, General, MeantMemory, MemoryArgs};
 use crate::failure::Failure;
 use crate::learner::{Asks, Learner};
 use crate::output;
@@ -28,10 +28,12 @@ pub(crate) enum Source {
 
 /// Whom to ask about a memory: the learner's daemon, or the memory on disk if a data directory is given.
 pub(crate) fn asked(memory: &MemoryArgs, general: &General) -> Result<Source, Failure> {
-    match &memory.data.data {
-        None => Ok(Source::Daemon(Box::new(Learner::connect(&memory.name.learner(general)?)?))),
-        Some(directory) => Ok(Source::Disk(Box::new(MemoryOnDisk::open(directory, memory.data.until)?))),
-    }
+    Ok(match memory.meant(general)? {
+        MeantMemory::Running(name) => Source::Daemon(Box::new(Learner::connect(&name)?)),
+        MeantMemory::OnDisk(directory, until) => {
+            Source::Disk(Box::new(MemoryOnDisk::open(directory, until)?))
+        }
+    })
 }
 
 /// Asks a question, and prints the answer as JSON or as the text for people.
@@ -66,13 +68,26 @@ pub(crate) fn answered<Q: Inspect>(
         Err(Failure::Failed(problem)) => problem,
         answered => return answered,
     };
-    let Some(storage) = learner.ask(StatusQuery {})?.storage else {
+    let status = learner.ask(StatusQuery {})?;
+    if decision_asked(&question).is_some_and(|step| step > status.step) {
+        return Err(Failure::Failed(problem));
+    }
+    let Some(storage) = status.storage else {
         return Err(Failure::Failed(format!(
             "{problem}. Nothing older is kept: the daemon has its memory in RAM only; with `pschema server --data DIR` it \
              keeps all of it"
         )));
     };
     MemoryOnDisk::open(Path::new(&storage.directory), None)?.ask(question)
+}
+
+/// The step whose decision a question is about, if it names one.
+fn decision_asked(question: &impl Inspect) -> Option<u64> {
+    match question.clone().into() {
+        Request::Question(Question::Explain(explain)) => explain.step,
+        Request::Question(Question::WhyNot(why_not)) => why_not.step,
+        _ => None,
+    }
 }
 
 /// A memory on disk, as it was at one moment.

@@ -1,10 +1,11 @@
 //! A command line as a program: read, logged, carried out, and ended with the exit code that belongs to it.
 
+use std::borrow::Cow;
 use std::process::ExitCode;
 
 use clap::Parser;
 use clap::error::ErrorKind;
-use pschema_process::{Log, say};
+use pschema_process::{Log, readable, say};
 
 use crate::failure::Failure;
 
@@ -29,9 +30,14 @@ pub fn program<C: Parser>(
     }
 }
 
-/// clap prints help and version on stdout and complaints on stderr; a reader that went away is no news.
+/// clap prints help and version on stdout and complaints on stderr; a reader that went away is no news. A complaint that
+/// quotes more than can be read is cut.
 fn usage(error: &clap::Error) -> ExitCode {
-    drop(error.print());
+    let complaint = error.render().to_string();
+    match readable(&complaint) {
+        Cow::Owned(cut) if error.use_stderr() => say(cut.trim_end()),
+        _ => drop(error.print()),
+    }
     u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
 }
 

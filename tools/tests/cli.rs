@@ -122,6 +122,30 @@ fn wrong_usage_exits_2_and_points_at_it() {
     }
 }
 
+/// A message once repeated all of what was typed, ten thousand bytes of it, and numbers of 320 digits.
+#[test]
+fn long_input_is_quoted_in_part() {
+    let runtime = runtime();
+    let (word, words, digits) = ("é".repeat(10_000), "a word ".repeat(2_000), "9".repeat(320));
+    let noise = format!("move_error_mm={digits}");
+    let slips: [&[&str]; 8] = [
+        &["show", &word],
+        &["show", &words],
+        &["--name", &word, "status"],
+        &["schemas", "--limit", &digits],
+        &["experiment", &words],
+        &["server", "--curriculum", &word],
+        &["import", &word, "--data", "never-made"],
+        &["sim", "--noise", &noise],
+    ];
+    for arguments in slips {
+        let output = pschema(runtime.path(), arguments);
+        assert_ne!(output.status.code(), Some(0), "{}", arguments[0]);
+        let said = text(&output.stderr);
+        assert!((10..3_000).contains(&said.len()) && !said.contains(&digits), "{}: {said}", arguments[0]);
+    }
+}
+
 #[test]
 fn completions_know_the_commands() {
     let runtime = runtime();

@@ -195,6 +195,17 @@ fn a_life_that_was_killed_is_told_as_the_daemon_told_it() {
         house.json(&["predict", answers[3]["action"].as_str().unwrap(), "--data", "life", "--until", &step]);
     assert!(!here["world"].as_array().unwrap().is_empty(), "what was perceived then: {here}");
     assert!(house.json(&["plan", "finger{}", "--data", "life"])["state"].is_string());
+    let nowhere = house.run(&["plan", "object{field=-1}", "--data", "life"]);
+    assert_eq!(nowhere.status.code(), Some(1), "{}", text(&nowhere.stderr));
+    assert!(text(&nowhere.stdout).contains("Nothing known leads from here"));
+    assert!(
+        text(&nowhere.stderr).contains("there is no plan for object{field=-1}"),
+        "{}",
+        text(&nowhere.stderr)
+    );
+    let last = house.json(&["status", "--data", "life"])["step"].as_u64().unwrap();
+    let (code, said) = house.refusal(&["explain", "--data", "life", "--step", &(last + 1).to_string()]);
+    assert!(code == Some(1) && said.contains(&format!("step {} has not been taken yet", last + 1)), "{said}");
 
     let checked = house.json(&["verify", "--data", "life", "--relearn"]);
     assert_eq!(
@@ -251,6 +262,11 @@ fn memory_goes_out_and_comes_back_and_branches_off() {
     house.assert_lines_described("export", &printed);
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("../server/store/tests/golden/export-1.jsonl");
     house.assert_lines_described("export", &std::fs::read_to_string(golden).unwrap());
+    for stdout in ["-", "/dev/stdout"] {
+        assert!(house.text(&["export", "--data", "life", "-o", stdout]) == printed, "{stdout} is no file");
+        assert!(house.text(&["graph", "--data", "life", "--out", stdout]).starts_with("<svg"), "{stdout}");
+    }
+    assert!(!house.path("-").exists());
     let mode = std::fs::metadata(house.path("life.jsonl")).unwrap().permissions().mode();
     assert_eq!(mode & 0o777, 0o600, "what a learner knows is its owner's");
     let (code, said) = house.refusal(&["export", "--data", "life", "-o", "life.jsonl"]);
@@ -340,8 +356,9 @@ fn damage_is_found_told_and_mended() {
 fn orders_and_slips_are_answered_with_what_to_do() {
     let house = House::new();
     std::fs::create_dir(house.path("empty")).unwrap();
-    let orders: [&[&str]; 5] = [
+    let orders: [&[&str]; 6] = [
         &["say", "touch", "--data", "life"],
+        &["stage", "step", "--data", "life"],
         &["stage", "next", "--data", "life"],
         &["stage", "--data", "life", "set", "free"],
         &["achieve", "touch{}", "--data", "life"],
@@ -359,8 +376,68 @@ fn orders_and_slips_are_answered_with_what_to_do() {
         assert!(code == Some(1) && said.contains("nowhere"), "{question:?}: {said}");
     }
     assert_eq!(house.refusal(&["journal", "--data", "life", "--from", "9", "--to", "3"]).0, Some(2));
+    what_cannot_be_obeyed_together_is_refused(&house);
     let (code, said) = house.refusal(&["export"]);
     assert!(code == Some(3) && said.contains("no daemon"), "{said}");
+}
+
+/// Options that contradict each other, wherever they stand. clap lets an option that needs another pass where that other one
+/// conflicts with a third that is given; so `schemas --until 3 --name x` once told how things are now.
+fn what_cannot_be_obeyed_together_is_refused(house: &House) {
+    let asking: [&[&str]; 10] = [
+        &["status"],
+        &["schemas"],
+        &["show", "3"],
+        &["explain"],
+        &["graph"],
+        &["predict", "move()"],
+        &["plan", "touch{}"],
+        &["stage"],
+        &["stage", "show"],
+        &["export"],
+    ];
+    for command in asking {
+        let [before, behind] = [&["--name", "x"][..], &[]];
+        for (before, behind) in [(before, behind), (behind, before)] {
+            let (code, said) = house.refusal(&[before, command, &["--until", "3"], behind].concat());
+            assert!(code == Some(2) && said.contains("--data DIR"), "{command:?} {before:?}: {said}");
+            let (code, said) = house.refusal(&[before, command, &["--data", "life"], behind].concat());
+            assert!(
+                code == Some(2) && said.contains("each say which memory"),
+                "{command:?} {before:?}: {said}"
+            );
+        }
+        let (code, said) = house.refusal(&[&["--name", "x"], command, &["--name", "y"]].concat());
+        assert!(code == Some(2) && said.contains("two learners"), "{command:?}: {said}");
+    }
+    let others: [&[&str]; 13] = [
+        &["sim", "--snapshot", "scene.png", "--realtime"],
+        &["status", "--metrics", "--until", "3"],
+        &["stage", "--until", "3", "show"],
+        &["stage", "--data", "life", "show", "--name", "x"],
+        &["graph", "--goal", "touch{}", "--depth", "3"],
+        &["watch", "--width", "100", "--rate", "5"],
+        &["watch", "--height", "50", "--rate", "5"],
+        &["--name", "x", "view", "--data", "life"],
+        &["--name", "x", "journal", "--data", "life"],
+        &["--name", "x", "doctor"],
+        &["--name", "x", "sim", "--name", "y"],
+        &["-q", "status", "-v"],
+        &["record", "--jsonl", "-", "--json"],
+    ];
+    for arguments in others {
+        let (code, said) = house.refusal(arguments);
+        assert_eq!(code, Some(2), "{arguments:?}: {said}");
+    }
+    // Behind an order the name means what it means before it.
+    for arguments in [
+        &["stage", "step", "--name", "x"][..],
+        &["stage", "--name", "x", "step"],
+        &["--name", "x", "stage", "step"],
+    ] {
+        let (code, said) = house.refusal(arguments);
+        assert!(code == Some(3) && said.contains("learner x"), "{arguments:?}: {said}");
+    }
 }
 
 #[test]

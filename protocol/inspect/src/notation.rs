@@ -216,6 +216,8 @@ pub struct Expectation {
     /// True where it is no longer observed; left out where it is false.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub absent: bool,
+    /// The share of executions in which it held, in 0..=1; none before the first. Outcomes that exclude each other share them.
+    pub share: Option<f64>,
 }
 
 /// The parts of a schema, its variables not yet bound. Of a primitive that no schema covers, the action alone.

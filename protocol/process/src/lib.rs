@@ -26,6 +26,7 @@ mod anchor;
 mod lines;
 mod log;
 mod output_file;
+mod readable;
 mod stop;
 mod worker;
 
@@ -35,6 +36,7 @@ use std::process::ExitCode;
 pub use anchor::Anchor;
 pub use log::{LevelFilter, Log, colour_is_wanted, lost_lines, say};
 pub use output_file::{Occupied, OutputError, OutputFile, stream};
+pub use readable::readable;
 pub use stop::{Interrupted, SignalError, Stop};
 pub use worker::Worker;
 

@@ -8,6 +8,7 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::lines::Lines;
+use crate::readable::readable;
 
 pub use tracing_subscriber::filter::LevelFilter;
 
@@ -57,11 +58,11 @@ impl Log {
     }
 }
 
-/// Writes one line to stderr, behind those of the log. When nobody reads stderr any more, the line is lost and the process
-/// goes on; `eprintln!` would panic.
+/// Writes one line to stderr, behind those of the log, without what nobody would read of it ([`readable`]). When nobody reads
+/// stderr any more, the line is lost and the process goes on; `eprintln!` would panic.
 pub fn say(line: &str) {
     flush();
-    drop(writeln!(std::io::stderr(), "{line}"));
+    drop(writeln!(std::io::stderr(), "{}", readable(line)));
 }
 
 /// How many lines of this process's log were lost so far, because nobody read them from stderr.

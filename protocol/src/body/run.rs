@@ -24,6 +24,11 @@ const BACKOFF_LAST: Duration = Duration::from_millis(500);
 const GONE_GRACE: Duration = Duration::from_secs(3);
 /// How long a daemon may be unwilling, or full, before the body gives up.
 const UNWILLING_GRACE: Duration = Duration::from_secs(5);
+/// How long a body waits before it says what it waits for: starting together, it and its daemon wait for each other a little.
+const WAIT_SAID_AFTER: Duration = Duration::from_secs(1);
+/// How long after that it says so again, and how soon where it waits for another reason meanwhile.
+const WAIT_SAID_AGAIN: Duration = Duration::from_secs(600);
+const OTHER_WAIT_SAID_AGAIN: Duration = Duration::from_secs(10);
 /// How many frames may be refused one after another before the body gives up: more is a fault in the body.
 const REFUSALS_MAX: u64 = 50;
 /// The pause after a refused frame.
@@ -183,10 +188,10 @@ impl<B: Body> Run<'_, B> {
 
     /// Attaches, with as many tries as it takes.
     fn attach(&mut self) -> Result<ControlFlow<RunEnding, BodyLink>, RunError> {
-        let start = Instant::now();
+        let mut wait = Wait { start: Instant::now(), said: None };
         let mut backoff = BACKOFF_FIRST;
         while !self.stopped() {
-            let waited = start.elapsed();
+            let waited = wait.start.elapsed();
             match BodyLink::attach(&self.options.place, self.driver.description(), &self.options.stop) {
                 Ok(link) => {
                     self.summary.sessions += 1;
@@ -195,7 +200,7 @@ impl<B: Body> Run<'_, B> {
                     return Ok(ControlFlow::Continue(link));
                 }
                 Err(TransportError::Stopped) => break,
-                Err(error) => self.attach_again(error, waited)?,
+                Err(error) => wait.say(&waited_for(error, waited)?),
             }
             if self.options.exit_when_daemon_gone && waited > GONE_GRACE && !self.options.place.is_served() {
                 return Ok(ControlFlow::Break(RunEnding::DaemonGone));
@@ -204,28 +209,6 @@ impl<B: Body> Run<'_, B> {
             backoff = (backoff * 2).min(BACKOFF_LAST);
         }
         Ok(ControlFlow::Break(RunEnding::Stopped))
-    }
-
-    /// Returns if a failed try to attach is worth another, and else the error.
-    fn attach_again(&self, error: TransportError, waited: Duration) -> Result<(), RunError> {
-        match error {
-            TransportError::Domain(DomainError::NotServed { .. } | DomainError::Starting { .. }) => {
-                tracing::debug!("no daemon yet");
-            }
-            TransportError::DaemonGone | TransportError::TimedOut { .. } => {
-                tracing::debug!(%error, "not attached")
-            }
-            // A daemon that was just replaced, or the place of a body that has just died.
-            TransportError::Setup { .. } | TransportError::Full { .. } if waited < UNWILLING_GRACE => {
-                tracing::debug!(%error, "not attached");
-            }
-            TransportError::Refused { code: codes::UNWILLING, reason } if waited < UNWILLING_GRACE => {
-                tracing::warn!(%reason, "the daemon is not willing yet");
-            }
-            TransportError::Refused { code, reason } => return Err(RunError::Refused { code, reason }),
-            error => return Err(error.into()),
-        }
-        Ok(())
     }
 
     /// One session, to its end: whether to attach again, or how the run ends.
@@ -282,6 +265,46 @@ impl<B: Body> Run<'_, B> {
         let end = Instant::now() + time;
         while !self.stopped() && Instant::now() < end {
             std::thread::sleep(end.saturating_duration_since(Instant::now()).min(BACKOFF_FIRST));
+        }
+    }
+}
+
+/// Why a try to attach failed, if another is worth it; else the error.
+fn waited_for(error: TransportError, waited: Duration) -> Result<String, RunError> {
+    match error {
+        TransportError::Domain(DomainError::NotServed { .. } | DomainError::Starting { .. })
+        | TransportError::DaemonGone
+        | TransportError::TimedOut { .. } => Ok(error.to_string()),
+        // A daemon that was just replaced, or the place of a body that has just died.
+        TransportError::Setup { .. } | TransportError::Full { .. } if waited < UNWILLING_GRACE => {
+            Ok(error.to_string())
+        }
+        TransportError::Refused { code: codes::UNWILLING, reason } if waited < UNWILLING_GRACE => Ok(reason),
+        TransportError::Refused { code, reason } => Err(RunError::Refused { code, reason }),
+        error => Err(error.into()),
+    }
+}
+
+/// The wait of a body that can't attach yet.
+struct Wait {
+    start: Instant,
+    /// When it was last said what the body waits for, and what that was.
+    said: Option<(Instant, String)>,
+}
+
+impl Wait {
+    /// Says what the body waits for, once it has waited for a moment, and then rarely.
+    fn say(&mut self, reason: &str) {
+        tracing::debug!(reason, "not attached");
+        let is_due = match &self.said {
+            None => self.start.elapsed() >= WAIT_SAID_AFTER,
+            Some((at, said)) => {
+                at.elapsed() >= if said == reason { WAIT_SAID_AGAIN } else { OTHER_WAIT_SAID_AGAIN }
+            }
+        };
+        if is_due {
+            tracing::warn!("waiting to attach: {reason}");
+            self.said = Some((Instant::now(), reason.to_owned()));
         }
     }
 }

@@ -26,12 +26,12 @@ impl Description {
         unique("actions", self.actions.iter().map(|one| &one.name))?;
         unique("scene commands", self.scene_commands.iter().map(|one| &one.name))?;
         for one in &self.observation_types {
-            name("name of an observation type", &one.name)?;
+            word("name of an observation type", &one.name)?;
             properties(&format!("observation type {}", one.name), &one.properties)?;
         }
         for (sort, declared) in [("action", &self.actions), ("scene command", &self.scene_commands)] {
             for one in declared {
-                name(&format!("name of an {sort}"), &one.name)?;
+                word(&format!("name of an {sort}"), &one.name)?;
                 properties(&format!("{sort} {}", one.name), &one.parameters)?;
             }
         }
@@ -53,7 +53,49 @@ fn at_most(what: &str, found: usize, limit: usize) -> Result<(), Refusal> {
     if found > limit { Err(Refusal::TooMany { what: what.to_owned(), found, limit }) } else { Ok(()) }
 }
 
-/// Checks a name that must be given: it is not empty, not too long, and has no control characters, and no space at its ends.
+/// Checks a name that people write in patterns and in actions: as [`name`], and it can be written there.
+fn word(place: &str, text: &str) -> Result<(), Refusal> {
+    name(place, text)?;
+    match unwritable(text) {
+        Some(problem) => Err(Refusal::Name { place: place.to_owned(), problem }),
+        None => Ok(()),
+    }
+}
+
+/// The characters of which patterns, `type{property=value, …}`, and actions, `action(parameter=value, …)`, are built.
+const NOTATION: &str = "{}(),=";
+
+/// What keeps a name, a symbol or a word from being written in a pattern or in an action; none if nothing does.
+#[must_use]
+pub fn unwritable(text: &str) -> Option<String> {
+    if let Some(found) = text.chars().find(|c| NOTATION.contains(*c)) {
+        return Some(format!(
+            "{text:?} holds {found:?}, so that it could not be written in patterns, which are built of {NOTATION}"
+        ));
+    }
+    if text.starts_with('$') {
+        return Some(format!("{text:?} begins with a dollar sign, as variables do in patterns"));
+    }
+    invisible(text)
+}
+
+/// What can't be seen in a text, so that nobody could write it again: control characters, marks that join letters or turn the
+/// direction of writing, and all white space but the space itself.
+fn invisible(text: &str) -> Option<String> {
+    let is_mark = |c| {
+        matches!(c,
+            '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
+    };
+    if text.chars().any(char::is_control) {
+        return Some(format!("{text:?} holds a control character"));
+    }
+    let found = text.chars().find(|c| is_mark(*c) || (c.is_whitespace() && *c != ' '))?;
+    Some(format!("{text:?} holds U+{:04X}, which can't be seen", u32::from(found)))
+}
+
+/// Checks a name that must be given: it is not empty, not too long, holds nothing that can't be seen, and has no space at its
+/// ends.
 fn name(place: &str, text: &str) -> Result<(), Refusal> {
     if text.is_empty() {
         return Err(Refusal::Name { place: place.to_owned(), problem: "it is empty".to_owned() });
@@ -65,8 +107,8 @@ fn name(place: &str, text: &str) -> Result<(), Refusal> {
 fn unit(place: &str, text: &str) -> Result<(), Refusal> {
     let problem = if text.len() > NAME_BYTES_MAX {
         format!("{text:?} has {} bytes, at most {NAME_BYTES_MAX} are allowed", text.len())
-    } else if text.chars().any(char::is_control) {
-        format!("{text:?} holds a control character")
+    } else if let Some(problem) = invisible(text) {
+        problem
     } else if text.trim() != text {
         format!("{text:?} begins or ends with a space")
     } else {
@@ -89,7 +131,7 @@ fn properties(of: &str, declared: &[Property]) -> Result<(), Refusal> {
     at_most(&format!("{of}: properties"), declared.len(), PROPERTIES_MAX)?;
     unique(of, declared.iter().map(|one| &one.name))?;
     for property in declared {
-        name(&format!("{of}: name of a property"), &property.name)?;
+        word(&format!("{of}: name of a property"), &property.name)?;
         let place = format!("{of}: property {}", property.name);
         unit(&format!("{place}: unit"), &property.unit)?;
         value_kind(&place, &property.kind)?;
@@ -105,7 +147,7 @@ fn value_kind(place: &str, kind: &ValueKind) -> Result<(), Refusal> {
         ValueKind::Symbol { symbols } if symbols.is_empty() => "it declares no symbols".to_owned(),
         ValueKind::Symbol { symbols } => {
             at_most(&format!("{place}: symbols"), symbols.len(), SYMBOLS_MAX)?;
-            symbols.iter().try_for_each(|symbol| name(&format!("{place}: a symbol"), symbol))?;
+            symbols.iter().try_for_each(|symbol| word(&format!("{place}: a symbol"), symbol))?;
             return unique(place, symbols.iter());
         }
         ValueKind::Real { min, max, resolution } => {

@@ -14,7 +14,7 @@ use toml::Spanned;
 
 use super::source::Mistake;
 use super::until;
-use crate::session::{WORD_BYTES_MAX, is_word};
+use crate::session::no_word;
 use crate::translate::{HEARING, HEARING_TEXT, listed};
 
 const ARRANGE_MAX: usize = 64;
@@ -214,8 +214,7 @@ fn utterance(written: &WrittenUtterance, values: &BTreeMap<String, f64>) -> Resu
 
 fn word(word: &Spanned<String>) -> Result<NamedObservation, Mistake> {
     let text = word.get_ref();
-    if !is_word(text) {
-        let problem = format!("{text:?} is no word: give 1 to {WORD_BYTES_MAX} bytes without spaces");
+    if let Some(problem) = no_word(text) {
         return Err(Mistake::new(word.span(), problem));
     }
     let properties = vec![(HEARING_TEXT.to_owned(), Argument::Symbol(text.clone()))];

@@ -28,6 +28,10 @@ pub(super) fn decision(view: &View, step: Option<u64>) -> Result<&Decision, Prob
     let Some(step) = step else { return Ok(last) };
     let known = decisions.iter().find(|decision| decision.step == step);
     known.map(|decision| &**decision).ok_or_else(|| {
+        if step > view.content.step {
+            let last = view.content.step;
+            return Problem::of(format!("step {step} has not been taken yet: the last step is {last}"));
+        }
         let count = decisions.len();
         let (first, last) = (first.step, last.step);
         Problem::of(format!("step {step} is not among the last {count} decisions, steps {first} to {last}"))

@@ -219,7 +219,7 @@ pub(super) fn line(content: &Content, id: u32) -> Option<SchemaSummary> {
 }
 
 pub(super) fn summary(content: &Content, id: u32, schema: &Schema) -> SchemaSummary {
-    let notation::SchemaText { pre, action, post } = notation::schema_text(content, schema);
+    let notation::SchemaText { pre, action, post, post_shares } = notation::schema_text(content, schema);
     let (low, high) = schema.executions.interval();
     SchemaSummary {
         id,
@@ -227,6 +227,7 @@ pub(super) fn summary(content: &Content, id: u32, schema: &Schema) -> SchemaSumm
         pre,
         action,
         post,
+        post_shares,
         executions: schema.executions.trials,
         successes: schema.executions.occurrences,
         probability: schema.executions.ratio(),

@@ -67,13 +67,18 @@ pub(super) fn condition(observation: ObservationText, absent: bool, count: Count
 pub(super) fn form(content: &Content, schema: &Schema) -> SchemaForm {
     let vocabulary = &content.vocabulary;
     let known = |id| observation(vocabulary, content.observation(id));
-    let expectation = |observation, absent| Expectation { observation, absent };
+    let expectation =
+        |observation, absent, count| Expectation { observation, absent, share: notation::share(count) };
     match &schema.form {
         Form::Concrete(concrete) => SchemaForm {
             pre: concrete.pre.iter().map(|id| known(*id)).collect(),
             action: notation::primitive(vocabulary, concrete.action),
             target: Vec::new(),
-            post: concrete.post.iter().map(|post| expectation(known(post.what), post.absent)).collect(),
+            post: concrete
+                .post
+                .iter()
+                .map(|post| expectation(known(post.what), post.absent, post.count))
+                .collect(),
         },
         Form::Generalised(law) => SchemaForm {
             pre: law.pre.iter().map(|one| pattern(vocabulary, one)).collect(),
@@ -82,7 +87,7 @@ pub(super) fn form(content: &Content, schema: &Schema) -> SchemaForm {
             post: law
                 .post
                 .iter()
-                .map(|post| expectation(pattern(vocabulary, &post.what), post.absent))
+                .map(|post| expectation(pattern(vocabulary, &post.what), post.absent, post.count))
                 .collect(),
         },
     }

@@ -24,7 +24,7 @@ pub(crate) struct AdeptCommand {
 /// Runs until stopped or sent away.
 pub(crate) fn run(command: AdeptCommand, general: &General) -> Result<(), Failure> {
     let mut args = command.args;
-    if let Some(name) = general.name_instead_of(&args.name) {
+    if let Some(name) = general.name_instead_of(&args.name)? {
         name.as_str().clone_into(&mut args.name);
     }
     follow_parent(command.parent.parent)?;

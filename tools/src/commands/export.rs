@@ -1,21 +1,20 @@
 //! `pschema export`: a memory as JSON Lines.
 
-use std::fs::Permissions;
 use std::io::{self, BufWriter, Write};
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use pschema_inspect::StatusQuery;
-use pschema_process::{Stop, say};
+use pschema_process::{Occupied, OutputFile, Stop, say};
 use pschema_protocol::domain::LearnerName;
 use pschema_store::past::Past;
 use pschema_store::past::export::{ExportError, ExportSummary};
 
-use crate::args::{DataArgs, General, MemoryArgs};
+use crate::args::{General, MeantMemory, MemoryArgs};
 use crate::bar::Bar;
 use crate::failure::Failure;
 use crate::learner::Learner;
+use crate::output;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema export --data ~/arm -o arm.jsonl\n  \
@@ -23,7 +22,7 @@ use crate::learner::Learner;
 pub(crate) struct ExportArgs {
     #[command(flatten)]
     memory: MemoryArgs,
-    /// Write to this file, which must not be there yet; to stdout unless named
+    /// Write to this file, which must not be there yet, or to this pipe; to stdout unless named
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -42,13 +41,12 @@ impl From<ExportError> for Failure {
 
 pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
     let stop = Stop::on_signals()?;
-    let DataArgs { data, until } = &args.memory.data;
-    let directory = match data {
-        Some(directory) => directory.clone(),
-        None => served(&args.memory.name.learner(general)?)?,
+    let (directory, until) = match args.memory.meant(general)? {
+        MeantMemory::OnDisk(directory, until) => (directory.to_owned(), until),
+        MeantMemory::Running(name) => (served(&name)?, None),
     };
     let past = Past::open(&directory)?;
-    let moment = past.moment(*until)?;
+    let moment = past.moment(until)?;
     let step = moment.step();
     let bar = Bar::count(general.quiet());
     let told = |lines: u64| {
@@ -62,12 +60,12 @@ pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
     };
     let written = match &args.output {
         None => write(&mut io::stdout().lock()).map_err(Failure::from),
-        Some(file) => to_file(file, &mut write),
+        Some(path) => to_file(output::named(path), &mut write),
     };
     stop.check()?;
     let ExportSummary { lines, memory_digest } = written?;
     drop(bar);
-    if let Some(file) = args.output.as_ref().filter(|_| !general.quiet()) {
+    if let Some(file) = args.output.as_ref().filter(|file| !general.quiet() && !output::is_stdout(file)) {
         say(&format!("{}: {lines} lines, memory of step {step}, digest {memory_digest}", file.display()));
     }
     Ok(())
@@ -83,24 +81,15 @@ fn served(name: &LearnerName) -> Result<PathBuf, Failure> {
     }
 }
 
-/// Writes a file that is there whole or not at all.
+/// Writes a file that is there whole or not at all, or a pipe.
 fn to_file(
-    file: &Path,
+    path: &Path,
     write: &mut dyn FnMut(&mut dyn Write) -> Result<ExportSummary, ExportError>,
 ) -> Result<ExportSummary, Failure> {
-    let failed =
-        |error: &dyn std::fmt::Display| Failure::Failed(format!("cannot write {}: {error}", file.display()));
-    if file.exists() {
-        return Err(failed(&"it is there already"));
-    }
-    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     // What a learner knows is its owner's.
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".pschema-export-").permissions(Permissions::from_mode(0o600));
-    let mut temporary = builder.tempfile_in(parent).map_err(|error| failed(&error))?;
-    let summary = write(&mut temporary)?;
-    temporary.as_file().sync_all().map_err(|error| failed(&error))?;
-    temporary.persist_noclobber(file).map_err(|error| failed(&error.error))?;
+    let mut file = OutputFile::prepare(path, Occupied::Refused)?.private()?;
+    let summary = write(&mut file)?;
+    file.finish()?;
     Ok(summary)
 }
 

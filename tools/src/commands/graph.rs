@@ -1,10 +1,10 @@
 //! `pschema graph`.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use pschema_inspect::{Graph, GraphQuery};
+use pschema_process::{Occupied, OutputFile};
 
 use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
@@ -24,7 +24,7 @@ pub(crate) struct GraphArgs {
     #[arg(long, value_name = "ID")]
     around: Option<u32>,
     /// How many ties away from it
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "around", value_parser = clap::value_parser!(u32).range(1..=8))]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "around", conflicts_with = "goal", value_parser = clap::value_parser!(u32).range(1..=8))]
     depth: u32,
     /// Only the chain that would bring this about from the world as it is; several patterns must hold at once
     #[arg(long, value_name = "PATTERN", conflicts_with = "around", num_args = 1..=8)]
@@ -57,9 +57,7 @@ pub(crate) fn run(args: GraphArgs, general: &General) -> Result<(), Failure> {
     let graph = memory.ask(query)?;
     let text = written(&graph, args.format)?;
     let Some(path) = &args.out else { return output::print(&text) };
-    let failed = |error| Failure::Failed(format!("cannot write {}: {error}", path.display()));
-    let mut file = std::fs::File::create(path).map_err(failed)?;
-    file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(failed)
+    Ok(OutputFile::prepare(output::named(path), Occupied::Replaced)?.hold(text.as_bytes())?)
 }
 
 fn written(graph: &Graph, format: GraphFormat) -> Result<String, Failure> {

@@ -5,12 +5,15 @@ use pschema_inspect::PlanQuery;
 
 use crate::args::{AskArgs, General};
 use crate::failure::Failure;
-use crate::past::show;
+use crate::learner::Asks;
+use crate::output;
+use crate::past::asked;
 use crate::render::goals;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema plan 'touch{}'\n  \
-    pschema plan 'object{colour=blue, field=$x}' 'finger{field=$x}'")]
+    pschema plan 'object{colour=blue, field=$x}' 'finger{field=$x}'\n\n\
+    It exits with 0 when there is a plan or the goal holds already, else with 1.")]
 pub(crate) struct PlanArgs {
     #[command(flatten)]
     ask: AskArgs,
@@ -20,5 +23,10 @@ pub(crate) struct PlanArgs {
 }
 
 pub(crate) fn run(args: PlanArgs, general: &General) -> Result<(), Failure> {
-    show(&args.ask, general, PlanQuery { goal: args.goal }, goals::plan)
+    let plan = asked(&args.ask.memory, general)?.ask(PlanQuery { goal: args.goal })?;
+    output::show(args.ask.json, &plan, goals::plan)?;
+    match plan.probability {
+        Some(_) => Ok(()),
+        None => Err(Failure::Failed(format!("there is no plan for {}", goals::goal(&plan.goal)))),
+    }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use pschema_process::Stop;
+use pschema_process::{Stop, say};
 use pschema_protocol::domain::{Place, RuntimeDir};
 
 use crate::args::{General, NameArgs};
@@ -13,14 +13,15 @@ use crate::record::{self, JsonLinesFile, Recorder};
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  pschema record --jsonl steps.jsonl --steps 1000\n  pschema record --rerun life.rrd\n\n\
+    after_help = "Example:\n  pschema record --jsonl steps.jsonl --steps 1000\n  pschema record --rerun life.rrd\n  \
+    pschema record --jsonl - | jq -c .step.decision\n\n\
     The steps that the daemon still has come first. It goes on until so many steps are written, the daemon ends or Ctrl-C."
 )]
 #[command(group = clap::ArgGroup::new("to").required(true).multiple(true).args(["jsonl", "rerun"]))]
 pub(crate) struct RecordArgs {
     #[command(flatten)]
     name: NameArgs,
-    /// One JSON object a line: {"step": …} or {"schema": …}
+    /// One JSON object a line: {"step": …} or {"schema": …}; to a file that is not there yet, to a pipe, or with `-` to stdout
     #[arg(long, value_name = "FILE")]
     jsonl: Option<PathBuf>,
     /// A recording for the Rerun viewer, pictures included; needs a pschema built with `--features rerun`
@@ -38,6 +39,11 @@ pub(crate) struct RecordArgs {
 }
 
 pub(crate) fn run(args: RecordArgs, general: &General) -> Result<(), Failure> {
+    let to_stdout = args.jsonl.as_deref().is_some_and(output::is_stdout);
+    if to_stdout && args.json {
+        let problem = "--json prints on stdout what was recorded, and the lines go there: record them to a file, or leave out --json";
+        return Err(Failure::Usage(problem.to_owned()));
+    }
     let name = args.name.learner(general)?;
     let place = Place::new(RuntimeDir::from_environment()?, name.clone());
     // Looked for first: no file is made where there is nothing to record.
@@ -64,8 +70,16 @@ pub(crate) fn run(args: RecordArgs, general: &General) -> Result<(), Failure> {
         0 => String::new(),
         missed => format!(" ({missed} before them are no longer kept)"),
     };
-    output::print(&format!(
-        "Recorded {steps}{missed}, {} new schemas, {} pictures.\n",
+    let told = format!(
+        "Recorded {steps}{missed}, {} new schemas, {} pictures.",
         recorded.schemas, recorded.pictures
-    ))
+    );
+    match (to_stdout, general.quiet()) {
+        (false, _) => output::print(&(told + "\n")),
+        (true, false) => {
+            say(&told);
+            Ok(())
+        }
+        (true, true) => Ok(()),
+    }
 }

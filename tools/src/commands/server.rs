@@ -24,7 +24,7 @@ pub(crate) struct ServerCommand {
 /// Runs until stopped.
 pub(crate) fn run(command: ServerCommand, general: &General) -> Result<(), Failure> {
     let mut args = command.args;
-    if let Some(name) = general.name_instead_of(args.name.as_str()) {
+    if let Some(name) = general.name_instead_of(args.name.as_str())? {
         args.name = name.clone();
     }
     serve(&args, command.parent)

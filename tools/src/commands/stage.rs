@@ -1,15 +1,13 @@
 //! `pschema stage [show|next|hold|resume|set NAME]`.
 
-use std::path::PathBuf;
-
 use clap::{Args, Subcommand};
 use pschema_inspect::{ReportQuery, StageOrder};
 
-use crate::args::{DataArgs, General, MemoryArgs, NameArgs, refuse_order};
+use crate::args::{AskArgs, General, MeantMemory, refused_order};
 use crate::failure::Failure;
-use crate::learner::{Asks, Learner};
+use crate::learner::Learner;
 use crate::output;
-use crate::past::asked;
+use crate::past::show;
 use crate::render::status;
 
 #[derive(Debug, Args)]
@@ -18,18 +16,9 @@ use crate::render::status;
 )]
 pub(crate) struct StageArgs {
     #[command(flatten)]
-    name: NameArgs,
-    /// Say where it stood in the memory in this data directory, with or without a daemon on it
-    #[arg(long, value_name = "DIR", global = true)]
-    data: Option<PathBuf>,
-    /// As it was after step N, before step N + 1
-    #[arg(long, value_name = "N", requires = "data", global = true)]
-    until: Option<u64>,
+    ask: AskArgs,
     #[command(subcommand)]
     order: Option<StageCommand>,
-    /// Print JSON
-    #[arg(long, global = true)]
-    json: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -59,22 +48,17 @@ enum StageCommand {
 
 pub(crate) fn run(args: StageArgs, general: &General) -> Result<(), Failure> {
     let order = match args.order.unwrap_or(StageCommand::Show) {
-        StageCommand::Show => None,
-        StageCommand::Next => Some(StageOrder::Next),
-        StageCommand::Hold => Some(StageOrder::Hold),
-        StageCommand::Resume => Some(StageOrder::Resume),
-        StageCommand::Step => Some(StageOrder::Step),
-        StageCommand::Set { stage } => Some(StageOrder::Set(stage)),
+        StageCommand::Show => return show(&args.ask, general, ReportQuery {}, status::report),
+        StageCommand::Next => StageOrder::Next,
+        StageCommand::Hold => StageOrder::Hold,
+        StageCommand::Resume => StageOrder::Resume,
+        StageCommand::Step => StageOrder::Step,
+        StageCommand::Set { stage } => StageOrder::Set(stage),
     };
-    let report = match order {
-        Some(order) => {
-            refuse_order(args.data.as_deref(), "an order to the curriculum")?;
-            Learner::connect_to_order(&args.name.learner(general)?)?.ask(order)?
+    match args.ask.memory.meant(general)? {
+        MeantMemory::OnDisk(data, _) => Err(refused_order(data, "an order to the curriculum")),
+        MeantMemory::Running(name) => {
+            output::show(args.ask.json, &Learner::connect_to_order(&name)?.ask(order)?, status::report)
         }
-        None => {
-            let data = DataArgs { data: args.data, until: args.until };
-            asked(&MemoryArgs { name: args.name, data }, general)?.ask(ReportQuery {})?
-        }
-    };
-    output::show(args.json, &report, status::report)
+    }
 }

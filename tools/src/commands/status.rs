@@ -3,7 +3,7 @@
 use clap::Args;
 use pschema_inspect::StatusQuery;
 
-use crate::args::{General, MemoryArgs};
+use crate::args::{General, MeantMemory, MemoryArgs};
 use crate::failure::Failure;
 use crate::learner::Learner;
 use crate::output;
@@ -22,15 +22,15 @@ pub(crate) struct StatusArgs {
     #[arg(long)]
     json: bool,
     /// Print metrics in Prometheus' text format; without a daemon, that there is none
-    #[arg(long, conflicts_with_all = ["json", "data"])]
+    #[arg(long, conflicts_with_all = ["json", "data", "until"])]
     metrics: bool,
 }
 
 pub(crate) fn run(args: StatusArgs, general: &General) -> Result<(), Failure> {
-    if let Some(directory) = &args.memory.data.data {
-        return past(&MemoryOnDisk::open(directory, args.memory.data.until)?, args.json);
-    }
-    let name = args.memory.name.learner(general)?;
+    let name = match args.memory.meant(general)? {
+        MeantMemory::OnDisk(data, until) => return past(&MemoryOnDisk::open(data, until)?, args.json),
+        MeantMemory::Running(name) => name,
+    };
     match Learner::connect(&name).and_then(|mut learner| learner.ask(StatusQuery {})) {
         Ok(answer) if args.metrics => output::print(&metrics::metrics(&answer)),
         Ok(answer) => output::show(args.json, &answer, status::status),

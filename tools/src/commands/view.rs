@@ -19,7 +19,7 @@ pub(crate) struct ViewArgs {
     #[command(flatten)]
     name: NameArgs,
     /// Look at the memory in this data directory, with or without a daemon on it; nothing in it is changed
-    #[arg(long, value_name = "DIR", conflicts_with = "name")]
+    #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// Serve the page on this port of this machine [default: one that is free]
     #[arg(long, value_name = "PORT", default_value_t = 0, hide_default_value = true)]
@@ -31,12 +31,18 @@ pub(crate) struct ViewArgs {
 
 pub(crate) fn run(args: ViewArgs, general: &General) -> Result<(), Failure> {
     let stop = Stop::on_signals()?;
+    if let Some(data) = &args.data {
+        args.name.instead(data, general)?;
+    }
     let wanted = PageOptions { name: args.name.learner(general)?, data: args.data, port: args.port };
     let page = ViewPage::open(&wanted)?;
     let url = page.url();
     output::print(&format!("{url}\n"))?;
     if !general.quiet() {
         say("The page is for this machine, and for whoever knows that address. Ctrl-C ends it.");
+        if let Some(why) = page.waits_for() {
+            say(&format!("It has nothing to show yet, and waits: {why}"));
+        }
     }
     // It is removed when this ends; browsers have read it long before.
     let _signpost = if args.no_open || !has_screen() { None } else { opened(&url) };

@@ -29,10 +29,10 @@ pub(crate) struct WatchArgs {
     #[arg(long, conflicts_with = "rate")]
     once: bool,
     /// Columns of that frame
-    #[arg(long, default_value_t = 80, requires = "once", value_name = "N", value_parser = clap::value_parser!(u16).range(40..=500))]
+    #[arg(long, default_value_t = 80, requires = "once", conflicts_with = "rate", value_name = "N", value_parser = clap::value_parser!(u16).range(40..=500))]
     width: u16,
     /// Rows of it
-    #[arg(long, default_value_t = 24, requires = "once", value_name = "N", value_parser = clap::value_parser!(u16).range(10..=500))]
+    #[arg(long, default_value_t = 24, requires = "once", conflicts_with = "rate", value_name = "N", value_parser = clap::value_parser!(u16).range(10..=500))]
     height: u16,
 }
 

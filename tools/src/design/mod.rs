@@ -22,6 +22,14 @@ pub(crate) enum DesignError {
     /// The curriculum, or its table, is wrong or not there.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// A pipe, which can be read once only.
+    #[error(
+        "{name} can't be read again and again, as by each process of each run: write the experiment to a file"
+    )]
+    Pipe {
+        /// Its name.
+        name: String,
+    },
     /// A curriculum without the table.
     #[error(
         "{name} is a curriculum and no experiment: give it a table [experiment] with at least `title` and `world`"
@@ -70,9 +78,13 @@ pub(crate) fn designs() -> Result<Vec<Design>, DesignError> {
 /// # Errors
 /// When there is no such curriculum, it is no experiment, or what is wrong in its table and where.
 pub(crate) fn design(name: &str) -> Result<Design, DesignError> {
+    let is_built_in = BUILT_IN.iter().any(|(known, _)| *known == name);
+    let path = Path::new(name);
+    if !is_built_in && path.exists() && !path.is_file() {
+        return Err(DesignError::Pipe { name: name.to_owned() });
+    }
     let (source_name, text) = named(name)?;
     let source = Source::new(&source_name, &text);
-    let is_built_in = BUILT_IN.iter().any(|(known, _)| *known == name);
     // A mistake elsewhere in the file should be said now, not later.
     lesson(name, Parameters::default(), &[])?;
     let file: CurriculumFile = source.parse()?;

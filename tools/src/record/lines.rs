@@ -1,17 +1,19 @@
 //! Recordings as JSON Lines, for programs and for publication.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use pschema_inspect::{SchemaSummary, TraceRecord};
+use pschema_process::{Occupied, OutputError, stream};
 use pschema_protocol::picture::PictureMessage;
 use serde::Serialize;
 
 use super::recorder::Recorder;
 use crate::failure::Failure;
+use crate::output::named;
 
-/// A file with one object a line: `{"step": …}` or `{"schema": …}`.
+/// A file, a pipe or stdout that takes one object a line: `{"step": …}` or `{"schema": …}`.
 pub(crate) struct JsonLinesFile {
     path: PathBuf,
     to: BufWriter<File>,
@@ -39,21 +41,20 @@ pub(crate) enum RecordingEntry<'a> {
 }
 
 impl JsonLinesFile {
+    /// Makes the file, which must not be there yet; or opens the stream that `path` names.
     pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
-        let file = File::options().write(true).create_new(true).open(path);
-        let file =
-            file.map_err(|error| Failure::Failed(format!("cannot write {}: {error}", path.display())))?;
-        Ok(Self { path: path.to_owned(), to: BufWriter::new(file) })
+        let opened = stream(named(path), Occupied::Refused)?;
+        Ok(Self { path: path.to_owned(), to: BufWriter::new(opened) })
     }
 
     fn write(&mut self, line: &RecordingEntry<'_>) -> Result<(), Failure> {
-        let written = serde_json::to_writer(&mut self.to, line).map_err(std::io::Error::from);
+        let written = serde_json::to_writer(&mut self.to, line).map_err(io::Error::from);
         let written = written.and_then(|()| self.to.write_all(b"\n"));
-        written.map_err(|error| self.failed(&error))
+        written.map_err(|error| self.failed(error))
     }
 
-    fn failed(&self, error: &std::io::Error) -> Failure {
-        Failure::Failed(format!("cannot write {}: {error}", self.path.display()))
+    fn failed(&self, source: io::Error) -> Failure {
+        OutputError::Io { path: self.path.clone(), source }.into()
     }
 }
 
@@ -73,11 +74,14 @@ impl Recorder for JsonLinesFile {
 
     fn flush(&mut self) -> Result<(), Failure> {
         let written = self.to.flush();
-        written.map_err(|error| self.failed(&error))
+        written.map_err(|error| self.failed(error))
     }
 
     fn finish(&mut self) -> Result<(), Failure> {
         self.flush()?;
-        self.to.get_ref().sync_all().map_err(|error| self.failed(&error))
+        let file = self.to.get_ref();
+        let is_kept = file.metadata().is_ok_and(|found| found.is_file());
+        let synced = if is_kept { file.sync_all() } else { Ok(()) };
+        synced.map_err(|error| self.failed(error))
     }
 }

@@ -1,11 +1,12 @@
 //! `explain` for people: a sentence first, then the sum that made it so.
 
 use pschema_inspect::{Candidate, ExcitationTerm, Explanation, ObservationText, Reason, TermRole};
+use pschema_learner::notation::side;
 
 use super::goals;
 use super::schema::wrapped;
 use super::table::Columns;
-use super::words::{bound, count, expectation, notation, plain, side, with_values};
+use super::words::{bound, count, expectations, figure, notation, plain, with_values};
 
 /// Why an action was chosen.
 pub fn explanation(e: &Explanation) -> String {
@@ -54,7 +55,7 @@ fn sentence(e: &Explanation, chosen: &Candidate) -> String {
 fn expecting(chosen: &Candidate) -> String {
     let Some(id) = chosen.schema else { return String::new() };
     let bound = bound(&chosen.form, &chosen.binding);
-    let post = side(bound.post.iter().map(expectation));
+    let post = expectations(&bound.post);
     let given = match bound.pre.as_slice() {
         [] => String::new(),
         pre => format!(" given {}", side(pre.iter().map(notation))),
@@ -121,9 +122,9 @@ pub(super) fn named(candidate: &Candidate) -> String {
     candidate.schema.map_or_else(|| plain(&candidate.text), |id| format!("schema {id}"))
 }
 
-/// A figure of equation (1), with the decimals with which it is shown.
-pub(super) fn shown(figure: f64) -> String {
-    format!("{figure:.3}")
+/// A figure of equation (1) as it is shown.
+pub(super) fn shown(value: f64) -> String {
+    figure(value, 3)
 }
 
 /// The sum of a candidate's terms.
@@ -181,17 +182,21 @@ pub(super) fn terms(chosen: &Candidate, world: &[ObservationText]) -> String {
     format!("{table}\nvalue = same x prob x weight / (1+n)    sum {total} / distance {d} = E {e}\n{rounded}")
 }
 
+/// Sums of figures as they are shown that differ by less are the same.
+const LAST_DECIMAL: f64 = 1e-9;
+
 /// Says that the figures are rounded, and where the rounded ones do not add up, to what they add up.
 fn rounded(chosen: &Candidate) -> String {
     // Read from the figures as they are shown, so that the rounding is the same.
-    let thousandths = |figure: f64| shown(figure).replace('.', "").parse::<i64>().unwrap_or(0);
-    let added: i64 = chosen.terms.iter().map(|term| thousandths(term.value)).fold(0, i64::saturating_add);
-    if added == thousandths(sum(chosen)) {
-        return "Figures are rounded to 3 decimals; --json has them whole.\n".to_owned();
+    let as_shown = |value: f64| shown(value).parse::<f64>().unwrap_or(value);
+    let added = chosen.terms.iter().fold(0.0, |sum, term| sum + as_shown(term.value));
+    let rounded = "Figures are rounded to 3 decimals, below 0.1 to 3 digits; --json has them whole.\n";
+    if (added - as_shown(sum(chosen))).abs() < LAST_DECIMAL {
+        return rounded.to_owned();
     }
-    #[expect(clippy::cast_precision_loss, reason = "shown with three decimals")]
-    let added = shown(added as f64 / 1e3);
-    format!("Figures are rounded to 3 decimals, each by itself: as shown, the values add up to {added}.\n")
+    let added = format!("{added:.9}");
+    let added = added.trim_end_matches('0').trim_end_matches('.');
+    format!("{rounded}Each is rounded by itself: as shown, the values add up to {added}.\n")
 }
 
 fn others(e: &Explanation) -> String {

@@ -4,10 +4,11 @@ use pschema_inspect::{
     Condition, DecisionGoal, ObservationText, Plan, PlanCause, Prediction, Pursuit, PursuitPlan,
     PursuitState, SchemaInUse,
 };
+use pschema_learner::notation::side;
 
 use super::schema::wrapped;
 use super::table::Columns;
-use super::words::{binding, condition, count, notation, plain, probability, side, with_values};
+use super::words::{binding, condition, count, figure, notation, plain, probability, with_values};
 
 /// A prediction.
 pub(crate) fn prediction(p: &Prediction) -> String {
@@ -57,7 +58,8 @@ pub(crate) fn plan(p: &Plan) -> String {
         return wrapped(&format!("{goal} holds already."), "");
     }
     let steps = count(u64::try_from(p.steps.len()).unwrap_or(u64::MAX), "step");
-    let mut text = wrapped(&format!("{goal} by {} in {steps}, probability {likely:.2}:", plain(&p.body)), "");
+    let mut text =
+        wrapped(&format!("{goal} by {} in {steps}, probability {}:", plain(&p.body), figure(likely, 2)), "");
     for (at, step) in p.steps.iter().enumerate() {
         let line = format!("{}. {}: {}", at + 1, plain(&step.schema.action), in_use(&step.schema));
         text.push_str(&format!("\n{}", wrapped(&line, "   ")));
@@ -65,7 +67,7 @@ pub(crate) fn plan(p: &Plan) -> String {
         for relied in step.through.iter().chain(&step.relies_on) {
             table.row([format!("   {}", relied_on(relied)), counted_on(relied)]);
         }
-        table.row(["   that it is carried out".to_owned(), format!("{:.2}", step.reliability)]);
+        table.row(["   that it is carried out".to_owned(), figure(step.reliability, 2)]);
         text.push_str(&table.text(&[1]));
     }
     format!("{text}\n{}{budget}", here(&p.world))
@@ -111,7 +113,8 @@ pub(crate) fn plan_made(plan: &PursuitPlan) -> String {
     );
     let chain: Vec<_> = plan.chain.iter().map(link).collect();
     let budget = if plan.search_truncated { "; the search used up its budget" } else { "" };
-    format!("{why}: {} (probability {:.2}{budget})", chain.join(", then "), plan.probability)
+    let likely = figure(plan.probability, 2);
+    format!("{why}: {} (probability {likely}{budget})", chain.join(", then "))
 }
 
 fn link(s: &SchemaInUse) -> String {
@@ -146,7 +149,8 @@ pub(crate) fn ending(p: &Pursuit) -> String {
 pub(crate) fn followed(f: &DecisionGoal) -> String {
     let (at, all) = (f.at.saturating_add(1), f.chain.len());
     let step = if all == 1 { "the plan".to_owned() } else { format!("step {at} of {all} of the plan") };
-    format!("because it is {step} for the goal {} (probability {:.2})", goal(&f.goal), f.probability)
+    let likely = figure(f.probability, 2);
+    format!("because it is {step} for the goal {} (probability {likely})", goal(&f.goal))
 }
 
 /// The chain that a decision follows, with the executed schema marked.

@@ -1,10 +1,11 @@
 //! `schemas` and `show` for people.
 
 use pschema_inspect::{Condition, SchemaDetail, SchemaList};
+use pschema_learner::notation::side;
 
 use super::table::{Columns, WIDTH};
 use super::words::{
-    capitalised, condition, count, notation, plain, probability, schema_sentence, side, summary_notation,
+    capitalised, condition, count, notation, plain, probability, schema_sentence, summary_notation,
 };
 
 /// A list of schemas, from which the first `offset` were left out.

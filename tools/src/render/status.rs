@@ -8,7 +8,7 @@ use pschema_inspect::{
 use super::goals;
 use super::schema::wrapped;
 use super::table::Columns;
-use super::words::{bytes, count, duration, plain};
+use super::words::{bytes, count, duration, figure, plain};
 
 /// Doublings of memory that are shown, the last ones.
 const GROWTH_MAX: usize = 3;
@@ -91,7 +91,7 @@ pub(crate) fn doing(s: &Status, facts: &mut Columns) {
         let actions = format!("{} of at most {}", count(goal.actions, "action"), goal.actions_max);
         fact("goal", format!("{number}, pursued by {body}: {wanted}; {actions}"));
     }
-    fact("excitation", format!("{:.2} at the last decision", s.excitation_top));
+    fact("excitation", format!("{} at the last decision", figure(s.excitation_top, 2)));
     let world: Vec<_> = s.world.iter().map(|o| plain(o)).collect();
     fact("perceived", if world.is_empty() { "nothing".to_owned() } else { world.join(" ") });
 }
@@ -109,12 +109,13 @@ pub(crate) fn trial(t: &TrialStatus) -> String {
 
 /// How near the stage is to saturation, with the top excitation of the last decision.
 pub(crate) fn saturation(s: &SaturationStatus, top: f64) -> String {
-    let (quiet, wanted, below) = (s.quiet_actions, s.quiet_actions_wanted, s.saturation_below);
+    let (quiet, wanted) = (s.quiet_actions, s.quiet_actions_wanted);
+    let (below, top) = (figure(s.saturation_below, 2), figure(top, 2));
     if quiet >= wanted {
         return format!("reached: {} in a row brought nothing new or exciting", count(quiet, "action"));
     }
     format!(
-        "{quiet} of {wanted} quiet actions in a row: no new schema, and an excitation below {below:.2} (it was {top:.2} \
+        "{quiet} of {wanted} quiet actions in a row: no new schema, and an excitation below {below} (it was {top} \
          at the last decision)"
     )
 }
@@ -126,7 +127,7 @@ pub(crate) fn habituation(h: &HabituationStatus) -> String {
         times => format!("{times} times"),
     };
     let known = match h.interval_max {
-        width if width > 0.0 => format!(", or known to an interval of {width:.2}"),
+        width if width > 0.0 => format!(", or known to an interval of {}", figure(width, 2)),
         _ => String::new(),
     };
     match h.habituation_left {
@@ -174,16 +175,20 @@ fn bodies(bodies: &[BodyStatus]) -> String {
             let last = format!("The last frame of {} refused: {}", plain(&b.name), plain(refusal));
             text.push_str(&format!("\n{}", wrapped(&last, "")));
         }
-        if let Some(OrderFailure { outcome, reason, step }) = &b.last_failure {
-            let reason = reason.as_deref().map_or("no reason given".to_owned(), plain);
-            let last = format!(
-                "The last order that {} did not carry out ({outcome}, step {step}): {reason}",
-                plain(&b.name)
-            );
+        if let Some(failure) = &b.last_failure {
+            let (name, outcome, step) = (plain(&b.name), failure.outcome, failure.step);
+            let reason = failure_reason(failure);
+            let last =
+                format!("The last order that {name} did not carry out ({outcome}, step {step}): {reason}");
             text.push_str(&format!("\n{}", wrapped(&last, "")));
         }
     }
     text
+}
+
+/// Why a body did not carry out an order, in its own words.
+pub(crate) fn failure_reason(failure: &OrderFailure) -> String {
+    failure.reason.as_deref().map_or_else(|| "no reason given".to_owned(), plain)
 }
 
 /// The report of a curriculum, as a table.

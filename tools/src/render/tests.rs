@@ -5,8 +5,8 @@ use pschema_inspect::*;
 use super::{explanation, goals, schema, status, why_not};
 use crate::golden::{check, check_json, check_text};
 use crate::report::figures;
-use crate::run::Results;
 use crate::run::tests::{report, stage};
+use crate::run::{Reading, Results, Unit};
 
 fn observation(kind: &str, properties: &[(&str, ValueText)]) -> ObservationText {
     let properties = properties.iter().map(|(name, v)| ((*name).to_owned(), v.clone())).collect();
@@ -105,6 +105,8 @@ fn a_list() -> SchemaList {
         pre: pre.iter().map(|text| (*text).to_owned()).collect(),
         action: action.to_owned(),
         post: post.iter().map(|text| (*text).to_owned()).collect(),
+        // The two outcomes of one of them exclude each other.
+        post_shares: if id == 4 { vec![Some(0.6), Some(0.4)] } else { vec![Some(1.0); post.len()] },
         executions: 15,
         successes: 14,
         probability: 14.0 / 15.0,
@@ -115,7 +117,13 @@ fn a_list() -> SchemaList {
     SchemaList {
         matching: 228,
         schemas: vec![
-            summary(4, SchemaKind::Concrete, &[], "move(j1=0.43, j2=0.84)", &["finger{field=4}"]),
+            summary(
+                4,
+                SchemaKind::Concrete,
+                &[],
+                "move(j1=0.43, j2=0.84)",
+                &["finger{field=4}", "finger{field=5}"],
+            ),
             summary(
                 224,
                 SchemaKind::CounterExample,
@@ -166,7 +174,7 @@ fn a_schema() -> SchemaDetail {
 }
 
 fn expected(observation: ObservationText) -> Expectation {
-    Expectation { observation, absent: false }
+    Expectation { observation, absent: false, share: Some(1.0) }
 }
 
 fn binding(field: i64) -> NamedValues {
@@ -399,6 +407,47 @@ fn a_run_as_table_and_json() {
     check_text("experiment.txt", &figures::one(&a_run(7)));
     check_json("experiment.json", &a_run(7));
     check_text("experiments.txt", &figures::several(&[&a_run(1), &a_run(2)]));
+}
+
+/// Experiment 2 once printed 0 for all that it had not measured, and none of its own measures.
+#[test]
+fn runs_are_told_with_their_own_measures_and_no_others() {
+    let run = |seed, touching| {
+        let measured = |name: &str, value| Reading {
+            name: name.to_owned(),
+            value,
+            published: Some("more".to_owned()),
+            unit: Unit::Share,
+            why: None,
+        };
+        let measures = vec![measured("decisions for touching", Some(touching)), measured("met", None)];
+        Results { placements: None, probe: None, published: None, measures, ..a_run(seed) }
+    };
+    let text = figures::several(&[&run(1, 0.25), &run(2, 0.35), &run(3, 0.3)]);
+    let line = |name: &str| text.lines().find(|line| line.starts_with(name)).unwrap_or_default();
+    for missing in ["PLACEMENTS", "TRIED", "TOUCHED"] {
+        assert!(!text.contains(missing), "{missing}: {text}");
+    }
+    assert!(line("decisions for touching").contains("30 % (25-35)"), "{text}");
+    assert!(
+        line("met").split_whitespace().eq(["met", "-", "more"]),
+        "what was not measured is not 0: {text}"
+    );
+}
+
+/// After some thousand steps every excitation was 0.000.
+#[test]
+fn small_figures_are_told_with_the_digits_that_say_something() {
+    let mut small = an_explanation();
+    for candidate in &mut small.candidates {
+        candidate.excitation *= 1e-4;
+        candidate.terms.iter_mut().for_each(|term| term.value *= 1e-4);
+    }
+    let text = explanation::explanation(&small);
+    assert!(!text.contains(" 0.000 ") && !text.contains(" 0.000\n"), "{text}");
+    let mut status = a_status();
+    status.excitation_top = 0.000_123;
+    assert!(status::status(&status).contains("excitation  0.00012 at the last decision"));
 }
 
 fn in_use(id: u32, kind: SchemaKind, field: i64) -> SchemaInUse {

@@ -3,11 +3,12 @@
 use pschema_inspect::{
     Candidate, ObservationText, Reason, SchemaKind, TermRole, UnmetCondition, Verdict, WhyNot,
 };
+use pschema_learner::notation::side;
 
 use super::explanation::{named, perceived, shown, sum, terms};
 use super::schema::wrapped;
 use super::table::Columns;
-use super::words::{bound, capitalised, form_notation, notation, plain, side, value};
+use super::words::{bound, capitalised, form_notation, notation, plain, value};
 
 /// Why a schema was not executed.
 pub fn why_not(why: &WhyNot) -> String {
@@ -82,9 +83,7 @@ fn sentence(why: &WhyNot) -> String {
             named(&why.chosen),
             shown(*by),
             shown(why.chosen.excitation),
-            why.candidate
-                .as_ref()
-                .map_or_else(|| "0.000".to_owned(), |candidate| shown(candidate.excitation)),
+            why.candidate.as_ref().map_or_else(|| shown(0.0), |candidate| shown(candidate.excitation)),
             far(why)
         )),
         Verdict::LotFellOnAnother => not(format!(

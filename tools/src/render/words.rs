@@ -3,7 +3,10 @@
 use pschema_inspect::{
     Condition, Expectation, NamedValues, ObservationText, SchemaDetail, SchemaForm, SchemaSummary, ValueText,
 };
-use pschema_learner::notation::{SchemaText, by_names, outcome};
+use pschema_learner::notation::{SchemaText, by_names, outcome, outcomes, side};
+
+/// A figure below this is told with its power of ten.
+const SMALLEST_IN_DECIMALS: f64 = 1e-5;
 
 /// Text of others (names of bodies, words heard) without control characters, which would steer a terminal.
 pub(crate) fn plain(text: &str) -> String {
@@ -14,12 +17,6 @@ pub(crate) fn plain(text: &str) -> String {
 pub fn notation(observation: &ObservationText) -> String {
     let properties = observation.properties.iter().map(|(name, known)| (plain(name), value(known)));
     by_names(&plain(&observation.kind), properties)
-}
-
-/// Conditions joined as in a schema's notation; `∅` for none.
-pub(crate) fn side(things: impl IntoIterator<Item = String>) -> String {
-    let things: Vec<_> = things.into_iter().collect();
-    if things.is_empty() { "∅".to_owned() } else { things.join(" & ") }
 }
 
 /// A post-condition as it is written.
@@ -37,30 +34,48 @@ fn on_one_line(
     pre: &[ObservationText],
     target: &[ObservationText],
     action: &str,
-    post: impl Iterator<Item = String>,
+    post: impl Iterator<Item = (String, Option<f64>)>,
 ) -> String {
     let action = match target {
         [] => plain(action),
         target => format!("achieve {}", side(target.iter().map(notation))),
     };
-    SchemaText { pre: pre.iter().map(notation).collect(), action, post: post.collect() }.to_string()
+    let (post, post_shares) = post.unzip();
+    SchemaText { pre: pre.iter().map(notation).collect(), action, post, post_shares }.to_string()
 }
 
 /// A schema as it is written, on one line.
 pub(crate) fn schema_notation(schema: &SchemaDetail) -> String {
-    on_one_line(&schema.pre, &schema.target, &schema.action, schema.post.iter().map(condition))
+    let share = |post: &Condition| (post.trials > 0).then_some(post.probability);
+    let post = schema.post.iter().map(|post| (condition(post), share(post)));
+    on_one_line(&schema.pre, &schema.target, &schema.action, post)
 }
 
 /// A schema as it is written, on one line, from its parts.
 pub(crate) fn form_notation(form: &SchemaForm) -> String {
-    on_one_line(&form.pre, &form.target, &form.action, form.post.iter().map(expectation))
+    let post = form.post.iter().map(|post| (expectation(post), post.share));
+    on_one_line(&form.pre, &form.target, &form.action, post)
 }
 
 /// A schema of a list as it is written, on one line.
 pub(crate) fn summary_notation(schema: &SchemaSummary) -> String {
+    summary_text(schema).to_string()
+}
+
+/// A schema of a list as text, in its parts.
+pub(crate) fn summary_text(schema: &SchemaSummary) -> SchemaText {
     let written = |list: &[String]| list.iter().map(|one| plain(one)).collect();
-    SchemaText { pre: written(&schema.pre), action: plain(&schema.action), post: written(&schema.post) }
-        .to_string()
+    SchemaText {
+        pre: written(&schema.pre),
+        action: plain(&schema.action),
+        post: written(&schema.post),
+        post_shares: schema.post_shares.clone(),
+    }
+}
+
+/// The outcomes that a schema expects, side by side.
+pub(crate) fn expectations(post: &[Expectation]) -> String {
+    outcomes(post.iter().map(|post| (expectation(post), post.share)))
 }
 
 /// The parts of a schema with the values of its variables put in.
@@ -80,7 +95,7 @@ pub(crate) fn bound(form: &SchemaForm, binding: &NamedValues) -> SchemaForm {
         post: form
             .post
             .iter()
-            .map(|post| Expectation { observation: bound(&post.observation), absent: post.absent })
+            .map(|post| Expectation { observation: bound(&post.observation), ..post.clone() })
             .collect(),
     }
 }
@@ -120,6 +135,23 @@ pub(crate) fn probability(probability: f64, occurrences: u32, trials: u32, low: 
         return "not tried yet".to_owned();
     }
     format!("{probability:.2} ({occurrences}/{trials}, {low:.2}-{high:.2})")
+}
+
+/// A figure that may be very small, such as an excitation: with so many decimals, or where that leaves fewer digits that say
+/// something, with so many digits: `0.333`, `0.0123`, `0.000457`, `1.2e-7`.
+pub(crate) fn figure(value: f64, digits: usize) -> String {
+    let size = value.abs();
+    if size == 0.0 || !size.is_finite() || size >= 0.1 {
+        return format!("{value:.digits$}");
+    }
+    if size < SMALLEST_IN_DECIMALS {
+        return format!("{value:.*e}", digits - 1);
+    }
+    // Rounded first, for 0.09996 has one decimal less than it seems.
+    let rounded = format!("{value:.*e}", digits - 1);
+    let exponent = rounded.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
+    let decimals = digits + exponent.map_or(0, |exponent| usize::try_from(-exponent - 1).unwrap_or(0));
+    format!("{value:.decimals$}")
 }
 
 /// A duration for people: `850 ms`, `12.3 s`, `2 h 05 min`.
@@ -321,6 +353,39 @@ mod tests {
         );
     }
 
+    /// Both were joined by `&` once, as if the finger were in two fields.
+    #[test]
+    fn outcomes_that_exclude_each_other_have_their_shares() {
+        let mut schema = touching();
+        schema.target.clear();
+        "move()".clone_into(&mut schema.action);
+        let finger = |field, occurrences: u32| Condition {
+            occurrences,
+            trials: 5,
+            probability: f64::from(occurrences) / 5.0,
+            ..sure(observation("finger", &[("field", ValueText::Integer(field))]))
+        };
+        schema.post = vec![finger(4, 3), sure(observation("touch", &[])), finger(5, 2)];
+        assert!(
+            schema_notation(&schema)
+                .ends_with(" / move() / (finger{field=4} 60 % or finger{field=5} 40 %) & touch{}"),
+            "{}",
+            schema_notation(&schema)
+        );
+        // Together they held more often than there were executions: they do not exclude each other.
+        schema.post[2] = finger(5, 4);
+        assert!(
+            schema_notation(&schema).ends_with(" / finger{field=4} 60 % & touch{} & finger{field=5} 80 %")
+        );
+        schema.post.truncate(2);
+        assert!(schema_notation(&schema).ends_with(" / finger{field=4} 60 % & touch{}"));
+        schema.post[0].trials = 0;
+        assert!(
+            schema_notation(&schema).ends_with(" / finger{field=4} & touch{}"),
+            "never tried, nothing is known"
+        );
+    }
+
     #[test]
     fn what_is_fixed_about_a_thing_is_said_in_passing_or_not_at_all() {
         let mut schema = touching();
@@ -379,6 +444,14 @@ mod tests {
     fn figures_for_people() {
         assert_eq!(probability(14.0 / 15.0, 14, 15, 0.702, 0.988), "0.93 (14/15, 0.70-0.99)");
         assert_eq!(probability(0.0, 0, 0, 0.0, 1.0), "not tried yet");
+        let shown = |value| figure(value, 3);
+        assert_eq!([0.0, 1.0 / 3.0, 12.3456, 0.1].map(shown), ["0.000", "0.333", "12.346", "0.100"]);
+        assert_eq!(
+            [0.0123, 0.000_457_1, 0.050_04, 0.099_96].map(shown),
+            ["0.0123", "0.000457", "0.0500", "0.100"]
+        );
+        assert_eq!([1.234e-7, 2.0e-300, -0.001].map(shown), ["1.23e-7", "2.00e-300", "-0.00100"]);
+        assert_eq!([0.004, 0.27].map(|value| figure(value, 2)), ["0.0040", "0.27"]);
         assert_eq!(duration(0.85), "850 ms");
         assert_eq!(duration(12.34), "12.3 s");
         assert_eq!(duration(7500.0), "2 h 05 min");

@@ -62,7 +62,7 @@ pub(super) fn lines(design: &Design, group: &Group<'_>) -> Vec<ComparisonLine> {
     let ours = group.over(|results| Some(results.schemas_total.into()));
     let mut lines = vec![line("schemas", schemas, ours, Unit::Count, design.why.clone())];
     if let Some(placements) = published.and_then(|p| p.placements) {
-        let ours = group.over(|results| Some(results.placements.into()));
+        let ours = group.over(|results| results.placements.map(f64::from));
         let published = Some(placements.to_string());
         lines.push(line("placements that learning took", published, ours, Unit::Count, None));
     }
@@ -83,7 +83,7 @@ pub(crate) fn shown(summary: Option<Summary>, unit: Unit) -> String {
 }
 
 /// A figure with as many decimals as it deserves.
-pub(crate) fn number(value: f64, unit: Unit) -> String {
+fn number(value: f64, unit: Unit) -> String {
     let value = if unit == Unit::Share { value * 100.0 } else { value };
     let worth_it = unit != Unit::Microseconds && value.abs() < 1000.0;
     let decimals = usize::from(worth_it && (value - value.round()).abs() > 0.05);
@@ -146,8 +146,8 @@ pub(super) const COMPARED: [ComparedFigure; 4] = [
     ("schemas", Unit::Count, |f| Some(f.schemas_total.into())),
     ("generalised after", Unit::Count, |f| f.generalised_after_placement.map(f64::from)),
     ("1st try", Unit::Share, |f| {
-        let tried = f.probe.placements_tried;
-        (tried > 0).then(|| f64::from(f.probe.touched_first_try) / f64::from(tried))
+        let probe = f.probe?;
+        Some(f64::from(probe.touched_first_try) / f64::from(probe.placements_tried))
     }),
     #[expect(clippy::cast_precision_loss, reason = "shown, and far below 2^52")]
     ("actions", Unit::Count, |f| Some(f.actions_total as f64)),

@@ -1,5 +1,7 @@
 //! From figures to places on a drawing, and the figures that an axis names.
 
+use crate::render::words::figure;
+
 /// One axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale {
@@ -77,9 +79,12 @@ pub(super) fn name(value: f64) -> String {
     if value.abs() >= 10_000.0 {
         return grouped(value);
     }
-    let text = format!("{value:.3}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let text = figure(value, 3);
+    let (digits, power) = text.split_at(text.find('e').unwrap_or(text.len()));
+    format!("{}{power}", digits.trim_end_matches('0').trim_end_matches('.'))
 }
 
 fn grouped(value: f64) -> String {
@@ -112,6 +117,8 @@ mod tests {
         );
         assert_eq!(named(Scale::logarithmic(30.0, 3_000.0, (0.0, 1.0)), 3), ["100", "1000"]);
         assert_eq!(named(Scale::logarithmic(30.0, 300.0, (0.0, 1.0)), 3), ["50", "100", "200"]);
+        assert_eq!(named(Scale::linear(0.0, 0.001, (0.0, 1.0)), 2), ["0", "0.0005", "0.001"]);
+        assert_eq!(named(Scale::linear(0.0, 2e-7, (0.0, 1.0)), 2), ["0", "1e-7", "2e-7"]);
         assert_eq!(named(Scale::linear(5.0, 5.0, (0.0, 1.0)), 2), ["5", "5.5", "6"]);
     }
 

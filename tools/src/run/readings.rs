@@ -61,11 +61,8 @@ impl Reader<'_> {
             Quantity::CounterExamples => {
                 (self.sum(&wanted.stages, |stage| stage.counter_examples_new.into()), Unit::Count)
             }
-            Quantity::Placements => (count(placements(&report.stages)), Unit::Count),
-            Quantity::PlacementsAll => {
-                let learning = report.stages.iter().filter(|stage| stage.learning);
-                (count(learning.map(|stage| stage.trials).sum()), Unit::Count)
-            }
+            Quantity::Placements => (placements(&report.stages).and_then(count), Unit::Count),
+            Quantity::PlacementsAll => (all_placements(&report.stages).and_then(count), Unit::Count),
             Quantity::Actions => (self.sum(&wanted.stages, |stage| stage.actions), Unit::Count),
             Quantity::SchemasNew => (self.sum(&wanted.stages, |stage| stage.schemas_new.into()), Unit::Count),
             Quantity::MetShare => (self.share(&wanted.stages, |stage| stage.trials_met), Unit::Share),
@@ -132,9 +129,14 @@ impl Reader<'_> {
 }
 
 /// Learning placements until there was a generalised schema; all of them if there never was one.
-pub(super) fn placements(stages: &[StageSummary]) -> u32 {
-    let learning = stages.iter().filter(|stage| stage.learning);
-    first_generalisation(stages).unwrap_or_else(|| learning.map(|stage| stage.trials).sum())
+pub(super) fn placements(stages: &[StageSummary]) -> Option<u32> {
+    first_generalisation(stages).or_else(|| all_placements(stages))
+}
+
+/// All learning placements; none where nothing was placed.
+fn all_placements(stages: &[StageSummary]) -> Option<u32> {
+    let placed = stages.iter().filter(|stage| stage.learning).map(|stage| stage.trials).sum();
+    (placed > 0).then_some(placed)
 }
 
 /// The number of the learning placement, from 1, at whose end there was a generalised schema.

@@ -30,8 +30,9 @@ pub(crate) struct Results {
     pub(crate) schemas_concrete: u32,
     /// Those with variables.
     pub(crate) schemas_generalised: u32,
-    /// Learning placements until there was a generalised schema; all of them if there never was one.
-    pub(crate) placements: u32,
+    /// Learning placements until there was a generalised schema; all of them if there never was one; none where nothing was
+    /// placed to learn from.
+    pub(crate) placements: Option<u32>,
     /// The number of the placement after which there was a generalised schema; none if there never was.
     pub(crate) generalised_after_placement: Option<u32>,
     /// Counter-examples made.
@@ -40,8 +41,8 @@ pub(crate) struct Results {
     pub(crate) actions_total: u64,
     /// Its stages, in the order in which they were entered.
     pub(crate) stages: Vec<StageSummary>,
-    /// What was measured after learning.
-    pub(crate) probe: Probe,
+    /// What was measured with learning frozen; none where nothing was.
+    pub(crate) probe: Option<Probe>,
     /// What the curriculum's `[[experiment.measure]]` tables ask to be read off the run.
     pub(crate) measures: Vec<Reading>,
     /// How long the run took, from starting the processes to the last report.
@@ -105,13 +106,14 @@ impl Results {
 }
 
 /// All stages in which nothing was learnt are measurements.
-fn probe(stages: &[StageSummary]) -> Probe {
+fn probe(stages: &[StageSummary]) -> Option<Probe> {
     let measured = stages.iter().filter(|stage| !stage.learning);
-    measured.fold(Probe::default(), |probe, stage| Probe {
+    let probe = measured.fold(Probe::default(), |probe, stage| Probe {
         placements_tried: probe.placements_tried + stage.trials,
         touched_first_try: probe.touched_first_try + stage.trials_met_first,
         touched: probe.touched + stage.trials_met,
-    })
+    });
+    (probe.placements_tried > 0).then_some(probe)
 }
 
 #[cfg(test)]
@@ -176,8 +178,8 @@ pub(crate) mod tests {
             stage("probe", false, &[true, false], &[1, 1]),
         ];
         let results = results("wide", &report(stages));
-        assert_eq!(results.placements, 2);
-        assert_eq!(results.probe, Probe { placements_tried: 2, touched_first_try: 1, touched: 1 });
+        assert_eq!(results.placements, Some(2));
+        assert_eq!(results.probe, Some(Probe { placements_tried: 2, touched_first_try: 1, touched: 1 }));
         assert_eq!(results.published.unwrap().schemas_total, Some(227));
     }
 
@@ -187,7 +189,16 @@ pub(crate) mod tests {
         let results = results("my-world.toml", &report(stages));
         assert_eq!(
             (results.placements, results.generalised_after_placement, results.published),
-            (1, None, None)
+            (Some(1), None, None)
         );
+    }
+
+    /// Experiment 2 once told 0 placements tried and 0 touched, as if it had tried.
+    #[test]
+    fn what_a_run_did_not_measure_is_none() {
+        let results = results("wide", &report(vec![stage("babbling", true, &[], &[])]));
+        assert_eq!((results.placements, results.probe), (None, None));
+        let printed = serde_json::to_value(&results).unwrap();
+        assert!(printed["placements"].is_null() && printed["probe"].is_null(), "{printed}");
     }
 }

@@ -1,6 +1,8 @@
 //! Decides which requests are answered at all: those of a browser on this machine, sent by this page, to the address that
 //! only the person who started it knows.
 
+use std::borrow::Cow;
+
 use hyper::header::{CONTENT_TYPE, HOST, HeaderMap, HeaderValue, ORIGIN};
 use hyper::{Method, StatusCode};
 
@@ -20,18 +22,19 @@ pub(super) enum Route {
 }
 
 /// The status and the text with which a request is turned away.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Denial(pub(super) StatusCode, pub(super) &'static str);
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Denial(pub(super) StatusCode, pub(super) Cow<'static, str>);
 
 const NOT_FROM_HERE: Denial = Denial(
     StatusCode::FORBIDDEN,
-    "this page is for this machine, at the address that `pschema view` printed",
+    Cow::Borrowed("this page is for this machine, at the address that `pschema view` printed"),
 );
 const NO_TOKEN: Denial =
-    Denial(StatusCode::FORBIDDEN, "that is not the whole address that `pschema view` printed");
-const NOTHING: Denial = Denial(StatusCode::NOT_FOUND, "there is nothing at this address");
-const METHOD: Denial = Denial(StatusCode::METHOD_NOT_ALLOWED, "that can't be done here");
-const NO_JSON: Denial = Denial(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a question is application/json");
+    Denial(StatusCode::FORBIDDEN, Cow::Borrowed("that is not the whole address that `pschema view` printed"));
+const NOTHING: Denial = Denial(StatusCode::NOT_FOUND, Cow::Borrowed("there is nothing at this address"));
+const METHOD: Denial = Denial(StatusCode::METHOD_NOT_ALLOWED, Cow::Borrowed("that can't be done here"));
+const NO_JSON: Denial =
+    Denial(StatusCode::UNSUPPORTED_MEDIA_TYPE, Cow::Borrowed("a question is application/json"));
 
 /// The place that a request leads to.
 pub(super) fn way(
@@ -62,13 +65,28 @@ pub(super) fn way(
     Ok(way)
 }
 
+/// The refusal of a browser that came through a tunnel with another number at its own end.
+fn through_a_tunnel(port: u16) -> Denial {
+    let why = format!(
+        "this page is at port {port}, and answers no browser that says another. Behind `ssh -L`, forward the same number: \
+         ssh -L {port}:127.0.0.1:{port} HOST; then open the address that `pschema view` printed. `pschema view --port N` \
+         chooses the number"
+    );
+    Denial(StatusCode::FORBIDDEN, why.into())
+}
+
 /// A page from elsewhere that has its name resolved to this machine (DNS rebinding) still says its own name; and a page
 /// from elsewhere that asks this one says where it is from.
 fn from_here(headers: &HeaderMap, port: u16) -> Result<(), Denial> {
-    let hosts = ["127.0.0.1", "localhost"].map(|host| format!("{host}:{port}"));
     let mut named = headers.get_all(HOST).iter();
-    let host = named.next().filter(|host| hosts.iter().any(|own| own.as_bytes() == host.as_bytes()));
-    let (Some(host), None) = (host, named.next()) else { return Err(NOT_FROM_HERE) };
+    let (Some(host), None) = (named.next(), named.next()) else { return Err(NOT_FROM_HERE) };
+    let (name, at) = host.to_str().ok().and_then(|host| host.split_once(':')).ok_or(NOT_FROM_HERE)?;
+    if !["127.0.0.1", "localhost"].contains(&name) {
+        return Err(NOT_FROM_HERE);
+    }
+    if at != port.to_string() {
+        return Err(if at.parse::<u16>().is_ok() { through_a_tunnel(port) } else { NOT_FROM_HERE });
+    }
     let own = |origin: &HeaderValue| {
         origin.as_bytes().strip_prefix(b"http://").is_some_and(|rest| rest == host.as_bytes())
     };
@@ -129,6 +147,12 @@ mod tests {
         {
             assert_eq!(asked(Method::GET, "/TOKEN/", &[("host", host)]), Err(403), "{host}");
         }
+        let token = Token::draw().unwrap();
+        let told = |host| way(&Method::GET, "/", &headers(&[("host", host)]), 4000, &token).unwrap_err().1;
+        for host in ["127.0.0.1:8080", "localhost:8080"] {
+            assert!(told(host).contains("ssh -L 4000:127.0.0.1:4000"), "{}", told(host));
+        }
+        assert!(!told("evil.example:8080").contains("4000"), "no page from elsewhere learns the number");
         assert_eq!(asked(Method::GET, "/TOKEN/", &[]), Err(403));
         assert_eq!(asked(Method::GET, "/TOKEN/", &[HERE, HERE]), Err(403));
     }

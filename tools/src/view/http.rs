@@ -141,7 +141,7 @@ async fn reply(server: &PageServer, request: Request<Incoming>) -> Reply {
     match way(request.method(), uri.path(), request.headers(), server.port, &server.token) {
         Ok(Route::Asset(name)) => match asset(name) {
             Some(asset) => content(StatusCode::OK, asset.kind, asset.text),
-            None => refused(Denial(StatusCode::NOT_FOUND, "there is no such file")),
+            None => refused(Denial(StatusCode::NOT_FOUND, "there is no such file".into())),
         },
         Ok(Route::Ask) => answered(server, request.into_body()).await,
         Ok(Route::Picture) => picture(server, after(uri.query())).await,

@@ -44,6 +44,8 @@ pub(crate) struct ViewPage {
     listener: TcpListener,
     server: Arc<PageServer>,
     watching: Option<pictures::PictureThread>,
+    /// Whose daemon is asked; none when only a data directory is looked at.
+    place: Option<Place>,
 }
 
 impl ViewPage {
@@ -63,23 +65,23 @@ impl ViewPage {
         listener.set_nonblocking(true).map_err(failed)?;
         let port = listener.local_addr().map_err(failed)?.port();
         let directory = Directory::default();
-        let (live, watching) = match &wanted.data {
+        let (live, watching, place) = match &wanted.data {
             Some(data) => {
                 // Opened first, so that no page is offered of a directory that holds no memory.
                 pschema_store::past::Past::open(data)?;
                 directory.is(Some(data.clone()));
-                (None, None)
+                (None, None, None)
             }
             None => {
                 let place = Place::new(RuntimeDir::from_environment()?, wanted.name.clone());
                 let pictures = pictures::watch(place.clone())?;
-                (Some(asker::begin(place, directory.clone())?), Some(pictures))
+                (Some(asker::begin(place.clone(), directory.clone())?), Some(pictures), Some(place))
             }
         };
         let past = past::begin(directory)?;
         let pictures: Option<Pictures> = watching.as_ref().map(pictures::PictureThread::pictures);
         let server = Arc::new(PageServer { port, token: Token::draw()?, live, past, pictures });
-        Ok(Self { listener, server, watching })
+        Ok(Self { listener, server, watching, place })
     }
 
     /// The address of the page. It is shown only to the person who started it: whoever knows it can look at the learner and
@@ -88,12 +90,17 @@ impl ViewPage {
         format!("http://127.0.0.1:{}/{}/", self.server.port, self.server.token.text())
     }
 
+    /// Why the page has nothing to show yet; none where it has.
+    pub(crate) fn waits_for(&self) -> Option<String> {
+        self.place.as_ref()?.served().err().map(|error| error.to_string())
+    }
+
     /// Serves it until `stop` is raised.
     ///
     /// # Errors
     /// When the system can't.
     pub(crate) fn serve(self, stop: &Stop) -> Result<(), Failure> {
-        let Self { listener, server, watching } = self;
+        let Self { listener, server, watching, .. } = self;
         let served = http::serve(listener, server, stop);
         if let Some(watching) = watching {
             watching.end();

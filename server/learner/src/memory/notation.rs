@@ -1,9 +1,11 @@
 //! Observations, patterns and schemas as people read and write them: `object{colour=blue, field=4}`.
 
+use std::borrow::{Borrow, Cow};
 use std::fmt::{self, Display, Formatter};
 
 use crate::memory::content::Content;
 use crate::nouns::observation::{Observation, Pattern, PropertyId, Term, TypeId, Value, Variable};
+use crate::nouns::probability::Count;
 use crate::nouns::pursuit::Goal;
 use crate::nouns::schema::{Form, Schema};
 use crate::nouns::vocabulary::{Parameter, PrimitiveId, ValueKind, Vocabulary, bin, bin_middle};
@@ -150,9 +152,74 @@ pub fn primitive(vocabulary: &Vocabulary, id: PrimitiveId) -> String {
     format!("{}({})", action.name, parameters.join(", "))
 }
 
+/// Conditions side by side, as they are written on one side of a schema: `finger{field=4} & touch{}`; nothing is `∅`.
+#[must_use]
+pub fn side<S: Borrow<str>>(conditions: impl IntoIterator<Item = S>) -> String {
+    let conditions: Vec<S> = conditions.into_iter().collect();
+    if conditions.is_empty() { "∅".to_owned() } else { conditions.join(" & ") }
+}
+
+/// Outcomes side by side, each with the share of executions in which it held; none before the first of them. Those of one type
+/// that did not always hold, and whose shares leave room for it, may exclude each other, so that they are not joined as if all
+/// were expected: `(finger{field=4} 60 % or finger{field=5} 40 %) & touch{}`.
+#[must_use]
+pub fn outcomes<S: Borrow<str>>(outcomes: impl IntoIterator<Item = (S, Option<f64>)>) -> String {
+    let mut sides: Vec<Alternatives> = Vec::new();
+    for (outcome, share) in outcomes {
+        let outcome = outcome.borrow();
+        let share = share.filter(|share| *share < 1.0);
+        let written =
+            share.map_or_else(|| outcome.to_owned(), |share| format!("{outcome} {}", percent(share)));
+        // What always held leaves no room beside it.
+        let (kind, share) = (type_of(outcome), share.unwrap_or(1.0));
+        match sides.iter_mut().find(|side| side.kind == kind && side.share + share <= 1.0 + SHARES_ROUNDED) {
+            Some(side) => {
+                side.share += share;
+                side.written.push(written);
+            }
+            None => sides.push(Alternatives { kind: kind.to_owned(), share, written: vec![written] }),
+        }
+    }
+    side(sides.iter().map(|side| match side.written.as_slice() {
+        [only] => only.clone(),
+        several => format!("({})", several.join(" or ")),
+    }))
+}
+
+/// Outcomes of one type that may exclude each other.
+struct Alternatives {
+    kind: String,
+    /// The sum of their shares.
+    share: f64,
+    written: Vec<String>,
+}
+
+/// Shares that are more than all by this add up to all: each of them is rounded.
+const SHARES_ROUNDED: f64 = 1e-9;
+
+/// The part of an outcome that says its type.
+fn type_of(outcome: &str) -> &str {
+    outcome.split_once('{').map_or(outcome, |(kind, _)| kind)
+}
+
+/// A share that is not all; unless it is nothing, it does not look so.
+fn percent(share: f64) -> String {
+    match (share * 100.0).round() {
+        0.0 if share > 0.0 => "<1 %".to_owned(),
+        100.0 => ">99 %".to_owned(),
+        percent => format!("{percent} %"),
+    }
+}
+
+/// The share of times in which something happened; none where it never could.
+#[must_use]
+pub fn share(count: Count) -> Option<f64> {
+    (count.trials > 0).then(|| count.ratio())
+}
+
 /// A schema as text, in its three parts. It prints as they are written on one line:
 /// `object{field=4} / move(j1=0.43, j2=0.84) / finger{field=4} & touch{}`; nothing is `∅`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SchemaText {
     /// Its pre-conditions.
     pub pre: Vec<String>,
@@ -160,15 +227,15 @@ pub struct SchemaText {
     pub action: String,
     /// Its post-conditions.
     pub post: Vec<String>,
+    /// The share of executions in which each of them held; none before the first.
+    pub post_shares: Vec<Option<f64>>,
 }
 
 impl Display for SchemaText {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let side = |conditions: &[String]| match conditions.len() {
-            0 => "∅".to_owned(),
-            _ => conditions.join(" & "),
-        };
-        write!(f, "{} / {} / {}", side(&self.pre), self.action, side(&self.post))
+        let shares = self.post_shares.iter().copied().chain(std::iter::repeat(None));
+        let post = outcomes(self.post.iter().map(String::as_str).zip(shares));
+        write!(f, "{} / {} / {post}", side(self.pre.iter().map(String::as_str)), self.action)
     }
 }
 
@@ -189,6 +256,7 @@ pub fn schema_text(content: &Content, schema: &Schema) -> SchemaText {
                 pre: concrete.pre.iter().map(|o| show(*o)).collect(),
                 action: primitive(vocabulary, concrete.action),
                 post: concrete.post.iter().map(|p| outcome(show(p.what), p.absent)).collect(),
+                post_shares: concrete.post.iter().map(|p| share(p.count)).collect(),
             }
         }
         Form::Generalised(generalised) => {
@@ -197,8 +265,21 @@ pub fn schema_text(content: &Content, schema: &Schema) -> SchemaText {
                 pre: generalised.pre.iter().map(show).collect(),
                 action: format!("achieve {}", goal(vocabulary, &generalised.target)),
                 post: generalised.post.iter().map(|p| outcome(show(&p.what), p.absent)).collect(),
+                post_shares: generalised.post.iter().map(|p| share(p.count)).collect(),
             }
         }
+    }
+}
+
+/// The longest text that is quoted whole, in characters.
+const QUOTED_MAX: usize = 80;
+
+/// A text that somebody gave, as an error quotes it: cut where it is long.
+#[must_use]
+pub fn brief(text: &str) -> Cow<'_, str> {
+    match text.char_indices().nth(QUOTED_MAX) {
+        None => Cow::Borrowed(text),
+        Some((cut, _)) => Cow::Owned(format!("{}… ({} bytes)", &text[..cut], text.len())),
     }
 }
 
@@ -263,12 +344,12 @@ fn parse_with(
     text: &str,
     variables: &mut Vec<String>,
 ) -> Result<Pattern, PatternError> {
-    let form = || PatternError::Form(text.to_owned());
+    let form = || PatternError::Form(brief(text).into_owned());
     let (name, parts) = words(text).ok_or_else(form)?;
     let properties: Vec<_> = parts.map(|part| part.pair).collect::<Option<_>>().ok_or_else(form)?;
     let list = |names: Vec<&str>| names.join(", ");
     let kind = vocabulary.type_named(name).ok_or_else(|| PatternError::Type {
-        name: name.to_owned(),
+        name: brief(name).into_owned(),
         known: list(vocabulary.types().iter().map(|t| t.declared.name.as_str()).collect()),
     })?;
     let declared = &vocabulary.types()[usize::from(kind.0)];
@@ -277,7 +358,7 @@ fn parse_with(
         let at = declared.declared.properties.iter().position(|p| p.name == property);
         let at = at.ok_or_else(|| PatternError::Property {
             kind: name.to_owned(),
-            name: property.to_owned(),
+            name: brief(property).into_owned(),
             known: list(declared.declared.properties.iter().map(|p| p.name.as_str()).collect()),
         })?;
         let term = match given.strip_prefix('$') {
@@ -304,8 +385,11 @@ fn parse_value(
     kind: &ValueKind,
     given: &str,
 ) -> Result<Value, PatternError> {
-    let wrong =
-        |wanted| PatternError::Value { property: property.to_owned(), value: given.to_owned(), wanted };
+    let wrong = |wanted| PatternError::Value {
+        property: property.to_owned(),
+        value: brief(given).into_owned(),
+        wanted,
+    };
     match kind {
         ValueKind::Integer => given
             .parse()
@@ -384,7 +468,7 @@ pub fn parse_primitive(
 ) -> Result<PrimitiveId, PrimitiveError> {
     let squeeze = |text: &str| text.chars().filter(|c| !c.is_whitespace()).collect::<String>();
     let given = squeeze(text);
-    let form = || PrimitiveError::Form(text.to_owned());
+    let form = || PrimitiveError::Form(brief(text).into_owned());
     let (name, rest) = given.split_once('(').ok_or_else(form)?;
     let inner = rest.strip_suffix(')').ok_or_else(form)?;
     let printed: Vec<_> = repertoire.iter().map(|id| (*id, primitive(vocabulary, *id))).collect();
@@ -402,11 +486,11 @@ pub fn parse_primitive(
         let mut known: Vec<_> = printed.iter().filter_map(|(_, p)| Some(p.split_once('(')?.0)).collect();
         known.sort_unstable();
         known.dedup();
-        return Err(PrimitiveError::Action { name: name.to_owned(), known: known.join(", ") });
+        return Err(PrimitiveError::Action { name: brief(name).into_owned(), known: known.join(", ") });
     }
     like.sort_by(|a, b| a.0.total_cmp(&b.0));
     let nearest: Vec<_> = like.iter().take(NEAREST_NAMED).map(|(_, printed)| printed.as_str()).collect();
-    Err(PrimitiveError::Parameters { given: text.to_owned(), nearest: nearest.join(", ") })
+    Err(PrimitiveError::Parameters { given: brief(text).into_owned(), nearest: nearest.join(", ") })
 }
 
 /// How far apart two lists of parameters are, as they print: squares of differences of numbers, and much for

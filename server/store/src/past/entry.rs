@@ -185,11 +185,11 @@ impl Wording {
     }
 
     fn list(&self, observations: &[Observation]) -> String {
-        listed(observations.iter().map(|one| self.observation(one)))
+        notation::side(observations.iter().map(|one| self.observation(one)))
     }
 
     fn patterns(&self, patterns: &[Pattern]) -> String {
-        listed(patterns.iter().map(|one| notation::pattern(&self.0, one)))
+        notation::side(patterns.iter().map(|one| notation::pattern(&self.0, one)))
     }
 
     /// An effect as a sentence.
@@ -221,13 +221,17 @@ impl Wording {
                     post.iter().map(|(what, absent)| notation::outcome(self.observation(what), *absent));
                 let exception = contradicts.map_or(String::new(), |id| format!(", an exception to {}", id.0));
                 let action = notation::primitive(&self.0, *action);
-                format!("a schema is made: {} / {action} / {}{exception}", self.list(pre), listed(post))
+                format!(
+                    "a schema is made: {} / {action} / {}{exception}",
+                    self.list(pre),
+                    notation::side(post)
+                )
             }
             Effect::Generalised { pre, target, post, examples, .. } => {
                 let post = post
                     .iter()
                     .map(|(what, absent)| notation::outcome(notation::pattern(&self.0, what), *absent));
-                let (pre, target, post) = (self.patterns(pre), self.patterns(target), listed(post));
+                let (pre, target, post) = (self.patterns(pre), self.patterns(target), notation::side(post));
                 let examples: Vec<_> = examples.iter().map(|id| id.0.to_string()).collect();
                 format!(
                     "a generalised schema is made: {pre} / achieve {target} / {post}, of examples {}",
@@ -338,10 +342,4 @@ fn executed(schema: u32, success: bool, post: &[Score]) -> String {
     let verdict = if success { "as predicted" } else { "not as predicted" };
     let outcomes = if known == 1 { "outcome" } else { "outcomes" };
     format!("schema {schema} was executed, {verdict}: {held} of {known} {outcomes} held")
-}
-
-/// Conditions side by side; `∅` if there are none.
-fn listed(things: impl Iterator<Item = String>) -> String {
-    let things: Vec<_> = things.collect();
-    if things.is_empty() { "∅".to_owned() } else { things.join(" & ") }
 }

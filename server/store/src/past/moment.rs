@@ -135,7 +135,14 @@ impl Past {
             let why = "steps are counted from 1".to_owned();
             return Err(PastError::Undecided { step, why });
         };
-        let mut rebuilt = self.rebuild(Some(before))?;
+        // Memory as it was before the step is looked for; the step itself is what was asked about.
+        let mut rebuilt = self.rebuild(Some(before)).map_err(|error| match error {
+            PastError::Beyond { path, last, .. } => PastError::Beyond { path, asked: step, last },
+            PastError::Before { path, first, .. } => {
+                PastError::Before { path, asked: step, first: first + 1 }
+            }
+            error => error,
+        })?;
         let Some(Record::Batch { step: next, at_unix_ms, cause: Cause::Step(input), effects }) =
             rebuilt.next.take()
         else {

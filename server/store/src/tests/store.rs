@@ -283,6 +283,24 @@ fn a_memory_begun_with_something_else_is_refused() {
 }
 
 /// Effects survive the disk as they are.
+/// A body that declares names which no pattern can name is refused when it attaches. A memory that knows such names from
+/// before is found again.
+#[test]
+fn names_that_are_refused_today_are_found_again() {
+    let twin = Twin::new();
+    let (mut learner, mut store, _) = opened(&twin, 1, 1 << 20).unwrap();
+    let mut odd = declaration();
+    "a{b=c}".clone_into(&mut odd.observation_types[1].name);
+    "$x, y".clone_into(&mut odd.observation_types[1].properties[0].name);
+    let (_, mut effects) = learner.declare(odd).unwrap();
+    effects.extend(learner.symbol("\u{202e}red").1);
+    let change = Change { cause: Cause::Declared("row"), at_unix_ms: 0, effects: &effects };
+    store.append(&change, learner.memory().content()).unwrap();
+    store.finish(learner.memory()).unwrap();
+    let (again, ..) = opened(&twin, 1, 1 << 20).unwrap();
+    assert_eq!(digest(again.memory().content()), digest(learner.memory().content()));
+}
+
 #[test]
 fn effects_come_back_as_they_were() {
     let mut world = World::new(9);

@@ -14,8 +14,9 @@ pub(crate) mod svg;
 mod tests;
 
 use pschema_inspect::{Graph, GraphNode, GraphScope, GraphTie, SchemaKind};
+use pschema_learner::notation::{outcomes, side};
 
-use super::words::{count, plain, side};
+use super::words::{count, figure, plain, summary_text};
 
 /// How a node is drawn: by its kind, or as an example of a generalised schema that is in the picture too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,8 +104,9 @@ pub(crate) const TIES: [GraphTie; 6] = [
 /// The three parts of a schema as they print.
 pub(crate) fn parts(node: &GraphNode) -> Option<[String; 3]> {
     let schema = node.schema.as_ref()?;
-    let written = |list: &[String]| side(list.iter().map(|one| plain(one)));
-    Some([written(&schema.pre), plain(&schema.action), written(&schema.post)])
+    let text = summary_text(schema);
+    let shares = text.post_shares.into_iter().chain(std::iter::repeat(None));
+    Some([side(text.pre), text.action, outcomes(text.post.into_iter().zip(shares))])
 }
 
 /// Everything about a node, over some lines.
@@ -141,7 +143,8 @@ pub(crate) fn heading(graph: &Graph) -> String {
         (GraphScope::Around, Some(id)) => format!("around schema {id}"),
         (GraphScope::Goal, _) => {
             let goal: Vec<_> = graph.goal.iter().map(|one| plain(one)).collect();
-            let sure = graph.probability.map_or_else(String::new, |p| format!(", probability {p:.2}"));
+            let sure =
+                graph.probability.map_or_else(String::new, |p| format!(", probability {}", figure(p, 2)));
             format!("the chain to {}{sure}", goal.join(" and "))
         }
         _ => "all that is known".to_owned(),

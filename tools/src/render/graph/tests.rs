@@ -18,6 +18,7 @@ fn schema(id: u32, pre: &[&str], action: &str, post: &[&str], kind: SchemaKind) 
         pre: texts(pre),
         action: action.to_owned(),
         post: texts(post),
+        post_shares: vec![Some(1.0); post.len()],
         executions: 4,
         successes: 3,
         probability: 0.75,

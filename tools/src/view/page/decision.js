@@ -70,8 +70,8 @@ function terms(one, most) {
     el("td", { class: "code" }, written(term.observation)),
     el("td", { class: "code" }, written(term.seen)),
     el("td", { class: "n" }, String(term.shared)),
-    el("td", { class: "n" }, share(term.probability)),
-    el("td", { class: "n" }, share(term.weight)),
+    el("td", { class: "n" }, level(term.probability)),
+    el("td", { class: "n" }, level(term.weight)),
     el("td", { class: "n" }, String(term.attention + 1)),
     el("td", { class: "n" }, level(term.value)),
     el("td", {}, el("span", { class: "bar", "aria-hidden": "true" }, part(term, most)))));

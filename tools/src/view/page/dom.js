@@ -35,8 +35,12 @@ export function isBeingRead(node) {
 export const whole = (number) => Number(number).toLocaleString("en");
 export const share = (number) => Number(number).toFixed(2);
 
-/** An excitation, with three digits after the point as everywhere. */
-export const level = (number) => Number(number).toFixed(3);
+/** A figure of excitation: with three decimals, or if it is small, with three digits that say something. */
+export function level(number) {
+  const size = Math.abs(number);
+  if (size === 0 || size >= 0.1) return Number(number).toFixed(3);
+  return size < 1e-5 ? Number(number).toExponential(2) : Number(number).toPrecision(3);
+}
 
 export function duration(us) {
   if (us < 1000) return `${us.toFixed(0)} µs`;
@@ -63,8 +67,27 @@ export function observation(one) {
 /** The values of variables as they are written; empty for none. */
 export const binding = (values) => Object.entries(values).map(([name, known]) => `$${name}=${value(known)}`).join(", ");
 
+/** Outcomes as they are written. Those of one type that did not always hold, and whose shares leave room for it, may exclude each other. */
+function outcomes(post, shares) {
+  const rounded = (share) => (share > 0 && share < 0.005 ? "<1" : share >= 0.995 ? ">99" : Math.round(share * 100));
+  const sides = [];
+  post.forEach((outcome, at) => {
+    const share = shares[at] ?? 1;
+    const [kind] = outcome.split("{");
+    const written = share < 1 ? `${outcome} ${rounded(share)} %` : outcome;
+    const side = sides.find((one) => one.kind === kind && one.share + share <= 1 + 1e-9);
+    if (side === undefined) {
+      sides.push({ kind, share, written: [written] });
+    } else {
+      side.share += share;
+      side.written.push(written);
+    }
+  });
+  return sides.map((side) => (side.written.length > 1 ? `(${side.written.join(" or ")})` : side.written[0]));
+}
+
 /** A schema as it is written. */
 export function notation(schema) {
   const side = (list) => (list.length === 0 ? "∅" : list.join(" & "));
-  return `${side(schema.pre)} / ${schema.action} / ${side(schema.post)}`;
+  return `${side(schema.pre)} / ${schema.action} / ${side(outcomes(schema.post, schema.post_shares))}`;
 }

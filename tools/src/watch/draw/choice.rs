@@ -7,7 +7,7 @@ use super::super::state::State;
 use super::canvas::Canvas;
 use super::text::WrappedText;
 use crate::render::goals;
-use crate::render::words::{count, notation, plain, with_values};
+use crate::render::words::{count, figure, notation, plain, with_values};
 
 pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
     let theme = canvas.theme;
@@ -42,26 +42,29 @@ fn because(explanation: &Explanation) -> String {
 fn one(text: &mut WrappedText, candidate: &Candidate, mark: &str, style: Style) {
     let who = candidate.schema.map_or_else(|| "new".to_owned(), |id| id.to_string());
     let what = format!("d {}  {}", candidate.distance, with_values(&candidate.text, &candidate.binding));
-    text.wrapped(&format!("{mark}E {:<6.3} {who:>5}  ", candidate.excitation), &what, style);
+    text.wrapped(&format!("{mark}E {:<6} {who:>5}  ", figure(candidate.excitation, 3)), &what, style);
     for term in &candidate.terms {
-        text.wrapped(&format!("      {:>6.3}  ", term.value), &told(term), Style::new());
+        text.wrapped(&format!("      {:>6}  ", figure(term.value, 3)), &told(term), Style::new());
     }
 }
 
 fn told(term: &ExcitationTerm) -> String {
+    let weight = figure(term.weight, 2);
     match (&term.observation, &term.seen, term.role) {
         (Some(remembered), Some(seen), role) => {
             let (remembered, seen) = (notation(remembered), notation(seen));
             let like = if remembered == seen { String::new() } else { format!(" like {seen}") };
             format!(
-                "{role} {remembered}{like}: {} shared x p {:.2} x w {:.2} / (1 + N {})",
-                term.shared, term.probability, term.weight, term.attention
+                "{role} {remembered}{like}: {} shared x p {} x w {weight} / (1 + N {})",
+                term.shared,
+                figure(term.probability, 2),
+                term.attention
             )
         }
         (_, _, TermRole::Rest) => "all other terms".to_owned(),
         (_, _, TermRole::Babbling) => {
-            format!("babbling: never tried here, w {:.2} / (1 + N {})", term.weight, term.attention)
+            format!("babbling: never tried here, w {weight} / (1 + N {})", term.attention)
         }
-        (_, _, role) => format!("{role}, w {:.2} / (1 + N {})", term.weight, term.attention),
+        (_, _, role) => format!("{role}, w {weight} / (1 + N {})", term.attention),
     }
 }

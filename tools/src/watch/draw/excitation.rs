@@ -11,14 +11,14 @@ use ratatui::widgets::{Sparkline, Widget};
 use super::super::state::State;
 use super::canvas::Canvas;
 use super::text::WrappedText;
-use crate::render::words::plain;
+use crate::render::words::{figure, plain};
 
 /// Columns to the left of the curve, for its scale and the names of the marks.
 const GUTTER: u16 = 9;
 /// With fewer rows than this, the last kind of mark is left out so that the curve has room.
 const ROWS_FOR_ALL: u16 = 8;
-/// The curve is drawn in thousandths of an excitation.
-const PARTS: f64 = 1000.0;
+/// The curve is drawn in thousandths of its highest excitation, however small that is.
+const PARTS: u64 = 1000;
 
 /// One row of marks below the curve.
 struct MarkRow {
@@ -62,20 +62,14 @@ pub(super) fn curve(state: &State, canvas: Canvas, to: &mut Buffer) -> String {
             clippy::cast_sign_loss,
             reason = "not negative, and drawn coarsely"
         )]
-        let height = (steps.iter().map(|step| top(step)).fold(0.0, f64::max) * PARTS) as u64;
+        let height = (steps.iter().map(|step| top(step)).fold(0.0, f64::max) / highest * PARTS as f64) as u64;
         height
     });
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "not negative, and drawn coarsely"
-    )]
-    let max = ((highest * PARTS) as u64).max(1);
-    Sparkline::default().data(heights.collect::<Vec<_>>()).max(max).style(theme.curve()).render(curve, to);
+    Sparkline::default().data(heights.collect::<Vec<_>>()).max(PARTS).style(theme.curve()).render(curve, to);
     let label = |y: u16, text: &str, style: Style, to: &mut Buffer| {
         to.set_stringn(area.x, y, format!("{text:>8} "), usize::from(GUTTER.min(area.width)), style);
     };
-    label(curve.y, &format!("{highest:.2}"), Style::new(), to);
+    label(curve.y, &figure(highest, 2), Style::new(), to);
     if curve.height > 1 {
         label(curve.bottom() - 1, "0", theme.quiet(), to);
     }
@@ -93,7 +87,7 @@ pub(super) fn curve(state: &State, canvas: Canvas, to: &mut Buffer) -> String {
 }
 
 fn title(state: &State) -> String {
-    let now = state.excitation_top().map_or_else(String::new, |top| format!(" {top:.2}"));
+    let now = state.excitation_top().map_or_else(String::new, |top| format!(" {}", figure(top, 2)));
     match state.steps_per_column {
         1 => format!("excitation{now}"),
         many => format!("excitation{now}, {many} steps/column"),
@@ -127,9 +121,9 @@ pub(super) fn steps(state: &State, canvas: Canvas) -> WrappedText {
                     decision.schema.map_or_else(|| "no schema yet".to_owned(), |id| format!("schema {id}"));
                 let general = if decision.generalised { ", general" } else { "" };
                 format!(
-                    "E {:.2} of {:.2}  {}  ({schema}{general}, {})",
-                    decision.excitation,
-                    decision.excitation_top,
+                    "E {} of {}  {}  ({schema}{general}, {})",
+                    figure(decision.excitation, 2),
+                    figure(decision.excitation_top, 2),
                     plain(&decision.action),
                     decision.reason
                 )

@@ -7,7 +7,7 @@ use super::super::state::State;
 use super::canvas::Canvas;
 use super::text::WrappedText;
 use crate::render::goals;
-use crate::render::status::{habituation, memory, saturation, state as stage_state, trial};
+use crate::render::status::{failure_reason, habituation, memory, saturation, state as stage_state, trial};
 use crate::render::words::{count, duration, plain};
 
 /// Columns of a bar.
@@ -52,6 +52,10 @@ pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
         fact("body", &told(body));
         if let Some(refusal) = &body.last_refusal {
             fact("! refused", &format!("{}, last of all: {}", body.frames_refused, plain(refusal)));
+        }
+        if let Some(failure) = &body.last_failure {
+            let (outcome, step) = (failure.outcome, failure.step);
+            fact("! order", &format!("{outcome} in step {step}: {}", failure_reason(failure)));
         }
     }
     if status.bodies.is_empty() {

@@ -54,6 +54,7 @@ pub(super) fn schema(id: u32, kind: SchemaKind, executions: u32) -> SchemaSummar
         } else {
             vec![format!("finger{{colour=green, field={field}}}")]
         },
+        post_shares: vec![Some(1.0); if general { 2 } else { 1 }],
         executions,
         successes: executions,
         probability: 1.0,
@@ -207,7 +208,17 @@ pub(super) fn live() -> Live {
         schemas_total: 227,
         schemas_concrete: 226,
         schemas_generalised: 1,
-        bodies: vec![body(3, "sim-1", BodyState::Attached), body(1, "sim-1", BodyState::Left)],
+        bodies: vec![
+            BodyStatus {
+                last_failure: Some(OrderFailure {
+                    outcome: FailedOutcome::Refused,
+                    reason: Some("the arm does not reach 0.1, 2.7".to_owned()),
+                    step: 1_200,
+                }),
+                ..body(3, "sim-1", BodyState::Attached)
+            },
+            body(1, "sim-1", BodyState::Left),
+        ],
         steps_per_s: 12.3,
         step_latency_us_p50: 55.0,
         step_latency_us_p99: 180.0,
