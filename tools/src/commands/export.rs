@@ -1,13 +1,11 @@
 //! `pschema export`: a memory as JSON Lines.
 
-use std::fs::Permissions;
 use std::io::{self, BufWriter, Write};
-use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use pschema_inspect::StatusQuery;
-use pschema_process::{Stop, say};
+use pschema_process::{Occupied, OutputFile, Stop, say};
 use pschema_protocol::domain::LearnerName;
 use pschema_store::past::Past;
 use pschema_store::past::export::{ExportError, ExportSummary};
@@ -26,6 +24,9 @@ pub(crate) struct ExportArgs {
     /// Write to this file, which must not be there yet; to stdout unless named
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Replace the file if it is there
+    #[arg(long, requires = "output")]
+    overwrite: bool,
 }
 
 /// How often a person is told how far it is, in lines.
@@ -42,6 +43,11 @@ impl From<ExportError> for Failure {
 
 pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
     let stop = Stop::on_signals()?;
+    let file = args.output.as_deref().map(|path| {
+        // What a learner knows is its owner's.
+        OutputFile::prepare(path, Occupied::overwritten(args.overwrite)).and_then(OutputFile::private)
+    });
+    let file = file.transpose()?;
     let DataArgs { data, until } = &args.memory.data;
     let directory = match data {
         Some(directory) => directory.clone(),
@@ -56,16 +62,17 @@ pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
             bar.show(lines, lines, "lines".to_owned());
         }
     };
-    let mut write = |to: &mut dyn Write| {
+    let write = |to: &mut dyn Write| {
         let mut to = BufWriter::new(Stoppable { to, stop: &stop });
         past.export(&moment, &mut to, told)
     };
-    let written = match &args.output {
-        None => write(&mut io::stdout().lock()).map_err(Failure::from),
-        Some(file) => to_file(file, &mut write),
+    let written = match file {
+        None => write(&mut io::stdout().lock()).map(|summary| (summary, None)),
+        Some(mut file) => write(&mut file).map(|summary| (summary, Some(file))),
     };
     stop.check()?;
-    let ExportSummary { lines, memory_digest } = written?;
+    let (ExportSummary { lines, memory_digest }, file) = written?;
+    file.map(OutputFile::finish).transpose()?;
     drop(bar);
     if let Some(file) = args.output.as_ref().filter(|_| !general.quiet()) {
         say(&format!("{}: {lines} lines, memory of step {step}, digest {memory_digest}", file.display()));
@@ -81,27 +88,6 @@ fn served(name: &LearnerName) -> Result<PathBuf, Failure> {
             "the memory of {name} is in RAM only, so it can't be exported: start its daemon with --data DIR"
         ))),
     }
-}
-
-/// Writes a file that is there whole or not at all.
-fn to_file(
-    file: &Path,
-    write: &mut dyn FnMut(&mut dyn Write) -> Result<ExportSummary, ExportError>,
-) -> Result<ExportSummary, Failure> {
-    let failed =
-        |error: &dyn std::fmt::Display| Failure::Failed(format!("cannot write {}: {error}", file.display()));
-    if file.exists() {
-        return Err(failed(&"it is there already"));
-    }
-    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // What a learner knows is its owner's.
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".pschema-export-").permissions(Permissions::from_mode(0o600));
-    let mut temporary = builder.tempfile_in(parent).map_err(|error| failed(&error))?;
-    let summary = write(&mut temporary)?;
-    temporary.as_file().sync_all().map_err(|error| failed(&error))?;
-    temporary.persist_noclobber(file).map_err(|error| failed(&error.error))?;
-    Ok(summary)
 }
 
 /// Stops writing when this process is asked to stop.

@@ -1,10 +1,10 @@
 //! `pschema graph`.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use pschema_inspect::{Graph, GraphQuery};
+use pschema_process::{Occupied, OutputFile};
 
 use crate::args::{General, MemoryArgs};
 use crate::failure::Failure;
@@ -35,9 +35,12 @@ pub(crate) struct GraphArgs {
     /// A picture for browsers, a text for Graphviz, or data
     #[arg(long, value_enum, default_value_t)]
     format: GraphFormat,
-    /// Write it to this file; to stdout unless named
+    /// Write it to this file, which must not be there yet; to stdout unless named
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Replace the file if it is there
+    #[arg(long, requires = "out")]
+    overwrite: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -52,14 +55,14 @@ enum GraphFormat {
 }
 
 pub(crate) fn run(args: GraphArgs, general: &General) -> Result<(), Failure> {
+    let occupied = Occupied::overwritten(args.overwrite);
+    let file = args.out.as_deref().map(|path| OutputFile::prepare(path, occupied)).transpose()?;
     let mut memory = asked(&args.memory, general)?;
     let query = GraphQuery { around: args.around, depth: args.depth, goal: args.goal, limit: args.limit };
     let graph = memory.ask(query)?;
     let text = written(&graph, args.format)?;
-    let Some(path) = &args.out else { return output::print(&text) };
-    let failed = |error| Failure::Failed(format!("cannot write {}: {error}", path.display()));
-    let mut file = std::fs::File::create(path).map_err(failed)?;
-    file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(failed)
+    let Some(file) = file else { return output::print(&text) };
+    Ok(file.hold(text.as_bytes())?)
 }
 
 fn written(graph: &Graph, format: GraphFormat) -> Result<String, Failure> {
