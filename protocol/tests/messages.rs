@@ -489,3 +489,32 @@ fn a_body_is_driven_without_any_transport() {
     assert_eq!(error.to_string(), "the action (add): parameter amount = 4 is outside 1..=3");
     assert_eq!((body.orders(), body.body().acted), (10, 30));
 }
+
+/// The page says that reserved fields are not checked, as is everything beyond a count or a length.
+#[test]
+fn reserved_fields_are_ignored() {
+    let description = counter_description();
+    let mut hello = encode::hello(&description, 1, 2).unwrap();
+    let plain = decode::hello(&hello).unwrap();
+    for one in &mut hello.head.observation_types {
+        one.reserved = u32::MAX;
+        one.properties.iter_mut().for_each(|property| property.reserved = u32::MAX);
+    }
+    for one in hello.head.actions.iter_mut().chain(&mut hello.head.scene_commands) {
+        one.reserved = [u32::MAX; 2];
+        one.parameters.iter_mut().for_each(|parameter| parameter.reserved = u32::MAX);
+    }
+    let beyond = hello.head.name.length as usize;
+    hello.head.name.bytes[beyond..].fill(0xff);
+    assert_eq!(decode::hello(&hello).unwrap(), plain);
+    let mut frame =
+        encode::frame(FrameHeader { session: 7, sequence: 1, ..FrameHeader::default() }, None, Vec::new());
+    frame.header.reserved = u32::MAX;
+    SessionChecks::new(7, description.clone()).check(&frame).unwrap();
+    let mut welcome = encode::welcome(7, "demo");
+    welcome.reserved = u32::MAX;
+    assert!(matches!(decode::welcome(&welcome).unwrap(), Admission::Accepted { session: 7, .. }));
+    let mut reply = encode::reply(7, 1, &Reply::Wait { ms: 5 });
+    (reply.reserved, reply.reserved_end) = (u32::MAX, u32::MAX);
+    assert_eq!(decode::reply(&reply, &description, 7, 1).unwrap(), Reply::Wait { ms: 5 });
+}

@@ -329,7 +329,8 @@ impl Daemon {
         if self.ends_at.is_some() {
             return Err(Refusal::Unwilling { reason: "the daemon is ending".to_owned() });
         }
-        let (session, mut effects) = self.sessions.open(hello, self.mind.learner_mut(), self.hosting.accept_changes)?;
+        let (session, mut effects) =
+            self.sessions.open(hello, self.mind.learner_mut(), self.hosting.accept_changes)?;
         if let Some(session) = self.sessions.get(session) {
             effects.extend(self.mind.examine(session));
         }

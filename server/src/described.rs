@@ -105,7 +105,11 @@ fn shortened(line: &str) -> String {
         None => line.to_owned(),
         Some((at, _)) => {
             let digest = blake3::hash(line.as_bytes()).to_hex();
-            format!("{}… (digest {})", line.get(..at).unwrap_or_default(), digest.get(..16).unwrap_or_default())
+            format!(
+                "{}… (digest {})",
+                line.get(..at).unwrap_or_default(),
+                digest.get(..16).unwrap_or_default()
+            )
         }
     }
 }
@@ -126,8 +130,8 @@ mod tests {
     fn body(fields: i64) -> Description {
         let mut body = Description::new("arm", "row");
         let field = || Property::integer("field", 0..=fields).unit("cm");
-        body.observation(ObservationType::state("finger").own().property(field()));
-        body.observation(ObservationType::event("touch"));
+        let _ = body.observation(ObservationType::state("finger").own().property(field()));
+        let _ = body.observation(ObservationType::event("touch"));
         body.action_with_primitives(ActionType::new("move").parameter(field()));
         body
     }
@@ -149,7 +153,7 @@ mod tests {
         let before = text(&body(2));
         assert_eq!(differences(&before, &before), Vec::<String>::new());
         let mut more = body(2);
-        more.observation(ObservationType::event("sound"));
+        let _ = more.observation(ObservationType::event("sound"));
         assert_eq!(differences(&before, &text(&more)), Vec::<String>::new());
         assert_eq!(
             differences(&text(&more), &before),
@@ -170,7 +174,8 @@ mod tests {
         let symbols = |last: &str| {
             let mut body = Description::new("arm", "row");
             let all = (0..200).map(|at| format!("symbol{at}")).chain([last.to_owned()]);
-            body.observation(ObservationType::state("object").property(Property::symbol("colour", all)));
+            let _ =
+                body.observation(ObservationType::state("object").property(Property::symbol("colour", all)));
             text(&body)
         };
         assert!(symbols("red").lines().all(|line| line.chars().count() < LINE_CHARS_MAX + 40));

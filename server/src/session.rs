@@ -45,7 +45,8 @@ pub enum AttachError {
     /// The body describes itself otherwise than before.
     #[error(
         "it declares otherwise than before, so what was learnt with it would be of something else: {}. If that is meant, \
-         start the daemon with --accept-changes; or begin another memory", described::told(differences)
+         start the daemon with --accept-changes; or begin another memory",
+        described::told(differences)
     )]
     Changed {
         /// Each part that differs: as it was and as it is.

@@ -52,8 +52,9 @@ impl Sessions {
         }
         self.last += 1;
         // A declaration that contradicts what was learnt stays wrong however often it is tried.
-        let refused = |error: AttachError| {
-            Refusal::Declaration { place: format!("body {body}"), problem: error.to_string() }
+        let refused = |error: AttachError| Refusal::Declaration {
+            place: format!("body {body}"),
+            problem: error.to_string(),
         };
         let text = described::text(&hello.description);
         let content = learner.memory().content();

@@ -229,3 +229,60 @@ conform! {
     grid_world_example: GridWorld;
     adept_on_emulator: Adept;
 }
+
+/// What the command that examines bodies of any language says of the body that `command` starts.
+fn examined(command: &str) -> (Option<i32>, serde_json::Value) {
+    let sandbox = Sandbox::new(BINARY);
+    let examined = sandbox.run(&["conformance", "--command", command, "--json"]);
+    let found: serde_json::Value =
+        serde_json::from_str(&examined.stdout).unwrap_or_else(|_| panic!("{examined:?}"));
+    (examined.code(), found)
+}
+
+#[test]
+fn the_command_passes_the_bodies_of_this_repository() {
+    for command in [
+        format!("{BINARY} sim --world narrow"),
+        format!("{} --name default", env!("CARGO_BIN_EXE_pschema-grid-world")),
+    ] {
+        let (code, found) = examined(&command);
+        assert_eq!((code, &found["ok"]), (Some(0), &serde_json::json!(true)), "{found:#}");
+        let checks = found["checks"].as_array().unwrap();
+        assert!(checks.len() >= 14 && checks.iter().all(|check| check["verdict"] == "passed"), "{found:#}");
+    }
+}
+
+#[test]
+fn the_command_says_what_a_broken_body_does_wrong() {
+    let (code, found) = examined(&format!("{} broken default b", env!("CARGO_BIN_EXE_pschema-test-peer")));
+    assert_eq!((code, &found["ok"]), (Some(1), &serde_json::json!(false)), "{found:#}");
+    let check = |name: &str| {
+        let checks = found["checks"].as_array().unwrap();
+        checks.iter().find(|check| check["name"] == name).unwrap_or_else(|| panic!("no {name} in {found:#}"))
+    };
+    for name in ["hello", "sequence", "pause"] {
+        assert_eq!(check(name)["verdict"], "passed", "{found:#}");
+    }
+    for (name, problem) in [
+        ("rest", "it sent its next frame after"),
+        ("actions", "refusal 7"),
+        ("refused-frame", "refusal 7"),
+        ("session", "where a hello was due"),
+        ("restart", "the body ended"),
+        ("sigterm", "signal: 15"),
+        ("sent-away", "frame"),
+    ] {
+        let check = check(name);
+        let told = check["problem"].as_str().unwrap_or_default();
+        assert!(check["verdict"] == "failed" && told.contains(problem), "{name}: {found:#}");
+    }
+}
+
+#[test]
+fn of_a_command_that_is_no_body_nothing_else_is_tried() {
+    let (code, found) = examined("sh -c 'exit 5'");
+    assert_eq!(code, Some(1), "{found:#}");
+    let checks = found["checks"].as_array().unwrap();
+    assert!(checks[0]["problem"].as_str().unwrap().contains("the body ended (exit status: 5)"), "{found:#}");
+    assert!(checks[1..].iter().all(|check| check["verdict"] == "not_tried"), "{found:#}");
+}

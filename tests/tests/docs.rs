@@ -9,6 +9,9 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::process::Command;
 
+use pschema_protocol::description::{ActionType, Description, ObservationType, Property, Value};
+use pschema_protocol::wire::decode::{self, SessionChecks};
+use pschema_protocol::wire::{FrameHeader, encode};
 use pschema_tests::{Block, ChildProcess, Page, Sandbox};
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -278,4 +281,52 @@ fn step(page: &Page, line: usize, command: &str) -> String {
         writeln!(step, "{waits} \"$(name_of '{quoted}')\" $!").unwrap();
     }
     step
+}
+
+/// The bytes of a message of the protocol, as an author of a body in another language sees them.
+fn bytes_of<T: Copy>(message: &T) -> Vec<u8> {
+    let bytes = std::ptr::from_ref(message).cast::<u8>();
+    // SAFETY: the messages are made of integers and of arrays of integers, without padding (`protocol/src/wire/layout.rs` asserts it).
+    #[expect(unsafe_code, reason = "a message is shown as it lies in shared memory")]
+    unsafe { std::slice::from_raw_parts(bytes, size_of::<T>()) }.to_vec()
+}
+
+/// Rows of 16 bytes with their offsets, without those that are all zero.
+fn rows(bytes: &[u8]) -> String {
+    let mut text = String::new();
+    for (row, bytes) in bytes.chunks(16).enumerate().filter(|(_, bytes)| bytes.iter().any(|byte| *byte != 0))
+    {
+        let shown: Vec<_> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        writeln!(text, "{:06x}  {}", row * 16, shown.join(" ")).unwrap();
+    }
+    text
+}
+
+#[test]
+fn the_smallest_messages_are_these_bytes() {
+    let mut description = Description::new("b", "k");
+    let at = Property::integer("at", 0..=9);
+    let x = description.observation(ObservationType::state("x").own().property(at));
+    let go = description.action(ActionType::new("go"));
+    description.primitive(go, ());
+    let hello = encode::hello(&description, 4711, 0x1122_3344_5566_7788).unwrap();
+    // The repertoire follows the head.
+    let mut hello_bytes = bytes_of(&*hello.head);
+    hello.primitives.iter().for_each(|one| hello_bytes.extend(bytes_of(one)));
+    assert_eq!(x.index(), 0);
+    let wake = 0x1122_3344_5566_7788;
+    let header =
+        FrameHeader { session: 7, sequence: 1, wake, observation_count: 1, ..FrameHeader::default() };
+    let frame = encode::frame(header, None, vec![encode::record(0, &[Value::Integer(3)])]);
+    assert!(SessionChecks::new(7, decode::hello(&hello).unwrap().description).check(&frame).is_ok());
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/PROTOCOL.md")).unwrap();
+    let expected = [
+        ("hello", rows(&hello_bytes)),
+        ("header", rows(&bytes_of(&frame.header))),
+        ("frame", rows(&bytes_of(&frame.records[0]))),
+    ];
+    for (name, rows) in expected {
+        let block = format!("```{name}\n{rows}```\n");
+        assert!(page.contains(&block), "docs/PROTOCOL.md should have this:\n{block}");
+    }
 }

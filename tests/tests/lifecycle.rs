@@ -5,7 +5,7 @@
 use std::io::Write;
 use std::process::{Child, Command, Stdio};
 
-use pschema_tests::{ChildProcess, Sandbox, signal_process, until};
+use pschema_tests::{ChildProcess, Sandbox, prefix_of, shared_files, signal_process, until};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -214,6 +214,37 @@ fn a_body_outlives_a_daemon_that_is_killed_and_started_again() {
     assert_eq!(body.ended().code(), Some(0));
     assert_eq!(second.ended().code(), Some(0));
     assert_eq!(sandbox.left(), Vec::<String>::new(), "the second swept what the first left");
+}
+
+/// In a container that shares the machine's shared memory, with a runtime directory of its own, the doctor saw no process that
+/// used the files of a living daemon; it called the daemon dead, and cleaning cut it off.
+#[test]
+fn the_doctor_in_a_container_leaves_a_living_daemon_alone() {
+    let container = ["--pid", "--fork", "--mount-proc"];
+    let permitted = std::process::Command::new("unshare").args(container).arg("true").output();
+    if !permitted.is_ok_and(|output| output.status.success()) {
+        println!("this user may not make a container: not tried");
+        return;
+    }
+    let (sandbox, other) = (Sandbox::new(BINARY), Sandbox::new(BINARY));
+    let _daemon = sandbox.daemon("default", &[]);
+    let _body = sandbox.body("default", &[]);
+    let at = sandbox.past("default", 3);
+    let prefix = prefix_of(sandbox.runtime(), "default");
+    let files = || shared_files(&prefix).len();
+    let before = files();
+    let doctor = [&container[..], &[BINARY, "doctor", "--clean", "--json"]].concat();
+    let doctor = other.start_program("unshare", &doctor).finished();
+    let findings: Value = serde_json::from_str(&doctor.stdout).unwrap();
+    assert_eq!(findings["cleaned"], serde_json::json!([]), "{findings}");
+    let told =
+        findings["checks"].as_array().unwrap().iter().find(|check| {
+            check["name"] == "left behind" && check["found"].as_str().unwrap().contains(&prefix)
+        });
+    let told = told.unwrap_or_else(|| panic!("it is not told: {findings}"));
+    assert!(told["ok"] == true && told["mend"].is_null(), "{told}");
+    assert!(files() >= before, "nothing is removed");
+    let _on = sandbox.past("default", at + 3);
 }
 
 #[test]

@@ -7,9 +7,9 @@ use pschema_process::{LevelFilter, Log};
 
 use crate::args::General;
 use crate::commands::{
-    achieve, adept, completions, demo, doctor, emulator, experiment, explain, export, graph, import, journal,
-    plan, predict, record, repair, replay, say, schemas, server, show, sim, stage, status, verify, view,
-    watch,
+    achieve, adept, completions, conformance, demo, doctor, emulator, experiment, explain, export, graph,
+    import, journal, plan, predict, record, repair, replay, say, schemas, server, show, sim, stage, status,
+    verify, view, watch,
 };
 use crate::failure::Failure;
 
@@ -83,6 +83,8 @@ enum Command {
     Experiment(experiment::ExperimentArgs),
     /// Check this machine, and say how to mend what is wrong
     Doctor(doctor::DoctorArgs),
+    /// Try whether a body, in any language, does its duties
+    Conformance(conformance::ConformanceArgs),
     /// Print completions for a shell
     Completions(completions::CompletionsArgs),
 }
@@ -150,6 +152,7 @@ impl Cli {
             Command::Import(args) => import::run(args, &general),
             Command::Experiment(args) => experiment::run(args, &general),
             Command::Doctor(args) => doctor::run(args),
+            Command::Conformance(args) => conformance::run(args, &general),
             Command::Completions(args) => completions::run(args, Cli::command()),
         }
     }

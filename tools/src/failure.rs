@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use pschema_process::{Interrupted, SignalError};
+use pschema_process::{Interrupted, OutputError, SignalError};
 use pschema_protocol::domain::DomainError;
 
 /// Why a command could not be done. Each is said once, on stderr, by `main`.
@@ -55,6 +55,17 @@ impl From<DomainError> for Failure {
 impl From<Interrupted> for Failure {
     fn from(_: Interrupted) -> Self {
         Self::Interrupted
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        match error {
+            OutputError::Io { source, .. } if source.kind() == std::io::ErrorKind::BrokenPipe => {
+                Self::NobodyReads
+            }
+            error => Self::of(error),
+        }
     }
 }
 

@@ -7,6 +7,7 @@ mod args;
 mod bar;
 mod cli;
 mod commands;
+mod conformance;
 mod design;
 mod failure;
 #[cfg(test)]

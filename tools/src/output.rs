@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
-use pschema_process::{OutputError, colour_is_wanted};
+use pschema_process::colour_is_wanted;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -36,20 +36,6 @@ pub(crate) fn named(path: &Path) -> &Path {
 /// Whether a person named stdout.
 pub(crate) fn is_stdout(path: &Path) -> bool {
     named(path) == Path::new(STDOUT)
-}
-
-impl From<OutputError> for Failure {
-    fn from(error: OutputError) -> Self {
-        match error {
-            OutputError::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => Self::NobodyReads,
-            // Commands that replace what is there say so by an option of their own, which these do not have.
-            OutputError::Occupied { path } => Self::Failed(format!(
-                "cannot write {}: it is there already; name another file",
-                path.display()
-            )),
-            error => Self::of(error),
-        }
-    }
 }
 
 /// Prints a value as JSON, over several lines.

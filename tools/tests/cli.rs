@@ -26,7 +26,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-const COMMANDS: [&str; 19] = [
+const COMMANDS: [&str; 20] = [
     "demo",
     "server",
     "sim",
@@ -44,6 +44,7 @@ const COMMANDS: [&str; 19] = [
     "export",
     "import",
     "experiment",
+    "conformance",
     "doctor",
     "completions",
 ];

@@ -1,17 +1,19 @@
-//! A body or a tool for tests to stop and to kill: `pschema-test-peer (body|tool) LEARNER NAME [POINT]`.
+//! A body or a tool for tests to stop and to kill: `pschema-test-peer (body|broken|tool) LEARNER NAME [POINT]`. The broken body sends
+//! frames, and does nothing that a reply tells it.
 //!
 //! With a point it goes as far as there, says so on stdout, and does nothing any more. Points are what the protocol
 //! leftovers: `hello loaned`, `frame sent` and so on. A body says on stdout how many orders it has carried out.
 
 use std::fmt;
 use std::process::ExitCode;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use pschema_inspect::{StatusQuery, ask};
-use pschema_protocol::body::{RunOptions, run};
+use pschema_protocol::body::{BodyLoop, RunOptions, run};
 use pschema_protocol::client::Client;
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
+use pschema_protocol::transport::body_link::BodyLink;
 use pschema_tests::Row;
 use tracing::field::{Field, Visit};
 use tracing::{Event, Subscriber};
@@ -21,7 +23,7 @@ use tracing_subscriber::util::SubscriberInitExt;
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
     let [role, learner, name, point @ ..] = arguments.as_slice() else {
-        eprintln!("usage: pschema-test-peer (body|tool) LEARNER NAME [POINT]");
+        eprintln!("usage: pschema-test-peer (body|broken|tool) LEARNER NAME [POINT]");
         return ExitCode::from(2);
     };
     let pause = point.first().map(|point| Pause { point: point.clone() });
@@ -42,8 +44,9 @@ fn go(role: &str, learner: &str, name: &str) -> Result<(), Box<dyn std::error::E
     let place = Place::new(RuntimeDir::from_environment()?, LearnerName::new(learner)?);
     match role {
         "body" => body(place, name),
+        "broken" => broken(&place, name),
         "tool" => tool(&place),
-        _ => Err(format!("{role} is neither body nor tool").into()),
+        _ => Err(format!("{role} is neither body, broken nor tool").into()),
     }
 }
 
@@ -63,6 +66,16 @@ fn body(place: Place, name: &str) -> Result<(), Box<dyn std::error::Error>> {
     });
     run(row, &RunOptions::new(place))?;
     Ok(())
+}
+
+fn broken(place: &Place, name: &str) -> Result<(), Box<dyn std::error::Error>> {
+    let stop = AtomicBool::new(false);
+    let mut body = BodyLoop::new(Row::new(name));
+    let mut link = BodyLink::attach(place, body.description(), &stop)?;
+    body.attached(link.session());
+    loop {
+        link.exchange(body.next_frame(), &stop)?;
+    }
 }
 
 fn tool(place: &Place) -> Result<(), Box<dyn std::error::Error>> {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use pschema_process::Stop;
+use pschema_process::{Occupied, Stop};
 
 use crate::args::General;
 use crate::design::BodyKind;
@@ -32,6 +32,9 @@ pub(crate) struct DemoArgs {
     /// Write a report into this folder: a page to look at, and the raw figures as CSV and JSON Lines
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replace the files of an earlier report in that folder
+    #[arg(long, requires = "out")]
+    overwrite: bool,
 }
 
 /// The experiment that a demo is.
@@ -50,7 +53,7 @@ pub(crate) fn run(args: DemoArgs, general: &General) -> Result<(), Failure> {
         return Err(Failure::Failed(format!("{name} has no run")));
     };
     if let Some(folder) = &args.out {
-        report::prepare(folder)?;
+        report::prepare(folder, [&experiment.design], Occupied::overwritten(args.overwrite))?;
     }
     let outcome = learn(&experiment, condition, args.seed, &stop, general.quiet() || args.json)?;
     if args.json {

@@ -1,6 +1,6 @@
 //! `pschema doctor`: what is wrong with this machine, and how to mend it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, OpenOptions};
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
@@ -99,6 +99,7 @@ fn examine(clean: bool) -> Result<Findings, Failure> {
     checks.extend([space(&machine), daemons(&machine)]);
     checks.extend(access(&machine));
     checks.extend(left_behind(&machine.stale));
+    checks.push(removal_at_logout(Path::new("/"), rustix::process::geteuid().as_raw()));
     Ok(Findings { ok: checks.iter().all(|check| check.ok), checks, cleaned })
 }
 
@@ -160,26 +161,140 @@ fn daemons(machine: &MachineState) -> Check {
 }
 
 fn left_behind(stale: &[StaleEpoch]) -> Vec<Check> {
-    let dead: Vec<_> = stale.iter().filter(|stale| is_dead(stale)).collect();
-    if dead.is_empty() {
-        return vec![fine("left behind", "nothing")];
-    }
-    let told = |stale: &&StaleEpoch| {
-        let whose =
-            stale.learner.as_ref().map_or("an unknown learner".to_owned(), |name| format!("learner {name}"));
+    let told = |stale: &StaleEpoch| {
         let (files, size) = (count(stale.files as u64, "file"), bytes(stale.bytes));
-        let found =
-            format!("a dead daemon of {whose} left {files} ({size}) under {SHARED_MEMORY}/{}*", stale.prefix);
-        wrong("left behind", found, "run `pschema doctor --clean`")
+        let place = format!("{SHARED_MEMORY}/{}*", stale.prefix);
+        match fate(stale, sees_all_processes()) {
+            Fate::Used => None,
+            Fate::Unknown => Some(fine(
+                "left behind",
+                format!(
+                    "perhaps {files} ({size}) under {place}, of no learner here: whether a daemon uses them can't be judged, \
+                     for not all processes are seen from here; ask `pschema doctor` on the machine itself, outside of any container"
+                ),
+            )),
+            Fate::Dead => {
+                let whose = match &stale.learner {
+                    Some(name) => format!("learner {name}"),
+                    None => "an unknown learner".to_owned(),
+                };
+                let found = format!("a dead daemon of {whose} left {files} ({size}) under {place}");
+                Some(wrong("left behind", found, "run `pschema doctor --clean`"))
+            }
+        }
     };
-    dead.iter().map(told).collect()
+    let mut checks: Vec<_> = stale.iter().filter_map(told).collect();
+    if checks.is_empty() {
+        checks.push(fine("left behind", "nothing"));
+    }
+    checks
 }
 
-/// Whether what was found belongs to nobody. An epoch that a record names is known to be dead; files that no
-/// record here names may be of a daemon in another runtime directory, whose processes map them. When in doubt, no.
-fn is_dead(stale: &StaleEpoch) -> bool {
-    let in_use = || mapped_prefixes().is_none_or(|mapped| mapped.contains(&stale.prefix));
-    stale.learner.is_some() || !(is_young(&stale.prefix) || in_use())
+/// What is known of the daemon whose files were found, and which serves no learner of this runtime directory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fate {
+    /// It is dead, and its files are nobody's.
+    Dead,
+    /// It lives, in another runtime directory.
+    Used,
+    /// It may live: hands off.
+    Unknown,
+}
+
+/// The fate of the daemon that made some files. A daemon that a record here names let its lock go, which the kernel tells in every
+/// container; that of files which no record here names may be of another runtime directory, and then a process maps them. It is
+/// looked for among the processes that are seen here. When in doubt, it lives.
+fn fate(stale: &StaleEpoch, sees_all: bool) -> Fate {
+    if stale.learner.is_some() {
+        return Fate::Dead;
+    }
+    match mapped_prefixes() {
+        Some(mapped) if mapped.contains(&stale.prefix) => Fate::Used,
+        Some(_) if sees_all && is_young(&stale.prefix) => Fate::Used,
+        Some(_) if sees_all => Fate::Dead,
+        _ => Fate::Unknown,
+    }
+}
+
+/// Whether all processes of the machine are seen here: this process is in its first namespace of processes, whose number is the same
+/// on every Linux. Shared memory may be that of the machine in a container, too, whose processes are some of its alone.
+fn sees_all_processes() -> bool {
+    fs::read_link("/proc/self/ns/pid").is_ok_and(|namespace| namespace == Path::new("pid:[4026531836]"))
+}
+
+/// The setting by which systemd-logind removes the shared memory of a user whose last session ends, living daemons or not. It is
+/// on unless said otherwise, and leaves system users alone. `root` is where the files of the system are.
+fn removal_at_logout(root: &Path, user: u32) -> Check {
+    const NAME: &str = "at logout";
+    if !root.join("run/systemd/seats").is_dir() {
+        return fine(NAME, "no logind here that would remove shared memory");
+    }
+    let (removes, told_by) = removes_ipc(root);
+    if !removes {
+        return fine(NAME, "shared memory stays (RemoveIPC=no)");
+    }
+    if user <= system_users_max(root) {
+        return fine(NAME, "shared memory stays: you are a system user");
+    }
+    if lingers(root, user) {
+        return fine(NAME, "shared memory stays: you linger");
+    }
+    // Nothing is wrong as long as the user is there.
+    fine(
+        NAME,
+        format!(
+            "logind removes a living daemon's shared memory when your last session ends ({told_by}): for a daemon that is to stay, \
+             linger (`sudo loginctl enable-linger`), run it as a system user, or say RemoveIPC=no in /etc/systemd/logind.conf"
+        ),
+    )
+}
+
+/// Whether logind removes shared memory, and what says so. Of several settings the last one counts: those of its main file, then of
+/// the files beside it by their names; a file hides those of its name in the directories that come after its own.
+fn removes_ipc(root: &Path) -> (bool, String) {
+    const DIRECTORIES: [&str; 4] = ["etc/systemd", "run/systemd", "usr/local/lib/systemd", "usr/lib/systemd"];
+    let main = DIRECTORIES.map(|directory| root.join(directory).join("logind.conf"));
+    let mut dropped_in = BTreeMap::new();
+    for directory in DIRECTORIES.iter().rev() {
+        let entries =
+            fs::read_dir(root.join(directory).join("logind.conf.d")).into_iter().flatten().flatten();
+        let settings = entries.filter(|entry| entry.path().extension().is_some_and(|end| end == "conf"));
+        dropped_in.extend(settings.map(|entry| (entry.file_name(), entry.path())));
+    }
+    let main = main.into_iter().find(|path| path.exists());
+    let mut says = (true, "its default".to_owned());
+    for path in main.into_iter().chain(dropped_in.into_values()) {
+        let text = fs::read_to_string(&path).unwrap_or_default();
+        let settings = text.lines().filter_map(|line| line.trim().split_once('='));
+        for (_, value) in settings.filter(|(key, _)| key.trim() == "RemoveIPC") {
+            let removes = match value.trim().to_ascii_lowercase().as_str() {
+                "1" | "yes" | "y" | "true" | "t" | "on" => true,
+                "0" | "no" | "n" | "false" | "f" | "off" => false,
+                // logind says in its log that it cannot read it, and goes on without.
+                _ => continue,
+            };
+            says = (removes, path.display().to_string());
+        }
+    }
+    says
+}
+
+/// The highest number of a system user.
+fn system_users_max(root: &Path) -> u32 {
+    let settings = fs::read_to_string(root.join("etc/login.defs")).unwrap_or_default();
+    let said = settings.lines().find_map(|line| line.trim().strip_prefix("SYS_UID_MAX"));
+    said.and_then(|number| number.trim().parse().ok()).unwrap_or(999)
+}
+
+/// Whether a user's sessions are taken to go on when nobody is logged in.
+fn lingers(root: &Path, user: u32) -> bool {
+    let users = fs::read_to_string(root.join("etc/passwd")).unwrap_or_default();
+    let name = users.lines().find_map(|line| {
+        let mut fields = line.split(':');
+        let (name, number) = (fields.next()?, fields.nth(1)?);
+        (number.parse() == Ok(user)).then(|| name.to_owned())
+    });
+    name.is_some_and(|name| root.join("var/lib/systemd/linger").join(name).exists())
 }
 
 fn files(prefix: &str) -> Vec<std::path::PathBuf> {
@@ -227,7 +342,8 @@ const PREFIX_BYTES: usize = 13;
 /// Removes what dead daemons left.
 fn sweep(runtime: &RuntimeDir, stale: &[StaleEpoch]) -> Result<Vec<String>, Failure> {
     let mut cleaned = Vec::new();
-    for stale in stale.iter().filter(|stale| is_dead(stale)) {
+    let sees_all = sees_all_processes();
+    for stale in stale.iter().filter(|stale| fate(stale, sees_all) == Fate::Dead) {
         match &stale.learner {
             // Taking a learner removes what was left of it; giving it up again leaves nothing.
             Some(name) => drop(OwnedDomain::create(Place::new(runtime.clone(), LearnerName::new(name)?))?),
@@ -304,7 +420,47 @@ mod tests {
             files: 0,
             bytes: 0,
         };
-        assert!(is_dead(&stale(None)));
-        assert!(is_dead(&stale(Some("demo"))));
+        assert_eq!(fate(&stale(None), true), Fate::Dead);
+        assert_eq!(fate(&stale(Some("demo")), false), Fate::Dead);
+    }
+
+    /// In a container that shares the machine's shared memory, a living daemon outside was called dead.
+    #[test]
+    fn what_cannot_be_judged_is_left_alone_and_no_cleaning_is_advised() {
+        let stale = StaleEpoch { learner: None, prefix: "ps0000000000-".to_owned(), files: 3, bytes: 4096 };
+        assert_eq!(fate(&stale, false), Fate::Unknown);
+    }
+
+    #[test]
+    fn the_last_setting_of_logind_counts_and_system_users_are_left_alone() {
+        let root = tempfile::tempdir().unwrap();
+        let stays = |user| !removal_at_logout(root.path(), user).found.contains("logind removes");
+        let write = |path: &str, text: &str| {
+            let path = root.path().join(path);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        };
+        assert!(stays(1000), "there is no logind");
+        fs::create_dir_all(root.path().join("run/systemd/seats")).unwrap();
+        let by_default = removal_at_logout(root.path(), 1000).found;
+        assert!(
+            by_default.contains("logind removes") && by_default.contains("(its default)"),
+            "{by_default}"
+        );
+        assert!(stays(0) && stays(999));
+        write("etc/login.defs", "# users\nSYS_UID_MAX   499\n");
+        assert!(!stays(999) && stays(499));
+        write("etc/systemd/logind.conf", "[Login]\n#RemoveIPC=yes\nRemoveIPC = no\n");
+        assert!(stays(1000));
+        write("usr/lib/systemd/logind.conf.d/50-lab.conf", "[Login]\nRemoveIPC=yes\n");
+        let said = removal_at_logout(root.path(), 1000).found;
+        assert!(said.contains("logind removes") && said.contains("50-lab.conf"), "{said}");
+        write("etc/systemd/logind.conf.d/50-lab.conf", "");
+        assert!(stays(1000), "it hides the other of its name");
+        write("etc/systemd/logind.conf.d/60-lab.conf", "[Login]\nRemoveIPC=on\nRemoveIPC=perhaps\n");
+        assert!(!stays(1000));
+        write("etc/passwd", "root:x:0:0::/:/bin/sh\nann:x:1000:1000::/home/ann:/bin/sh\n");
+        write("var/lib/systemd/linger/ann", "");
+        assert!(stays(1000) && !stays(1001));
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::Args;
-use pschema_process::{Stop, say};
+use pschema_process::{Occupied, Stop, say};
 
 use crate::args::General;
 use crate::design::BodyKind;
@@ -49,6 +49,9 @@ pub(crate) struct ExperimentArgs {
     /// Write a report into this folder: a page to look at, and the raw figures as CSV and JSON Lines
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replace the files of an earlier report in that folder
+    #[arg(long, requires = "out")]
+    overwrite: bool,
     /// Print JSON: an object, or one object a line if there are several runs
     #[arg(long, conflicts_with = "markdown")]
     json: bool,
@@ -69,7 +72,8 @@ pub(crate) fn run(args: ExperimentArgs, general: &General) -> Result<(), Failure
     let seeds = seeds(&args);
     if let Some(folder) = &args.out {
         // Before anything is run: a slip must not cost an hour.
-        report::prepare(folder)?;
+        let designs = experiments.iter().map(|experiment| &experiment.design);
+        report::prepare(folder, designs, Occupied::overwritten(args.overwrite))?;
     }
     let mut jobs = Vec::new();
     for experiment in &experiments {

@@ -1,7 +1,7 @@
 //! `pschema export`: a memory as JSON Lines.
 
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use pschema_inspect::StatusQuery;
@@ -25,6 +25,9 @@ pub(crate) struct ExportArgs {
     /// Write to this file, which must not be there yet, or to this pipe; to stdout unless named
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Replace the file if it is there
+    #[arg(long, requires = "output")]
+    overwrite: bool,
 }
 
 /// How often a person is told how far it is, in lines.
@@ -41,6 +44,12 @@ impl From<ExportError> for Failure {
 
 pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
     let stop = Stop::on_signals()?;
+    let file = args.output.as_deref().map(|path| {
+        // What a learner knows is its owner's.
+        OutputFile::prepare(output::named(path), Occupied::overwritten(args.overwrite))
+            .and_then(OutputFile::private)
+    });
+    let file = file.transpose()?;
     let (directory, until) = match args.memory.meant(general)? {
         MeantMemory::OnDisk(directory, until) => (directory.to_owned(), until),
         MeantMemory::Running(name) => (served(&name)?, None),
@@ -54,16 +63,17 @@ pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
             bar.show(lines, lines, "lines".to_owned());
         }
     };
-    let mut write = |to: &mut dyn Write| {
+    let write = |to: &mut dyn Write| {
         let mut to = BufWriter::new(Stoppable { to, stop: &stop });
         past.export(&moment, &mut to, told)
     };
-    let written = match &args.output {
-        None => write(&mut io::stdout().lock()).map_err(Failure::from),
-        Some(path) => to_file(output::named(path), &mut write),
+    let written = match file {
+        None => write(&mut io::stdout().lock()).map(|summary| (summary, None)),
+        Some(mut file) => write(&mut file).map(|summary| (summary, Some(file))),
     };
     stop.check()?;
-    let ExportSummary { lines, memory_digest } = written?;
+    let (ExportSummary { lines, memory_digest }, file) = written?;
+    file.map(OutputFile::finish).transpose()?;
     drop(bar);
     if let Some(file) = args.output.as_ref().filter(|file| !general.quiet() && !output::is_stdout(file)) {
         say(&format!("{}: {lines} lines, memory of step {step}, digest {memory_digest}", file.display()));
@@ -79,18 +89,6 @@ fn served(name: &LearnerName) -> Result<PathBuf, Failure> {
             "the memory of {name} is in RAM only, so it can't be exported: start its daemon with --data DIR"
         ))),
     }
-}
-
-/// Writes a file that is there whole or not at all, or a pipe.
-fn to_file(
-    path: &Path,
-    write: &mut dyn FnMut(&mut dyn Write) -> Result<ExportSummary, ExportError>,
-) -> Result<ExportSummary, Failure> {
-    // What a learner knows is its owner's.
-    let mut file = OutputFile::prepare(path, Occupied::Refused)?.private()?;
-    let summary = write(&mut file)?;
-    file.finish()?;
-    Ok(summary)
 }
 
 /// Stops writing when this process is asked to stop.

@@ -35,9 +35,12 @@ pub(crate) struct GraphArgs {
     /// A picture for browsers, a text for Graphviz, or data
     #[arg(long, value_enum, default_value_t)]
     format: GraphFormat,
-    /// Write it to this file; to stdout unless named
+    /// Write it to this file, which must not be there yet; to stdout unless named
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Replace the file if it is there
+    #[arg(long, requires = "out")]
+    overwrite: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -52,12 +55,15 @@ enum GraphFormat {
 }
 
 pub(crate) fn run(args: GraphArgs, general: &General) -> Result<(), Failure> {
+    let occupied = Occupied::overwritten(args.overwrite);
+    let file =
+        args.out.as_deref().map(|path| OutputFile::prepare(output::named(path), occupied)).transpose()?;
     let mut memory = asked(&args.memory, general)?;
     let query = GraphQuery { around: args.around, depth: args.depth, goal: args.goal, limit: args.limit };
     let graph = memory.ask(query)?;
     let text = written(&graph, args.format)?;
-    let Some(path) = &args.out else { return output::print(&text) };
-    Ok(OutputFile::prepare(output::named(path), Occupied::Replaced)?.hold(text.as_bytes())?)
+    let Some(file) = file else { return output::print(&text) };
+    Ok(file.hold(text.as_bytes())?)
 }
 
 fn written(graph: &Graph, format: GraphFormat) -> Result<String, Failure> {

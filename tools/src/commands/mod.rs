@@ -3,6 +3,7 @@
 pub(crate) mod achieve;
 pub(crate) mod adept;
 pub(crate) mod completions;
+pub(crate) mod conformance;
 pub(crate) mod demo;
 pub(crate) mod doctor;
 pub(crate) mod emulator;

@@ -9,6 +9,7 @@ use pschema_store::past::export::ExportLine;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
 
+use super::conformance::Conformance;
 use super::doctor::Findings;
 use super::import::ImportReport;
 use super::journal::JournalLine;
@@ -26,6 +27,7 @@ fn printed<T: JsonSchema>() -> Schema {
 #[test]
 fn the_schema_files_are_what_the_types_say() {
     let schemas = [
+        ("conformance", printed::<Conformance<'_>>()),
         ("doctor", printed::<Findings>()),
         ("experiment", printed::<Results>()),
         ("export", printed::<ExportLine>()),

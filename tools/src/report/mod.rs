@@ -17,9 +17,12 @@ mod table;
 mod timing;
 
 use std::fs;
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use pschema_process::{Occupied, OutputFile};
+
+use crate::design::Design;
 use crate::failure::Failure;
 
 pub(crate) use provenance::Provenance;
@@ -28,42 +31,61 @@ pub(crate) use section::{Group, Section};
 /// The page's file.
 const PAGE: &str = "index.html";
 
-/// Sees to it that a report can be written into `folder`.
-pub(crate) fn prepare(folder: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(folder).map_err(|error| cannot("create", folder, &error))?;
-    let page = folder.join(PAGE);
-    // What was there before stays until there is something better.
-    let opened = fs::OpenOptions::new().append(true).create(true).open(&page);
-    opened.map(drop).map_err(|error| cannot("write", &page, &error))
+/// The raw figures of all designs, beside those of each design.
+const RUNS: &str = "runs.jsonl";
+const COMPARISON: &str = "comparison.csv";
+
+/// Sees to it that the report of these designs can be written into `folder`.
+pub(crate) fn prepare<'a>(
+    folder: &Path,
+    designs: impl IntoIterator<Item = &'a Design>,
+    occupied: Occupied,
+) -> Result<(), Failure> {
+    create(folder)?;
+    let of_designs = designs.into_iter().flat_map(|design| [steps_name(design), trials_name(design)]);
+    for name in [PAGE, RUNS, COMPARISON].map(str::to_owned).into_iter().chain(of_designs) {
+        // What was there before stays until there is something better.
+        OutputFile::prepare(&folder.join(name), occupied)?;
+    }
+    Ok(())
 }
 
-/// Writes the report into `folder`, and says where its page is.
+fn create(folder: &Path) -> Result<(), Failure> {
+    let failed = |error| Failure::Failed(format!("cannot create {}: {error}", folder.display()));
+    fs::create_dir_all(folder).map_err(failed)
+}
+
+fn steps_name(design: &Design) -> String {
+    format!("{}.steps.csv", file_name(&design.name))
+}
+
+fn trials_name(design: &Design) -> String {
+    format!("{}.trials.csv", file_name(&design.name))
+}
+
+/// Writes the report into `folder`, over what is there: whether that may be was found out by [`prepare`]. Says where its page is.
 pub(crate) fn write(
     folder: &Path,
     sections: &[Section<'_>],
     provenance: &Provenance,
 ) -> Result<PathBuf, Failure> {
-    prepare(folder)?;
+    create(folder)?;
     for section in sections {
-        let name = file_name(&section.design.name);
-        save(&folder.join(format!("{name}.steps.csv")), |to| raw::steps(to, section))?;
-        save(&folder.join(format!("{name}.trials.csv")), |to| raw::trials(to, section))?;
+        save(&folder.join(steps_name(section.design)), |to| raw::steps(to, section))?;
+        save(&folder.join(trials_name(section.design)), |to| raw::trials(to, section))?;
     }
-    save(&folder.join("runs.jsonl"), |to| raw::runs_lines(to, sections))?;
-    save(&folder.join("comparison.csv"), |to| raw::comparison(to, sections))?;
+    save(&folder.join(RUNS), |to| raw::runs_lines(to, sections))?;
+    save(&folder.join(COMPARISON), |to| raw::comparison(to, sections))?;
     let page = folder.join(PAGE);
     save(&page, |to| to.write_all(page::page(sections, provenance).as_bytes()))?;
     Ok(page)
 }
 
 fn save(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<(), Failure> {
-    let failed = |error: std::io::Error| cannot("write", path, &error);
-    let mut file = std::io::BufWriter::new(fs::File::create(path).map_err(failed)?);
-    fill(&mut file).and_then(|()| file.flush()).map_err(failed)
-}
-
-fn cannot(what: &str, path: &Path, error: &std::io::Error) -> Failure {
-    Failure::Failed(format!("cannot {what} {}: {error}", path.display()))
+    let failed = |error: std::io::Error| Failure::Failed(format!("cannot write {}: {error}", path.display()));
+    let mut file = BufWriter::new(OutputFile::prepare(path, Occupied::Replaced)?);
+    fill(&mut file).map_err(failed)?;
+    Ok(file.into_inner().map_err(|error| failed(error.into_error()))?.finish()?)
 }
 
 /// A curriculum's name as part of a file's name, whatever is in it.

@@ -157,9 +157,22 @@ fn a_folder_that_cannot_be_written_is_said_before_anything_is_run() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     std::fs::write(&file, "mine").unwrap();
-    let error = prepare(&file).unwrap_err().to_string();
+    let experiment = Experiment::new("exp1-s1", Overrides::default()).unwrap();
+    let prepared = |folder: &Path, occupied| prepare(folder, [&experiment.design], occupied);
+    let error = prepared(&file, Occupied::Refused).unwrap_err().to_string();
     assert!(error.contains("cannot create") && error.contains("file"), "{error}");
     assert_eq!(std::fs::read_to_string(&file).unwrap(), "mine");
+    // Nor is anything lost of an earlier report, or of another program's page.
+    for name in ["index.html", "runs.jsonl", "exp1-s1.trials.csv"] {
+        let folder = folder.path().join(format!("of {name}"));
+        prepared(&folder, Occupied::Refused).unwrap();
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0, "nothing is made yet");
+        std::fs::write(folder.join(name), "mine").unwrap();
+        let error = prepared(&folder, Occupied::Refused).unwrap_err().to_string();
+        assert!(error.contains(name) && error.contains("--overwrite"), "{error}");
+        prepared(&folder, Occupied::Replaced).unwrap();
+        assert_eq!(std::fs::read_to_string(folder.join(name)).unwrap(), "mine");
+    }
 }
 
 #[test]

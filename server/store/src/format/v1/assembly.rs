@@ -12,7 +12,9 @@ use pschema_learner::random::Random;
 use pschema_learner::schema::{PreConditionInterner, SCHEMAS_MAX};
 use pschema_learner::vocabulary::{self as live, BodyId, ValueKind, Vocabulary, VocabularyLists, limits};
 
-use super::item::{BodyDescription, End, Generator, Item, Kind, KnownObservation, Outline, Pending, Primitive, Property};
+use super::item::{
+    BodyDescription, End, Generator, Item, Kind, KnownObservation, Outline, Pending, Primitive, Property,
+};
 use super::schema::Schema;
 use super::setting::Setting;
 use super::vocabulary::DeclaredType;

@@ -242,5 +242,12 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
     let descriptions = (0..).zip(&content.descriptions).filter_map(|(body, text)| {
         Some(Item::Description(BodyDescription { body, text: text.as_ref()?.to_string() }))
     });
-    pools.chain(stages).chain([stands]).chain(goal).chain(pending).chain([generator]).chain(full).chain(descriptions)
+    pools
+        .chain(stages)
+        .chain([stands])
+        .chain(goal)
+        .chain(pending)
+        .chain([generator])
+        .chain(full)
+        .chain(descriptions)
 }
