@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use pschema_process::{Stop, say};
+use pschema_process::{Occupied, Stop, say};
 use pschema_protocol::domain::{Place, RuntimeDir};
 
 use crate::args::{General, NameArgs};
@@ -27,6 +27,9 @@ pub(crate) struct RecordArgs {
     /// A recording for the Rerun viewer, pictures included; needs a pschema built with `--features rerun`
     #[arg(long, value_name = "FILE")]
     rerun: Option<PathBuf>,
+    /// Replace the file of --jsonl if it is there
+    #[arg(long, requires = "jsonl")]
+    overwrite: bool,
     /// Leave the pictures out of it: they are most of its bytes
     #[arg(long, requires = "rerun")]
     no_pictures: bool,
@@ -53,7 +56,7 @@ pub(crate) fn run(args: RecordArgs, general: &General) -> Result<(), Failure> {
         recorders.push(record::rerun(path, name.as_str())?);
     }
     if let Some(path) = &args.jsonl {
-        recorders.push(Box::new(JsonLinesFile::create(path)?));
+        recorders.push(Box::new(JsonLinesFile::create(path, Occupied::overwritten(args.overwrite))?));
     }
     let stop = Stop::on_signals()?;
     let pictures = args.rerun.is_some() && !args.no_pictures;

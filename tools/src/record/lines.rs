@@ -41,9 +41,9 @@ pub(crate) enum RecordingEntry<'a> {
 }
 
 impl JsonLinesFile {
-    /// Makes the file, which must not be there yet; or opens the stream that `path` names.
-    pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
-        let opened = stream(named(path), Occupied::Refused)?;
+    /// Makes the file, or opens the stream that `path` names. A file that is there is `occupied`.
+    pub(crate) fn create(path: &Path, occupied: Occupied) -> Result<Self, Failure> {
+        let opened = stream(named(path), occupied)?;
         Ok(Self { path: path.to_owned(), to: BufWriter::new(opened) })
     }
 
