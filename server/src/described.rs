@@ -130,8 +130,8 @@ mod tests {
     fn body(fields: i64) -> Description {
         let mut body = Description::new("arm", "row");
         let field = || Property::integer("field", 0..=fields).unit("cm");
-        let _ = body.observation(ObservationType::state("finger").own().property(field()));
-        let _ = body.observation(ObservationType::event("touch"));
+        body.observation_types.push(ObservationType::state("finger").own().property(field()));
+        body.observation_types.push(ObservationType::event("touch"));
         body.action_with_primitives(ActionType::new("move").parameter(field()));
         body
     }
@@ -153,7 +153,7 @@ mod tests {
         let before = text(&body(2));
         assert_eq!(differences(&before, &before), Vec::<String>::new());
         let mut more = body(2);
-        let _ = more.observation(ObservationType::event("sound"));
+        more.observation_types.push(ObservationType::event("sound"));
         assert_eq!(differences(&before, &text(&more)), Vec::<String>::new());
         assert_eq!(
             differences(&text(&more), &before),

@@ -1,7 +1,5 @@
 //! A body comes back under its name and is in another world.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
-
 use pschema_tests::{Sandbox, until};
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
