@@ -45,7 +45,6 @@ pub struct SchemaSummary {
     pub post: Vec<String>,
     /// The share of executions in which each of them held, in 0..=1; none before the first. Outcomes that exclude each other
     /// share them.
-    #[serde(default)]
     pub post_shares: Vec<Option<f64>>,
     /// Executions.
     pub executions: u32,

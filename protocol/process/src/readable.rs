@@ -107,7 +107,7 @@ mod tests {
             let said = readable(&format!("{input:?} is no name\nuse 1 to 32 of a-z")).into_owned();
             assert!(said.chars().count() < LINE_MAX + 100, "{said}");
             assert!(
-                said.ends_with("is no name\nuse 1 to 32 of a-z") && said.contains(" characters) … "),
+                said.ends_with("is no name\nuse 1 to 32 of a-z") && said.contains(" characters) …"),
                 "{said}"
             );
         }

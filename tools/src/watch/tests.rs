@@ -50,6 +50,20 @@ fn everything_on_a_large_terminal() {
     check("watch-160x50.txt", &read(&mut state(WatchPage::Now), 160, 50));
 }
 
+/// The curve was drawn in thousandths, and figures had two decimals: after some thousand steps both were gone.
+#[test]
+fn a_small_excitation_has_a_curve_and_figures() {
+    let mut small = live();
+    for decision in small.trace.records.iter_mut().filter_map(|record| record.decision.as_mut()) {
+        decision.excitation_top *= 1e-5;
+        decision.excitation *= 1e-5;
+    }
+    let mut state = State::new(WatchPage::Excitation);
+    state.receive(News::Live(Box::new(small)));
+    let text = read(&mut state, 80, 24);
+    assert!(text.contains('█') && text.contains("0.000025"), "{text}");
+}
+
 #[test]
 fn nothing_known_yet_and_the_help() {
     let mut state = State::new(WatchPage::Now);

@@ -41,6 +41,15 @@ fn a_learner_is_looked_into_while_it_learns() {
     browser.until("document.querySelectorAll('#trace path.curve').length === 2");
     browser.until("document.querySelectorAll('#list tr').length === 20");
 
+    // Small figures, and outcomes that exclude each other, read as they do on a terminal.
+    let told = browser.eval(
+        "import(new URL('dom.js', location.href)).then((dom) => [dom.level(0.000457), dom.level(0.5), dom.notation({ \
+         pre: [], action: 'move()', post: ['finger{field=4}', 'touch{}', 'finger{field=5}'], post_shares: [0.6, 1, 0.4] \
+         })].join(', '))",
+    );
+    let expected = "0.000457, 0.500, ∅ / move() / (finger{field=4} 60 % or finger{field=5} 40 %) & touch{}";
+    assert_eq!(told, expected);
+
     // It is held, takes one step, and goes on.
     click(&mut browser, "#hold");
     browser.until("document.getElementById('state').textContent.includes('held')");
