@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use pschema_protocol::body::{RunEnding, RunSummary, run};
+use pschema_protocol::body::{BodyLoop, RunEnding, RunSummary, run};
 use pschema_protocol::client::{Client, ClientError};
 use pschema_protocol::domain::{DomainError, OwnedDomain};
 use pschema_protocol::limits::{ANSWER_BYTES_MAX, PAGE_BYTES};
@@ -135,6 +135,47 @@ fn a_resting_body_rests_until_its_time_or_until_it_is_roused() {
         }
     }
     assert!(body.join().unwrap() < Duration::from_secs(10));
+}
+
+/// The body heard that it was roused while it waited for its reply, forgot it, and rested to the end.
+#[test]
+fn a_body_that_is_roused_before_its_reply_comes_does_not_rest() {
+    let runtime = Runtime::new();
+    let place = runtime.place("roused");
+    let mut transport = ServerTransport::create(OwnedDomain::create(place.clone()).unwrap()).unwrap();
+    let body = std::thread::spawn(move || {
+        let stop = AtomicBool::new(false);
+        let mut body = BodyLoop::new(Counter::new());
+        let mut link = attach(&place);
+        body.attached(link.session());
+        link.exchange(body.next_frame(), &stop).unwrap();
+        let start = Instant::now();
+        link.rest(Duration::from_secs(10), &stop);
+        start.elapsed()
+    });
+    let mut held = None;
+    let mut looks = 0;
+    while !body.is_finished() {
+        transport.wait(Duration::from_millis(10));
+        transport.poll(&mut |incoming| match incoming {
+            Incoming::Hello { reply, .. } => reply.accept(1, "roused").unwrap(),
+            Incoming::Frame { reply, .. } => held = Some(reply),
+            _ => {}
+        });
+        if let Some(reply) = held.take() {
+            // Looked at some times more, so that the body hears it while it waits.
+            if looks == 0 {
+                transport.rouse(1);
+            }
+            looks += 1;
+            if looks < 20 {
+                held = Some(reply);
+            } else {
+                reply.send(&Reply::Wait { ms: 10_000 }).unwrap();
+            }
+        }
+    }
+    assert!(body.join().unwrap() < Duration::from_secs(5));
 }
 
 #[test]

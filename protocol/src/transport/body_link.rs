@@ -1,5 +1,6 @@
 //! The end of a body. It introduces the body once, then exchanges frames for replies.
 
+use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -36,6 +37,8 @@ pub struct BodyLink {
     base: PeerBase,
     session: u64,
     spin: Spin,
+    /// Whether the daemon roused the body since its last rest.
+    roused: Cell<bool>,
 }
 
 opaque_debug!(BodyLink);
@@ -62,7 +65,8 @@ impl BodyLink {
         let client = client!(services::frames(&base.node, Role::Peer)?, base.epoch, BODIES_MAX, "bodies");
         tracing::trace!("frame port open");
         let pictures = PictureOffer::open(&base)?;
-        let mut link = Self { client, pictures, base, session: 0, spin: Spin::usual() };
+        let mut link =
+            Self { client, pictures, base, session: 0, spin: Spin::usual(), roused: Cell::default() };
         let welcome = link.introduce(&hello, stop)?;
         match decode::welcome(&welcome).map_err(TransportError::Wrong)? {
             Admission::Accepted { session, .. } => link.session = session,
@@ -166,7 +170,7 @@ impl BodyLink {
                 std::hint::spin_loop();
                 continue;
             }
-            self.base.listener.timed_wait(|_| {}, LOOK_EVERY).ok();
+            self.listen(LOOK_EVERY);
             if pending.has_response() {
                 continue;
             }
@@ -184,18 +188,27 @@ impl BodyLink {
         }
     }
 
-    /// Rests for `time`, or until the daemon rouses the body or `stop` is set.
+    /// Waits for an event, and notes whether the daemon rouses the body. An error means that a signal came, and the caller looks
+    /// at its flags.
+    fn listen(&self, time: Duration) {
+        let heard = self
+            .base
+            .listener
+            .timed_wait(|heard| self.roused.set(self.roused.get() | (heard.id == ROUSED)), time);
+        heard.ok();
+    }
+
+    /// Rests for `time`, or until the daemon rouses the body or `stop` is set. A body that was roused while it waited for the reply
+    /// that sent it to rest does not rest.
     pub fn rest(&self, time: Duration, stop: &AtomicBool) {
         let end = Instant::now() + time;
-        let mut roused = false;
-        while !roused && !stop.load(Ordering::Relaxed) {
+        while !self.roused.take() && !stop.load(Ordering::Relaxed) {
             let left = end.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return;
             }
-            // The event of the last reply may be heard only now, and is no reason to get up. An error means that a signal
-            // came, and the loop looks at the flag.
-            self.base.listener.timed_wait(|heard| roused |= heard.id == ROUSED, left.min(LOOK_EVERY)).ok();
+            // The event of the last reply may be heard only now, and is no reason to get up.
+            self.listen(left.min(LOOK_EVERY));
         }
     }
 
