@@ -174,8 +174,8 @@ mod tests {
         let symbols = |last: &str| {
             let mut body = Description::new("arm", "row");
             let all = (0..200).map(|at| format!("symbol{at}")).chain([last.to_owned()]);
-            let _ =
-                body.observation(ObservationType::state("object").property(Property::symbol("colour", all)));
+            body.observation_types
+                .push(ObservationType::state("object").property(Property::symbol("colour", all)));
             text(&body)
         };
         assert!(symbols("red").lines().all(|line| line.chars().count() < LINE_CHARS_MAX + 40));

@@ -330,3 +330,28 @@ fn the_smallest_messages_are_these_bytes() {
         assert!(page.contains(&block), "docs/PROTOCOL.md should have this:\n{block}");
     }
 }
+
+/// A table of faults is worth as much as its tests: each file that it names is there, and has the tests that it names.
+#[test]
+fn the_tests_in_the_table_of_faults_are_there() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let page = fs::read_to_string(root.join("docs/RELIABILITY.md")).unwrap();
+    let rows = page.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| kind |"));
+    let mut files = 0;
+    for row in rows {
+        let tests = row.trim_end_matches('|').rsplit(" | ").next().unwrap();
+        for one in tests.split(';') {
+            let (file, names) = one.trim().strip_prefix('`').unwrap().split_once('`').unwrap();
+            let path = root.join(file);
+            assert!(path.exists(), "{file} is named in {row}");
+            files += 1;
+            let Some(names) = names.strip_prefix(": ").filter(|_| path.is_file()) else { continue };
+            let source = fs::read_to_string(&path).unwrap();
+            for name in names.split(", ").filter(|name| name.contains('_') && !name.starts_with('`')) {
+                let name = name.split_whitespace().next().unwrap();
+                assert!(source.contains(&format!("fn {name}")), "{file} has no test {name}: {row}");
+            }
+        }
+    }
+    assert!(files > 40, "{files}");
+}

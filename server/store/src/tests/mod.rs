@@ -5,6 +5,7 @@ mod golden;
 mod journal;
 mod keeping;
 mod places;
+mod sizes;
 mod slow;
 pub(crate) mod store;
 pub(crate) mod twin;
