@@ -154,7 +154,7 @@ fn a_directory_taken_away_under_it_ends_it() {
     body.past(10);
     std::fs::remove_dir_all(&data).unwrap();
     let said = daemon.failed();
-    assert!(said.contains("data/journal: the file was removed while it was being written"), "{said}");
+    assert!(said.contains("was moved or removed. Every step that was acknowledged"), "{said}");
 }
 
 #[test]
