@@ -298,5 +298,5 @@ fn an_explanation_adds_up_and_always_lists_what_was_chosen() {
         decided += 1;
     }
     assert!(decided > 10);
-    assert!(explain(&run, Some(1_000_000), 5).unwrap_err().0.contains("not among"));
+    assert!(explain(&run, Some(1_000_000), 5).unwrap_err().0.contains("has not been taken yet"));
 }

@@ -11,11 +11,13 @@ fn another_world_under_the_same_life_is_refused_until_it_is_accepted() {
     let data = ["--data", life.to_str().unwrap()];
     let daemon = sandbox.daemon("default", &data);
     let wide = sandbox.body("default", &["--world", "wide"]);
-    let at = sandbox.past("default", 20);
+    let _moving = sandbox.past("default", 20);
     assert_eq!(wide.ended().code(), Some(0));
+    let step = |sandbox: &Sandbox| sandbox.status("default")["step"].as_u64().unwrap();
     // The same body again is no other.
+    let at = step(&sandbox);
     let wide = sandbox.body("default", &["--world", "wide"]);
-    let at = sandbox.past("default", at);
+    let _on = sandbox.past("default", at);
     assert_eq!(wide.ended().code(), Some(0));
     until("its end is noticed", || {
         (sandbox.status("default")["bodies"][0]["state"] != "attached").then_some(())
@@ -37,6 +39,7 @@ fn another_world_under_the_same_life_is_refused_until_it_is_accepted() {
     assert_eq!(daemon.ended().code(), Some(0));
 
     let daemon = sandbox.daemon("default", &[&data[..], &["--accept-changes"]].concat());
+    let at = step(&sandbox);
     let narrow = sandbox.body("default", &["--world", "narrow"]);
     let _on = sandbox.past("default", at);
     assert!(daemon.stderr().contains("accepted, as asked"), "{}", daemon.stderr());

@@ -144,11 +144,13 @@ fn memory_that_has_come_to_its_limit_learns_nothing_new_and_goes_on() {
     let text = sandbox.run(&["status"]);
     assert!(text.stdout.contains("of at most 1.0 MiB; it is full"), "{text:?}");
     assert_eq!(daemon.ended().code(), Some(0));
+    assert_eq!(body.finished().code(), Some(0), "it was sent away");
 
-    let verified = sandbox.run(&["verify", "--data", data[1], "--json"]);
+    let verified = sandbox.run(&["verify", "--data", data[1], "--relearn"]);
     assert_eq!(verified.code(), Some(0), "{verified:?}");
     let daemon = sandbox.daemon("default", &[&data[..], &["--memory-max", "none"]].concat());
     daemon.says("memory has room again");
+    let body = sandbox.body("default", &[]);
     let _on = sandbox.past("default", at);
     until("it learns again", || {
         let now = sandbox.status("default");
