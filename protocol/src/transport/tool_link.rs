@@ -33,9 +33,6 @@ pub struct ToolLink {
     base: PeerBase,
     /// The number of the last request. Numbers begin at random, so that no two tools count alike (`held`).
     requests: u64,
-    /// Whether a request could not be sent: iceoryx2 0.10.0 then takes the client's only request for one that is under way
-    /// (its issue 1969), and no more can be sent.
-    is_broken: bool,
 }
 
 opaque_debug!(ToolLink);
@@ -56,7 +53,7 @@ impl ToolLink {
             return Err(TransportError::Full { sort: "tools", limit: TOOLS_MAX });
         }
         let requests = base.wake;
-        Ok(Self { client, base, requests, is_broken: false })
+        Ok(Self { client, base, requests })
     }
 
     /// Asks and waits for the whole answer.
@@ -72,10 +69,7 @@ impl ToolLink {
         let mut page = encode::page(self.requests, (0, 1), bytes);
         page.wake = self.base.wake;
         let loan = self.client.loan_uninit().map_err(setup("send a request"))?;
-        let pending = loan.write_payload(page).send().map_err(|error| {
-            self.is_broken = true;
-            setup("send a request")(error)
-        })?;
+        let pending = loan.write_payload(page).send().map_err(setup("send a request"))?;
         self.base.notify();
         tracing::trace!("request sent");
         let mut answer = Assembly { pages: None, next: 0, bytes: Vec::new() };
@@ -118,10 +112,10 @@ impl ToolLink {
         }
     }
 
-    /// Whether the daemon connected to still serves the learner, and the connection can be used.
+    /// Whether the daemon connected to still serves the learner.
     #[must_use]
     pub fn is_current(&self) -> bool {
-        !self.is_broken && self.base.epoch.is_current()
+        self.base.epoch.is_current()
     }
 }
 
