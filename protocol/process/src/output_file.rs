@@ -70,7 +70,7 @@ fn refused(path: &Path) -> impl Fn(io::Error) -> OutputError + use<> {
 }
 
 /// Opens what a person named for a stream, which is read while it is written: a new file, the one that is there if it is
-/// empty or may be replaced, a FIFO, a device, or an output of this process itself (`/dev/stdout`). A FIFO is waited for until
+/// empty or may be replaced, a FIFO, a device, or an output of this process itself (`/dev/stdout`, `-`). A FIFO is waited for until
 /// somebody reads it.
 ///
 /// # Errors
@@ -101,11 +101,11 @@ pub fn stream(path: &Path, occupied: Occupied) -> Result<File, OutputError> {
     Ok(file)
 }
 
-/// An output of this process, if it is named by its path. Opened by that path, a file behind it would be written from its
+/// An output of this process, if it is named by its path, or by `-`, which is stdout. Opened by that path, a file behind it would be written from its
 /// beginning again, and a socket could not be opened at all.
 fn own_output(path: &Path) -> Option<io::Result<File>> {
     let output = match path.to_str()? {
-        "/dev/stdout" | "/dev/fd/1" | "/proc/self/fd/1" => io::stdout().as_fd().try_clone_to_owned(),
+        "-" | "/dev/stdout" | "/dev/fd/1" | "/proc/self/fd/1" => io::stdout().as_fd().try_clone_to_owned(),
         "/dev/stderr" | "/dev/fd/2" | "/proc/self/fd/2" => io::stderr().as_fd().try_clone_to_owned(),
         _ => return None,
     };
@@ -379,5 +379,9 @@ mod tests {
         write(Path::new("/dev/null"), Occupied::Refused, "gone").unwrap();
         stream(Path::new("/dev/stderr"), Occupied::Refused).unwrap();
         OutputFile::prepare(Path::new("/dev/stdout"), Occupied::Refused).unwrap();
+        // By every command that takes the name of an output.
+        OutputFile::prepare(Path::new("-"), Occupied::Refused).unwrap();
+        stream(Path::new("-"), Occupied::Refused).unwrap();
+        assert!(!Path::new("-").exists());
     }
 }
