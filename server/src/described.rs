@@ -1,7 +1,7 @@
 //! A body's declaration as text, by which a body that comes back is compared with itself. Memory has no ranges and no
 //! repertoire of its own; yet field 4 of a small table is another place than field 4 of a large one.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use pschema_learner::vocabulary::bin;
@@ -15,11 +15,11 @@ const TOLD_CHARS_MAX: usize = 70;
 
 /// The line of the kind of body. It is for people and is not compared: a memory that was learnt in a simulated arm may go on in
 /// a real one that senses and does the same.
-const KIND: &str = "kind";
+const KIND: &str = "kind: ";
 
 /// The declaration, a line for the kind of body, for each sense, action and scene command, and for the repertoire.
 pub(crate) fn text(description: &Description) -> String {
-    let mut lines = vec![format!("{KIND}: {}", description.kind)];
+    let mut lines = vec![format!("{KIND}{}", description.kind)];
     for sense in &description.observation_types {
         let own = if sense.own { "own " } else { "" };
         let event = if sense.transient { "event " } else { "" };
@@ -37,18 +37,20 @@ pub(crate) fn text(description: &Description) -> String {
 /// What `now` says otherwise than `before`, or no longer: each line that differs, as it was and as it is. What is new beside
 /// that contradicts nothing.
 pub(crate) fn differences(before: &str, now: &str) -> Vec<String> {
-    let entries = |text: &str| -> BTreeMap<String, String> {
-        let pairs = text.lines().filter_map(|line| line.split_once(": "));
-        pairs.map(|(name, told)| (name.to_owned(), told.to_owned())).collect()
-    };
-    let (before, now) = (entries(before), entries(now));
-    let differ = before.iter().filter(|(name, told)| *name != KIND && now.get(*name) != Some(told));
-    differ
-        .map(|(name, was)| {
-            let is = now.get(name).map_or("nothing", String::as_str);
-            format!("{name} was {}, is {}", cut(was), cut(is))
+    let lines: BTreeSet<&str> = now.lines().collect();
+    // Whole lines are compared: a name may hold what stands between a name and its declaration.
+    let differ = before.lines().filter(|line| !line.starts_with(KIND) && !lines.contains(line));
+    let mut differences: Vec<_> = differ
+        .filter_map(|line| {
+            let (name, was) = line.split_once(": ")?;
+            let same_name =
+                now.lines().filter_map(|line| line.split_once(": ")).find(|(other, _)| *other == name);
+            let is = same_name.map_or("nothing", |(_, told)| told);
+            Some(format!("{name} was {}, is {}", cut(was), cut(is)))
         })
-        .collect()
+        .collect();
+    differences.sort_unstable();
+    differences
 }
 
 /// Differences in one sentence.
@@ -167,6 +169,16 @@ mod tests {
         let larger = differences(&before, &text(&body(3)));
         assert_eq!(larger.len(), 3, "{larger:?}");
         assert_eq!(larger[2], "sense finger was own {field 0..=2 cm}, is own {field 0..=3 cm}");
+        // Names that look like the beginning of a declaration hide nothing.
+        let alike = |fields: i64| {
+            let mut body = Description::new("arm", "row");
+            for (name, max) in [("a: x", fields), ("a: y", 2)] {
+                let sense = ObservationType::state(name).property(Property::integer("field", 0..=max));
+                body.observation_types.push(sense);
+            }
+            text(&body)
+        };
+        assert_eq!(differences(&alike(2), &alike(3)).len(), 1);
         // The order of a repertoire says nothing.
         let mut reversed = body(2);
         reversed.repertoire.reverse();

@@ -101,8 +101,8 @@ pub fn stream(path: &Path, occupied: Occupied) -> Result<File, OutputError> {
     Ok(file)
 }
 
-/// An output of this process, if it is named by its path, or by `-`, which is stdout. Opened by that path, a file behind it would be written from its
-/// beginning again, and a socket could not be opened at all.
+/// An output of this process, if it is named by its path, or by `-`, which is stdout. Opened by that path, a file behind it
+/// would be written from its beginning again, and a socket could not be opened at all.
 fn own_output(path: &Path) -> Option<io::Result<File>> {
     let output = match path.to_str()? {
         "-" | "/dev/stdout" | "/dev/fd/1" | "/proc/self/fd/1" => io::stdout().as_fd().try_clone_to_owned(),

@@ -228,8 +228,8 @@ impl Learner {
         draft.effects()
     }
 
-    /// Has the curriculum begin for `body`, if it has not begun, and go no further, for `reason`: the host found that the body
-    /// can't be led by it. Changes nothing if the curriculum leads another body, is over, or can't go on already.
+    /// Begins the curriculum for `body`, if it has not begun, and leaves it stuck for `reason`: the host found that the curriculum
+    /// can't lead this body. Changes nothing if the curriculum leads another body, is over, or can't go on already.
     pub fn stick(&mut self, body: BodyId, reason: String) -> Vec<Effect> {
         let mut draft = Draft::new(&mut self.memory);
         stages::begin(&mut draft, &self.curriculum, body);
@@ -240,8 +240,8 @@ impl Learner {
         draft.effects()
     }
 
-    /// Has it take in nothing new from here, because the host has no more memory for it, or lets it go on. It acts, and
-    /// learns how well that goes which it knows, all the same. Returns nothing if it is so already.
+    /// Makes memory take in nothing new from here, because the host has no more room for it, or lets it grow again. While memory is
+    /// full the learner still acts, and counts how often the schemas that it has succeed. No effect is returned if nothing changes.
     pub fn set_full(&mut self, full: bool) -> Vec<Effect> {
         if self.memory.content().full == full {
             return Vec::new();
