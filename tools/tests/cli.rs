@@ -283,6 +283,46 @@ fn a_value_is_swept_and_a_mistake_is_located() {
     assert!(said.contains(&format!("swept.toml:{line}:1: ")) && said.contains("silence"), "{said}");
 }
 
+/// `touching = "tuch"` gave a share of 0 % and exit code 0, as a finding would.
+#[test]
+fn a_misspelt_name_in_the_table_of_an_experiment_is_no_finding() {
+    let runtime = runtime();
+    let small = std::fs::read_to_string(SMALL).unwrap();
+    let file = runtime.path().join("mine.toml");
+    let map = |object: &str, place: &str| {
+        let map = format!(r#"map = {{ object = "{object}", effector = "finger", place = "{place}" }}"#);
+        format!("touching = \"touch\"\n{map}")
+    };
+    let sound = r#"touching = "touch""#;
+    let cases = [
+        (sound, r#"touching = "tuch""#, "touching: no observation type is named \"tuch\"; there are "),
+        (sound, &map("objekt", "field"), "map.object: no observation type is named \"objekt\""),
+        (sound, &map("object", "feild"), "map.object: object has no property \"feild\"; it has "),
+        (
+            r#"post = "touch{}""#,
+            r#"post = "tuch{}""#,
+            "measure \"schemas of touching\", post: no observation type is named \"tuch\"",
+        ),
+        (
+            r#"post = "touch{}""#,
+            r#"post = "finger{colour=grene}""#,
+            "measure \"schemas of touching\": post-condition pattern: colour=grene: no such symbol was ever met",
+        ),
+    ];
+    for (said, meant, complaint) in cases {
+        assert!(small.contains(said), "{said}");
+        std::fs::write(&file, small.replace(said, meant)).unwrap();
+        let arguments = ["experiment", file.to_str().unwrap(), "--variant", "whole"];
+        for more in [&["--in-process"][..], &[]] {
+            let output = pschema(runtime.path(), &[&arguments[..], more].concat());
+            let told = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(1), "{meant}: {told}");
+            let expected = format!("mine.toml: [experiment] {complaint}");
+            assert!(told.contains(&expected), "{meant}\nwanted {expected}\nin {told}");
+        }
+    }
+}
+
 #[test]
 fn all_experiments_are_run_as_their_files_say() {
     let runtime = runtime();

@@ -47,9 +47,13 @@ pub(super) fn check(design: &Design, values: &BTreeMap<String, f64>, text: &str)
         for (key, names) in [("stage", &measure.stages), ("against", &measure.against)] {
             names.iter().try_for_each(|name| known_stage(design, name, at(&["measure", &number, key])))?;
         }
-        if let Some(problem) = measure_problem(measure) {
+        if let Some(problem) = measure_problem(design, measure) {
             return Err(Mistake::new(at(&["measure", &number]), format!("{:?}: {problem}", measure.name)));
         }
+    }
+    if design.map.as_ref().is_some_and(|map| map.reached.is_none()) && design.touching.is_none() {
+        let problem = "a map needs `reached`, or `touching` beside it: the observation type that says so";
+        return Err(Mistake::new(at(&["map"]), problem));
     }
     swept(design, values, &places)?;
     let lesson = |curriculum: &str, settings: &[String], place: Range<usize>| {
@@ -74,7 +78,7 @@ fn known_stage(design: &Design, name: &str, place: Range<usize>) -> Result<(), M
     Err(Mistake::new(place, format!("no stage is named {name:?}; there are: {known}")))
 }
 
-fn measure_problem(measure: &Measure) -> Option<&'static str> {
+fn measure_problem(design: &Design, measure: &Measure) -> Option<&'static str> {
     let about_schemas = measure.pre.is_some() || measure.post.is_some() || measure.except_post.is_some();
     match measure.of {
         Quantity::Precision if measure.against.is_empty() || measure.stages.is_empty() => {
@@ -82,6 +86,9 @@ fn measure_problem(measure: &Measure) -> Option<&'static str> {
         }
         Quantity::Precision => None,
         _ if !measure.against.is_empty() => Some("`against` is for precision only"),
+        Quantity::TouchingShare if design.touching.is_none() => {
+            Some("touching_share needs `touching`: the observation type whose prediction is meant")
+        }
         Quantity::Schemas if !measure.stages.is_empty() => {
             Some("schemas are counted at the end, not by stage")
         }

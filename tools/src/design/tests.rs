@@ -90,6 +90,16 @@ fn mistakes_are_located() {
             "needs `stage` and `against`",
         ),
         (
+            &format!("{TABLE}[[experiment.measure]]\nname = \"m\"\nof = \"touching_share\"\n"),
+            "mine.toml:14:1:",
+            "needs `touching`",
+        ),
+        (
+            &format!("{TABLE}map = {{ object = \"object\", effector = \"finger\", place = \"field\" }}\n"),
+            "mine.toml:14:7:",
+            "a map needs `reached`",
+        ),
+        (
             &format!("{TABLE}[[experiment.measure]]\nname = \"m\"\nof = \"beauty\"\n"),
             "mine.toml:16:6:",
             "unknown variant `beauty`",

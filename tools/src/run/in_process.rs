@@ -14,6 +14,7 @@ use crate::learner::Asks;
 
 use super::any_body::AnyBody;
 use super::experiment::{Condition, read};
+use super::names;
 use super::outcome::Outcome;
 use super::pair::stuck;
 use super::trace::Trace;
@@ -31,6 +32,7 @@ pub(crate) fn in_process(
 ) -> Result<Outcome, Failure> {
     let started = Instant::now();
     let mut run = begun(condition, seed, stop)?;
+    names::check(design, &mut run)?;
     let mut looked = Instant::now();
     let mut trace = Trace::default();
     while run.advance().map_err(Failure::of)? == RunState::Running {

@@ -7,6 +7,7 @@ mod experiment;
 mod in_process;
 mod knowledge;
 mod many;
+mod names;
 mod outcome;
 mod pair;
 mod progress;

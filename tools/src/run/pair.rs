@@ -20,6 +20,7 @@ use crate::render::words::plain;
 use super::body::BodyProcess;
 use super::child::{Child, private_name, retry};
 use super::experiment::Condition;
+use super::names;
 use super::outcome::Outcome;
 use super::trace::Trace;
 
@@ -102,9 +103,13 @@ impl Pair {
         stop: &Stop,
         mut seen: impl FnMut(&Report),
     ) -> Result<Outcome, Failure> {
-        let mut trace = Trace::default();
+        let (mut trace, mut checked) = (Trace::default(), false);
         let followed = self.follow(stop, |report, learner| {
             seen(report);
+            if report.step > 0 && !checked {
+                names::check(design, learner)?;
+                checked = true;
+            }
             // Now and then, so that nothing is lost of a run longer than the daemon keeps.
             if report.step > trace.last_step() + FETCH_EVERY { trace.fetch(learner, design) } else { Ok(()) }
         });

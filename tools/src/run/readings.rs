@@ -7,6 +7,7 @@ use crate::design::{Design, Measure, Quantity};
 use crate::failure::Failure;
 use crate::learner::Asks;
 
+use super::names;
 use super::trace::{Trace, Trial};
 
 /// One figure read off a run.
@@ -49,7 +50,11 @@ pub(crate) struct Reader<'a> {
 impl Reader<'_> {
     /// All that the experiment asks for.
     pub(crate) fn readings(&self, asked: &mut impl Asks) -> Result<Vec<Reading>, Failure> {
-        self.design.measures.iter().map(|measure| self.reading(measure, asked)).collect()
+        let read = |measure: &Measure| {
+            let key = || format!("measure {:?}", measure.name);
+            self.reading(measure, asked).map_err(|failure| names::at(self.design, &key(), failure))
+        };
+        self.design.measures.iter().map(read).collect()
     }
 
     fn reading(&self, wanted: &Measure, asked: &mut impl Asks) -> Result<Reading, Failure> {
