@@ -34,7 +34,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use clap::{Args, Subcommand};
+use clap::{Args, ValueEnum};
 use pschema_arm::FileError;
 use pschema_process::{Occupied, OutputError, SignalError, Stop, stream};
 use pschema_protocol::body::{RunError, RunOptions, RunSummary};
@@ -89,34 +89,34 @@ pub struct AdeptArgs {
     #[arg(long, value_name = "NAME", default_value = "arm")]
     pub body: String,
     /// The serial port that the controller is on.
-    #[arg(long, value_name = "DEVICE", global = true)]
+    #[arg(long, value_name = "DEVICE")]
     pub port: Option<PathBuf>,
     /// The description of the arm, with its limits: `emulated`, or an arm file.
-    #[arg(long, value_name = "NAME|FILE", default_value = "emulated", global = true)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "emulated")]
     pub arm: String,
     /// Where pictures come from: folder:DIRECTORY (the newest one), socket:PATH, or exec:COMMAND that prints raw
     /// RGB pictures.
-    #[arg(long, value_name = "CAMERA", global = true)]
+    #[arg(long, value_name = "CAMERA")]
     pub camera: Option<CameraSource>,
     /// The person who places objects and resets faults: terminal, socket:PATH, or none.
-    #[arg(long, value_name = "WHERE", default_value = "terminal", global = true)]
+    #[arg(long, value_name = "WHERE", default_value = "terminal")]
     pub operator: OperatorPlace,
     /// Enable the arm at once. Whoever types this has made sure that the work space is clear and stands at the
     /// emergency stop; without it the operator is asked.
-    #[arg(long, global = true)]
+    #[arg(long)]
     pub enable: bool,
     /// Calibrate the arm when it is enabled, if the controller says that it is not calibrated. The arm then moves by
     /// itself, in ways that the limits of the arm file cannot hold.
-    #[arg(long, global = true)]
+    #[arg(long)]
     pub home: bool,
     /// Connect, sense and check every motion, but move nothing.
     #[arg(long)]
     pub dry_run: bool,
     /// Write every exchange with the controller to a file.
-    #[arg(long, value_name = "FILE", global = true)]
+    #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// Replace what is in the file of --record already.
-    #[arg(long, requires = "record", global = true)]
+    #[arg(long, requires = "record")]
     pub overwrite: bool,
     /// Replay a recording instead of using a port: check that this driver sends the same bytes as then, and end.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["port", "record"])]
@@ -125,12 +125,13 @@ pub struct AdeptArgs {
     #[arg(long)]
     pub exit_with_daemon: bool,
     /// A task other than serving a daemon.
-    #[command(subcommand)]
+    // No command of its own: of a port that was named before it and behind it as well, clap would obey the second alone.
+    #[arg(value_enum, conflicts_with_all = ["replay", "exit_with_daemon"])]
     pub task: Option<AdeptTask>,
 }
 
 /// A task of the Adept body other than serving a daemon.
-#[derive(Subcommand, Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum AdeptTask {
     /// Visit taught points, find the finger in the picture at each, and write the map from table to pixels into the
     /// arm file.

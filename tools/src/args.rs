@@ -92,7 +92,7 @@ fn two_names(before: &str, behind: &str) -> Failure {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct NameArgs {
     /// The learner meant [default: default]
-    #[arg(id = "learner", long = "name", value_name = "NAME", global = true)]
+    #[arg(id = "learner", long = "name", value_name = "NAME")]
     name: Option<LearnerName>,
 }
 
@@ -128,16 +128,16 @@ impl NameArgs {
 }
 
 /// The memory that a question is about: that of a running learner, or one on disk. Whether the options can be obeyed together
-/// is for [`MemoryArgs::meant`] to say, for they may stand before the command, behind it, or behind a command of that one.
+/// is for [`MemoryArgs::meant`] to say, for they may stand before the command or behind it.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct MemoryArgs {
     #[command(flatten)]
     name: NameArgs,
     /// Ask the memory in this data directory, with or without a daemon on it; nothing in it is changed
-    #[arg(long, value_name = "DIR", global = true)]
+    #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// As it was after step N, before step N + 1; with --data
-    #[arg(long, value_name = "N", global = true)]
+    #[arg(long, value_name = "N")]
     until: Option<u64>,
 }
 
@@ -151,6 +151,16 @@ pub(crate) enum MeantMemory<'a> {
 }
 
 impl MemoryArgs {
+    /// A failure when a question is about the decision of a `step` which the memory that was meant had not taken.
+    pub(crate) fn check_step(&self, step: Option<u64>) -> Result<(), Failure> {
+        match (step, self.until) {
+            (Some(step), Some(until)) if step > until => Err(Failure::Usage(format!(
+                "--until {until} means memory as it was before step {step}: leave out --until, or name a step up to {until}"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
     /// The memory that was meant; a failure when what was typed can't be obeyed.
     pub(crate) fn meant(&self, general: &General) -> Result<MeantMemory<'_>, Failure> {
         match (&self.data, self.until) {
@@ -169,7 +179,7 @@ pub(crate) struct AskArgs {
     #[command(flatten)]
     pub(crate) memory: MemoryArgs,
     /// Print JSON
-    #[arg(long, global = true)]
+    #[arg(long)]
     pub(crate) json: bool,
 }
 

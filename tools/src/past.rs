@@ -62,6 +62,7 @@ pub(crate) fn answered<Q: Inspect>(
     general: &General,
     question: Q,
 ) -> Result<Q::Answer, Failure> {
+    memory.check_step(decision_asked(&question))?;
     let mut source = asked(memory, general)?;
     let Source::Daemon(learner) = &mut source else { return source.ask(question) };
     let problem = match learner.ask(question.clone()) {

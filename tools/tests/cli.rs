@@ -123,6 +123,34 @@ fn wrong_usage_exits_2_and_points_at_it() {
     }
 }
 
+/// Where an option stood before an order and behind it as well, the second was obeyed and the first forgotten.
+#[test]
+fn no_argument_is_obeyed_in_part() {
+    let runtime = runtime();
+    let cases: [&[&str]; 9] = [
+        &["stage", "--name", "a", "step", "--name", "b"],
+        &["--name", "a", "stage", "step", "--name", "b"],
+        &["stage", "--data", "life", "--until", "3", "show", "--until", "5"],
+        &["stage", "next", "first touches"],
+        &["stage", "set"],
+        &["explain", "--data", "life", "--step", "10", "--until", "5"],
+        &["explain", "--data", "life", "--why-not", "3", "--step", "10", "--until", "5"],
+        &["adept", "--port", "/dev/ttyS0", "calibrate", "--port", "/dev/ttyS1"],
+        &["adept", "--replay", "line.txt", "calibrate"],
+    ];
+    for arguments in cases {
+        let output = pschema(runtime.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", text(&output.stderr));
+    }
+    let later = text(&pschema(runtime.path(), cases[5]).stderr);
+    assert!(later.contains("before step 10: leave out --until"), "{later}");
+    // Each place will do.
+    for arguments in [["stage", "--name", "robot-1", "step"], ["stage", "step", "--name", "robot-1"]] {
+        let output = pschema(runtime.path(), &arguments);
+        assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
+    }
+}
+
 /// A message once repeated all of what was typed, ten thousand bytes of it, and numbers of 320 digits.
 #[test]
 fn long_input_is_quoted_in_part() {

@@ -1,6 +1,6 @@
-//! `pschema stage [show|next|hold|resume|set NAME]`.
+//! `pschema stage [show|next|hold|resume|step|set NAME]`.
 
-use clap::{Args, Subcommand};
+use clap::{Args, ValueEnum};
 use pschema_inspect::{ReportQuery, StageOrder};
 
 use crate::args::{AskArgs, General, MeantMemory, refused_order};
@@ -12,48 +12,51 @@ use crate::render::status;
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  pschema stage\n  pschema stage next\n  pschema stage set 'first touches'"
+    after_help = "Example:\n  pschema stage show --json\n  pschema stage next\n  pschema stage set 'first touches'"
 )]
 pub(crate) struct StageArgs {
     #[command(flatten)]
     ask: AskArgs,
-    #[command(subcommand)]
-    order: Option<StageCommand>,
+    /// What is to be done
+    // No command of its own with options of its own: of an option that stood before the order and behind it as well, clap
+    // would obey the second alone.
+    #[arg(value_enum, default_value_t)]
+    order: Order,
+    /// The name of the stage, for `set`
+    #[arg(required_if_eq("order", "set"))]
+    stage: Option<String>,
 }
 
-#[derive(Debug, Subcommand)]
-enum StageCommand {
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Order {
     /// Say where the curriculum stands
-    #[command(after_help = "Example:\n  pschema stage show --json")]
+    #[default]
     Show,
     /// End the present stage and enter the next
-    #[command(after_help = "Example:\n  pschema stage next")]
     Next,
     /// Wait: nothing is done until `resume`
-    #[command(after_help = "Example:\n  pschema stage hold")]
     Hold,
     /// Go on after `hold`
-    #[command(after_help = "Example:\n  pschema stage resume")]
     Resume,
     /// Take one action, and wait again
-    #[command(after_help = "Example:\n  pschema stage step")]
     Step,
     /// Enter a stage of the curriculum, or enter it again
-    #[command(after_help = "Example:\n  pschema stage set 'first touches'")]
-    Set {
-        /// Its name
-        stage: String,
-    },
+    Set,
 }
 
 pub(crate) fn run(args: StageArgs, general: &General) -> Result<(), Failure> {
-    let order = match args.order.unwrap_or(StageCommand::Show) {
-        StageCommand::Show => return show(&args.ask, general, ReportQuery {}, status::report),
-        StageCommand::Next => StageOrder::Next,
-        StageCommand::Hold => StageOrder::Hold,
-        StageCommand::Resume => StageOrder::Resume,
-        StageCommand::Step => StageOrder::Step,
-        StageCommand::Set { stage } => StageOrder::Set(stage),
+    if let (Some(stage), true) = (&args.stage, args.order != Order::Set) {
+        return Err(Failure::Usage(format!(
+            "only `stage set` takes the name of a stage: leave out {stage:?}"
+        )));
+    }
+    let order = match args.order {
+        Order::Show => return show(&args.ask, general, ReportQuery {}, status::report),
+        Order::Next => StageOrder::Next,
+        Order::Hold => StageOrder::Hold,
+        Order::Resume => StageOrder::Resume,
+        Order::Step => StageOrder::Step,
+        Order::Set => StageOrder::Set(args.stage.unwrap_or_default()),
     };
     match args.ask.memory.meant(general)? {
         MeantMemory::OnDisk(data, _) => Err(refused_order(data, "an order to the curriculum")),
