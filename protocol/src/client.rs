@@ -2,7 +2,10 @@
 
 use std::time::{Duration, Instant};
 
+use pschema_process::require_descriptors;
+
 use crate::domain::{DomainError, Place};
+use crate::limits::PEER_DESCRIPTORS_NEEDED;
 use crate::transport::TransportError;
 pub use crate::transport::tool_link::Purpose;
 use crate::transport::tool_link::ToolLink;
@@ -71,6 +74,7 @@ impl Client {
     /// # Errors
     /// As [`Client::connect`].
     pub fn connect_for(purpose: Purpose, place: &Place, timeout: Duration) -> Result<Self, ClientError> {
+        require_descriptors("a tool", PEER_DESCRIPTORS_NEEDED).map_err(TransportError::from)?;
         let start = Instant::now();
         loop {
             match ToolLink::connect(place, purpose) {

@@ -23,6 +23,8 @@ pub const TOOLS_MAX: usize = 16;
 /// Places on the tool service beside those, for tools that connect to give orders: however many tools watch, somebody can
 /// still hold the learner.
 pub const OPERATORS_MAX: usize = 4;
+/// Files that the process of a body or of a tool has open, generously rounded up.
+pub const PEER_DESCRIPTORS_NEEDED: u64 = 128;
 /// Longest reason of a refusal, or of an order that was not carried out, in bytes of UTF-8.
 pub const REASON_BYTES_MAX: usize = 256;
 /// Longest name of a learner, in bytes: small letters, digits, `_` and `-`.

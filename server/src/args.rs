@@ -158,7 +158,17 @@ pub fn run(args: &ServerArgs, stop: &AtomicBool) -> Result<(), ServerError> {
     // Before anything is created: a mistake in a file leaves nothing behind.
     let setup = args.setup()?;
     let place = Place::new(RuntimeDir::from_environment()?, args.name.clone());
-    let memory_max = args.memory_max.map_or_else(resident::default_max, |given| given.0);
+    let memory_max = match args.memory_max {
+        None => resident::default_max(),
+        Some(MemoryMax(given)) => {
+            // Before the memory on disk is read, which may have come to its limit.
+            let taken = resident::bytes();
+            if let Some(max) = given.filter(|max| *max <= taken) {
+                return Err(ServerError::MemoryMax { max, taken });
+            }
+            given
+        }
+    };
     let hosting = Hosting { memory_max, accept_changes: args.accept_changes };
     serve_kept(place, setup, args.keeping().as_ref(), hosting, stop)
 }

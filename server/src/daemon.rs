@@ -9,6 +9,7 @@ use pschema_inspect::codec::{self, Problem, Reply as ToolReply};
 use pschema_inspect::{BodyState, Order, OrderFailure, Request, StageOrder};
 use pschema_learner::effect::Effect;
 use pschema_learner::progress::StageCommand;
+use pschema_process::require_descriptors;
 use pschema_protocol::domain::{OwnedDomain, Place, RuntimeDir};
 use pschema_protocol::refusal::Refusal;
 use pschema_protocol::transport::server::{
@@ -18,7 +19,6 @@ use pschema_protocol::wire::decode;
 use pschema_protocol::wire::message::{Introduction, RawFrame, RawHello, Reply};
 use pschema_store::Cause;
 
-use crate::descriptors;
 use crate::error::ServerError;
 use crate::inspect::{encoded, problem};
 use crate::inspector::{Inspector, JOBS_MAX};
@@ -42,6 +42,10 @@ const LOOK_EVERY: Duration = Duration::from_secs(1);
 const MEASURE_EVERY: Duration = Duration::from_millis(100);
 /// How long the daemon waits at its end for bodies to ask once more, so that it can send them away.
 const FAREWELL_MAX: Duration = Duration::from_secs(1);
+
+/// The files that a daemon with all its bodies and tools has open, generously rounded up. One that has none left could not go on
+/// to another file of the journal.
+const DESCRIPTORS_NEEDED: u64 = 1024;
 
 /// What a daemon allows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,7 +89,7 @@ pub fn serve_kept(
     hosting: Hosting,
     stop: &AtomicBool,
 ) -> Result<(), ServerError> {
-    descriptors::require()?;
+    require_descriptors("a daemon with all its bodies and tools", DESCRIPTORS_NEEDED)?;
     let name: Arc<str> = place.learner().to_string().into();
     let mut transport = ServerTransport::create(OwnedDomain::create(place.clone())?)?;
     let waker = Waker::new(transport.waker()?);

@@ -1,7 +1,7 @@
 //! Why the daemon can't run.
 
 use pschema_learner::LearnerError;
-use pschema_process::SignalError;
+use pschema_process::{SignalError, TooFewDescriptors};
 use pschema_protocol::domain::DomainError;
 use pschema_protocol::transport::TransportError;
 use pschema_store::StoreError;
@@ -35,15 +35,18 @@ pub enum ServerError {
         error: Box<ServerError>,
     },
     /// The process may open too few files.
+    #[error(transparent)]
+    Descriptors(#[from] TooFewDescriptors),
+    /// The process may take less memory than it takes without having learnt anything.
     #[error(
-        "this process may open {allowed} files, and a daemon with all its bodies and tools needs {needed}: run `ulimit -n \
-         {needed}` first, or set LimitNOFILE={needed} in its unit"
+        "--memory-max {max}: the daemon takes {taken} bytes before it has learnt anything, so it could learn nothing: allow it \
+         more, such as {}MiB, or leave --memory-max out for half of the machine's memory", advised_mib(*taken)
     )]
-    Descriptors {
-        /// How many it may open.
-        allowed: u64,
-        /// How many it needs.
-        needed: u64,
+    MemoryMax {
+        /// How many bytes it may take.
+        max: u64,
+        /// How many bytes it takes by now.
+        taken: u64,
     },
     /// A thread can't be started.
     #[error("cannot start a thread: {0}")]
@@ -51,4 +54,9 @@ pub enum ServerError {
     /// Signals can't be handled.
     #[error(transparent)]
     Signals(#[from] SignalError),
+}
+
+/// A limit that leaves as much again for memory and more, in MiB.
+fn advised_mib(taken: u64) -> u64 {
+    (taken >> 20).saturating_mul(4).max(64)
 }

@@ -12,7 +12,6 @@ mod args;
 pub mod config;
 mod daemon;
 mod described;
-mod descriptors;
 mod error;
 mod growth;
 pub mod in_process;

@@ -129,11 +129,21 @@ fn memory_that_has_come_to_its_limit_learns_nothing_new_and_goes_on() {
     let life = sandbox.runtime().join("life");
     let data = ["--data", life.to_str().unwrap()];
     let body = sandbox.body("default", &[]);
-    let daemon = sandbox.daemon("default", &[&data[..], &["--memory-max", "1MiB"]].concat());
+    // A limit below what the daemon takes by itself is refused with what that is, before anything is made.
+    let server = [&["server", "--name", "default"], &data[..]].concat();
+    let refused = sandbox.run(&[&server[..], &["--memory-max", "5"]].concat());
+    assert_eq!(refused.code(), Some(1), "{refused:?}");
+    let taken =
+        refused.stderr.split_once("the daemon takes ").and_then(|(_, rest)| rest.split_once(" bytes"));
+    let taken: u64 = taken.unwrap().0.parse().unwrap();
+    assert!(!life.exists() && refused.stderr.contains("--memory-max 5"), "{refused:?}");
+    // A little more is what the daemon has taken by the time at which it is ready.
+    let max = taken + (1 << 20);
+    let daemon = sandbox.daemon("default", &[&data[..], &["--memory-max", &max.to_string()]].concat());
     daemon.says("nothing new is learnt from here");
     let _acting = sandbox.past("default", 50);
     let status = sandbox.status("default");
-    assert_eq!((&status["memory_full"], &status["memory_max_bytes"]), (&true.into(), &(1 << 20).into()));
+    assert_eq!((&status["memory_full"], &status["memory_max_bytes"]), (&true.into(), &max.into()));
     let learnt = status["schemas_total"].as_u64().unwrap();
     let at = sandbox.past("default", status["step"].as_u64().unwrap() + 100);
     assert_eq!(
@@ -142,7 +152,7 @@ fn memory_that_has_come_to_its_limit_learns_nothing_new_and_goes_on() {
         "the curriculum leads on, and no schema is made"
     );
     let text = sandbox.run(&["status"]);
-    assert!(text.stdout.contains("of at most 1.0 MiB; it is full"), "{text:?}");
+    assert!(text.stdout.contains("of at most ") && text.stdout.contains("; it is full"), "{text:?}");
     assert_eq!(daemon.ended().code(), Some(0));
     assert_eq!(body.finished().code(), Some(0), "it was sent away");
 
@@ -164,6 +174,14 @@ fn memory_that_has_come_to_its_limit_learns_nothing_new_and_goes_on() {
 fn too_few_files_are_said_at_the_start_and_a_soft_limit_is_raised() {
     let sandbox = Sandbox::new(BINARY);
     let limited = |limit: &str| format!("ulimit {limit} 64; exec '{BINARY}' server");
+    // Shared memory only says that it failed.
+    for (peer, who) in [("sim", "a body"), ("status", "a tool")] {
+        let few = format!("ulimit -n 16; exec '{BINARY}' {peer}");
+        let refused = sandbox.start_program("/bin/sh", &["-c", &few]).finished();
+        assert_eq!(refused.code(), Some(1), "{refused:?}");
+        let told = format!("this process may open 16 files, and {who} needs 128: run `ulimit -n 128` first");
+        assert!(refused.stderr.contains(&told), "{refused:?}");
+    }
     let refused = sandbox.start_program("/bin/sh", &["-c", &limited("-n")]).finished();
     assert_eq!(refused.code(), Some(1), "{refused:?}");
     assert!(

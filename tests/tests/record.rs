@@ -40,6 +40,7 @@ fn every_step_is_written_down_in_order_until_the_daemon_ends() {
     let recorded = all_the_while.finished().json();
     assert_eq!(recorded["steps_missed"], 0, "{recorded}");
     let lines = lines(&all);
+    let next = sandbox.daemon("next", &[]);
     let steps: Vec<u64> = lines.iter().filter_map(|line| line.get("step")?.get("step")?.as_u64()).collect();
     assert!(steps.is_sorted() && steps.first() == Some(&1), "{steps:?}");
     assert_eq!(steps.last(), status["step"].as_u64().as_ref());
@@ -49,8 +50,12 @@ fn every_step_is_written_down_in_order_until_the_daemon_ends() {
         lines.iter().any(|line| line["step"]["stage_name"] == "first touches"),
         "stages have their names"
     );
-    let again = sandbox.run(&["record", "--jsonl", &all]);
-    assert_ne!(again.code(), Some(0), "a file that is there is not written over: {again:?}");
+    for to in ["--jsonl", "--rerun"] {
+        let again = sandbox.run(&["record", to, &all, "--name", "next"]);
+        assert_eq!(again.code(), Some(1), "a file that is there is not written over: {again:?}");
+        assert!(again.stderr.contains("it is there already"), "{again:?}");
+    }
+    drop(next);
     drop(body);
 }
 
@@ -94,6 +99,7 @@ fn what_was_left_out_of_this_build_is_said() {
     let refused = sandbox.run(&["record", "--rerun", "/tmp/never-made.rrd"]);
     assert_eq!(refused.code(), Some(1), "{refused:?}");
     assert!(refused.stderr.contains("--features rerun"), "{refused:?}");
+    assert!(!std::path::Path::new("/tmp/never-made.rrd").exists());
     let nothing = sandbox.run(&["record"]);
     assert_eq!(nothing.code(), Some(2), "{nothing:?}");
 }

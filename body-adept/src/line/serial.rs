@@ -1,10 +1,11 @@
 //! A serial port, opened for this process alone.
 
-use std::io::{self, ErrorKind, Read, Write};
-use std::os::unix::fs::FileTypeExt;
+use std::io::{self, ErrorKind, IsTerminal, Read, Write};
+use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 use std::time::Duration;
 
+use rustix::fs::OFlags;
 use serialport::{ClearBuffer, SerialPort, TTYPort};
 
 use super::{Line, LineError, Stopper};
@@ -44,6 +45,7 @@ impl SerialLine {
             serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
                 refused(format!("{error}: this user may not use it; log in anew after you joined its group"))
             }
+            _ if is_other_device(path) => refused("it is a device and no serial port".to_owned()),
             _ => refused(error.to_string()),
         })?;
         Ok(Self { port })
@@ -76,6 +78,15 @@ fn no_port(path: &Path) -> Option<String> {
         () => "a block device",
     };
     Some(format!("it is {kind} and no serial port"))
+}
+
+/// Whether the device at `path`, which could not be used as a port, is of another kind.
+fn is_other_device(path: &Path) -> bool {
+    let mut options = std::fs::OpenOptions::new();
+    options
+        .read(true)
+        .custom_flags(OFlags::NOCTTY.bits().cast_signed() | OFlags::NONBLOCK.bits().cast_signed());
+    options.open(path).is_ok_and(|device| !device.is_terminal())
 }
 
 fn gone(error: serialport::Error) -> LineError {
@@ -150,7 +161,7 @@ mod tests {
             (at("file"), "it is a file and no serial port"),
             (at("fifo"), "it is a FIFO and no serial port"),
             (directory.path().to_owned(), "it is a directory and no serial port"),
-            ("/dev/null".into(), "/dev/null"),
+            ("/dev/null".into(), "it is a device and no serial port"),
         ];
         for (path, problem) in cases {
             let error = SerialLine::open(&path, 9600).err().unwrap().to_string();

@@ -54,6 +54,16 @@ pub enum OutputError {
         /// The path as it was named.
         path: PathBuf,
     },
+    /// There is no directory for it.
+    #[error(
+        "cannot write {}: there is no directory {}; make it, or name another file", path.display(), directory.display()
+    )]
+    NoDirectory {
+        /// The path as it was named.
+        path: PathBuf,
+        /// The directory, behind all links.
+        directory: PathBuf,
+    },
     /// The system refused it.
     #[error("cannot write {}: {source}", path.display())]
     Io {
@@ -66,7 +76,13 @@ pub enum OutputError {
 
 fn refused(path: &Path) -> impl Fn(io::Error) -> OutputError + use<> {
     let path = path.to_owned();
-    move |source| OutputError::Io { path: path.clone(), source }
+    move |source| {
+        let directory = behind_links(&path).ok().map(|target| parent(&target).to_owned());
+        match directory.filter(|directory| source.kind() == io::ErrorKind::NotFound && !directory.exists()) {
+            Some(directory) => OutputError::NoDirectory { path: path.clone(), directory },
+            None => OutputError::Io { path: path.clone(), source },
+        }
+    }
 }
 
 /// Opens what a person named for a stream, which is read while it is written: a new file, the one that is there if it is
@@ -349,10 +365,18 @@ mod tests {
     #[test]
     fn a_file_that_cannot_be_written_is_found_out_first() {
         let directory = tempfile::tempdir().unwrap();
-        for path in [directory.path().to_owned(), directory.path().join("none/a.txt")] {
+        let none = directory.path().join("none");
+        let dangling = directory.path().join("dangling");
+        symlink("none/a.txt", &dangling).unwrap();
+        let missing = format!("there is no directory {}; make it", none.display());
+        let cases = [(directory.path().to_owned(), ""), (none.join("a.txt"), &missing), (dangling, &missing)];
+        for (path, problem) in cases {
             for occupied in [Occupied::Refused, Occupied::Replaced] {
-                assert!(OutputFile::prepare(&path, occupied).is_err(), "{path:?}");
-                assert!(stream(&path, occupied).is_err(), "{path:?}");
+                for error in [OutputFile::prepare(&path, occupied).err(), stream(&path, occupied).err()] {
+                    let error = error.unwrap().to_string();
+                    let named = format!("cannot write {}", path.display());
+                    assert!(error.starts_with(&named) && error.contains(problem), "{error}");
+                }
             }
         }
     }

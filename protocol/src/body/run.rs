@@ -8,9 +8,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use pschema_process::{LevelFilter, Log, Stop, say};
+use pschema_process::{LevelFilter, Log, Stop, require_descriptors, say};
 
 use crate::domain::{DomainError, LearnerName, Place, RuntimeDir};
+use crate::limits::PEER_DESCRIPTORS_NEEDED;
 use crate::refusal::{Refusal, codes};
 use crate::transport::TransportError;
 use crate::transport::body_link::BodyLink;
@@ -155,6 +156,7 @@ pub enum RunError {
 /// # }
 /// ```
 pub fn run<B: Body>(body: B, options: &RunOptions) -> Result<RunSummary, RunError> {
+    require_descriptors("a body", PEER_DESCRIPTORS_NEEDED).map_err(TransportError::from)?;
     let mut run = Run {
         driver: BodyLoop::new(body),
         options,

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use pschema_process::TooFewDescriptors;
+
 use crate::domain::DomainError;
 use crate::refusal::Refusal;
 
@@ -20,6 +22,9 @@ pub enum TransportError {
         /// What the transport said.
         problem: String,
     },
+    /// The process may open too few files.
+    #[error(transparent)]
+    Descriptors(#[from] TooFewDescriptors),
     /// Shared memory ran out while a port was being set up.
     #[error(
         "shared memory is full: cannot reserve {bytes} bytes in /dev/shm ({error}); free some, or mount it larger"

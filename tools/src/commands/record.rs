@@ -27,8 +27,8 @@ pub(crate) struct RecordArgs {
     /// A recording for the Rerun viewer, pictures included; needs a pschema built with `--features rerun`
     #[arg(long, value_name = "FILE")]
     rerun: Option<PathBuf>,
-    /// Replace the file of --jsonl if it is there
-    #[arg(long, requires = "jsonl")]
+    /// Replace what is there under the names of --jsonl and --rerun
+    #[arg(long)]
     overwrite: bool,
     /// Leave the pictures out of it: they are most of its bytes
     #[arg(long, requires = "rerun")]
@@ -51,12 +51,13 @@ pub(crate) fn run(args: RecordArgs, general: &General) -> Result<(), Failure> {
     let place = Place::new(RuntimeDir::from_environment()?, name.clone());
     // Looked for first: no file is made where there is nothing to record.
     place.served()?;
+    let occupied = Occupied::overwritten(args.overwrite);
     let mut recorders: Vec<Box<dyn Recorder>> = Vec::new();
     if let Some(path) = &args.rerun {
-        recorders.push(record::rerun(path, name.as_str())?);
+        recorders.push(record::rerun(path, occupied, name.as_str())?);
     }
     if let Some(path) = &args.jsonl {
-        recorders.push(Box::new(JsonLinesFile::create(path, Occupied::overwritten(args.overwrite))?));
+        recorders.push(Box::new(JsonLinesFile::create(path, occupied)?));
     }
     let stop = Stop::on_signals()?;
     let pictures = args.rerun.is_some() && !args.no_pictures;

@@ -11,11 +11,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use pschema_inspect::{Live, LiveQuery, SchemaQuery, TraceRecord};
+use pschema_process::{Occupied, OutputFile};
 use pschema_protocol::domain::Place;
 use pschema_protocol::transport::pictures::PictureWatch;
 
 use crate::failure::Failure;
 use crate::learner::Learner;
+use crate::output::named;
 
 pub(crate) use lines::JsonLinesFile;
 #[cfg(test)]
@@ -27,11 +29,14 @@ const PAUSE: Duration = Duration::from_millis(30);
 /// Newest schemas that come with each page of steps; if more were made, they are asked for.
 const NEWEST_MAX: u32 = 100;
 
-/// A recording for the Rerun viewer.
+/// A recording for the Rerun viewer. A file that is there is `occupied`.
 ///
 /// # Errors
 /// When this program was built without it, or the file can't be made.
-pub(crate) fn rerun(path: &Path, learner: &str) -> Result<Box<dyn Recorder>, Failure> {
+pub(crate) fn rerun(path: &Path, occupied: Occupied, learner: &str) -> Result<Box<dyn Recorder>, Failure> {
+    let path = named(path);
+    // The viewer's library opens the file by itself, and would write over whatever is there.
+    drop(OutputFile::prepare(path, occupied)?);
     #[cfg(feature = "rerun")]
     return Ok(Box::new(rerun::Recording::create(path, learner)?));
     #[cfg(not(feature = "rerun"))]

@@ -24,9 +24,6 @@ pub(super) struct Recording {
 
 impl Recording {
     pub(super) fn create(path: &Path, learner: &str) -> Result<Self, Failure> {
-        if path.exists() {
-            return Err(Failure::Failed(format!("{} is there already: name another file", path.display())));
-        }
         let stream = RecordingStreamBuilder::new("pschema").recording_name(learner.to_owned()).save(path);
         let stream =
             stream.map_err(|error| Failure::Failed(format!("cannot write {}: {error}", path.display())))?;
