@@ -35,7 +35,7 @@ const SEED: u64 = 0xCA11_B8A7;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CalibrationError {
-    /// The arm file is built in and cannot be written to.
+    /// The arm file is built in, or comes from stdin, and cannot be written to.
     #[error(
         "the map is written into the arm file: give one with --arm FILE (a copy of body-adept/arms/emulated.toml)"
     )]
@@ -95,9 +95,9 @@ impl ArmFile {
     /// The arm file of a name or path, as `--arm` takes it, found fit to be written before the arm moves.
     ///
     /// # Errors
-    /// When it is built in, or cannot be written.
+    /// When it is built in or comes from stdin, or cannot be written.
     pub fn prepare(arm: &str) -> Result<Self, CalibrationError> {
-        if arm == "emulated" {
+        if ["emulated", "-"].contains(&arm) {
             return Err(CalibrationError::BuiltIn);
         }
         Ok(Self { path: arm.into(), output: OutputFile::prepare(Path::new(arm), Occupied::Replaced)? })

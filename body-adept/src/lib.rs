@@ -91,7 +91,7 @@ pub struct AdeptArgs {
     /// The serial port that the controller is on.
     #[arg(long, value_name = "DEVICE")]
     pub port: Option<PathBuf>,
-    /// The description of the arm, with its limits: `emulated`, or an arm file.
+    /// The description of the arm, with its limits: `emulated`, an arm file, or `-` for stdin.
     #[arg(long, value_name = "NAME|FILE", default_value = "emulated")]
     pub arm: String,
     /// Where pictures come from: folder:DIRECTORY (the newest one), socket:PATH, or exec:COMMAND that prints raw

@@ -68,7 +68,7 @@ pub struct SimArgs {
     /// The name this body gives itself; a body that comes back under the same name continues.
     #[arg(long, value_name = "NAME", default_value = "arm")]
     pub body: String,
-    /// The world it lives in: `wide`, `narrow`, `block-and-ball`, or a world file.
+    /// The world it lives in: `wide`, `narrow`, `block-and-ball`, a world file, or `-` for stdin.
     #[arg(long, value_name = "NAME|FILE", default_value = "wide")]
     pub world: String,
     /// The seed of the small errors of the hand that places blocks, and of the faults of `[noise]`. The same seed gives

@@ -24,12 +24,12 @@ pub struct ServerArgs {
     #[arg(long)]
     pub seed: Option<u64>,
 
-    /// A file with the learner's parameters, such as `server/learner.toml`; without it, the defaults.
+    /// A file with the learner's parameters, such as `server/learner.toml`, or `-` for stdin; without it, the defaults.
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
 
-    /// A built-in curriculum (free, or that of an experiment, such as exp1-s1), or a file with one. `free` unless given;
-    /// a memory found with --data has its own, and its own parameters.
+    /// A built-in curriculum (free, or that of an experiment, such as exp1-s1), a file with one, or `-` for stdin. `free`
+    /// unless given; a memory found with --data has its own, and its own parameters.
     #[arg(long, value_name = "NAME|FILE")]
     pub curriculum: Option<String>,
 
@@ -130,6 +130,9 @@ impl ServerArgs {
     /// # Errors
     /// [`config::ConfigError`] with the place of the mistake.
     pub fn setup(&self) -> Result<Setup, config::ConfigError> {
+        if self.config.as_deref() == Some("-".as_ref()) && self.curriculum.as_deref() == Some("-") {
+            return Err(config::ConfigError::StdinTwice);
+        }
         let parameters = config::parameters(self.config.as_deref())?;
         let curriculum = self.curriculum.as_deref().unwrap_or("free");
         let (curriculum, parameters) = config::lesson(curriculum, parameters, &self.settings)?;

@@ -151,6 +151,42 @@ fn no_argument_is_obeyed_in_part() {
     }
 }
 
+/// `-` was looked for as a file of that name.
+#[test]
+fn the_input_that_is_named_by_a_dash_is_stdin() {
+    let runtime = runtime();
+    let given = |input: &str, arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_pschema"));
+        command.args(arguments).env("PSCHEMA_RUNTIME_DIR", runtime.path()).env_remove("RUST_LOG");
+        command.current_dir(runtime.path()).stdin(Stdio::piped()).stderr(Stdio::piped());
+        let mut process = command.spawn().unwrap();
+        // Whoever refuses its arguments has gone before it reads.
+        drop(std::io::Write::write_all(&mut process.stdin.take().unwrap(), input.as_bytes()));
+        let output = process.wait_with_output().unwrap();
+        (output.status.code(), text(&output.stderr))
+    };
+    let small = std::fs::read_to_string(SMALL).unwrap();
+    // All of it is read before a setting is found to be of no value of it.
+    let (code, said) = given(&small, &["server", "--curriculum", "-", "--set", "values.noise=1"]);
+    assert!(code == Some(1) && said.contains("its values are: silence"), "{said}");
+    let (code, said) = given("attention = 3", &["server", "--config", "-"]);
+    assert!(code == Some(1) && said.contains("-:1:"), "{said}");
+    let (code, said) = given(&small, &["server", "--config", "-", "--curriculum", "-"]);
+    assert!(code == Some(1) && said.contains("stdin can be read once"), "{said}");
+    for arguments in [&["experiment", "-"][..], &["experiment", SMALL, "--world", "-"]] {
+        let (code, said) = given(&small, arguments);
+        assert!(code == Some(1) && said.contains("- can't be read again and again"), "{arguments:?}: {said}");
+    }
+    let narrow = pschema_sim::config::NARROW;
+    let (code, said) = given(narrow, &["sim", "--world", "-", "--snapshot", "seen.png"]);
+    assert!(code == Some(0) && runtime.path().join("seen.png").exists(), "{said}");
+    let (code, said) = given("table = 1", &["sim", "--world", "-"]);
+    assert!(code == Some(1) && said.contains("world file -: "), "{said}");
+    let (code, said) = given("no event", &["adept", "--replay", "-"]);
+    assert!(code == Some(1) && said.contains("line 1 is no event"), "{said}");
+    assert!(!runtime.path().join("-").exists());
+}
+
 /// A message once repeated all of what was typed, ten thousand bytes of it, and numbers of 320 digits.
 #[test]
 fn long_input_is_quoted_in_part() {

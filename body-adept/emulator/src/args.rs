@@ -36,7 +36,7 @@ pub struct EmulatorArgs {
     /// The person in the room agrees when asked whether the arm may have power, or go on after a stop.
     #[arg(long)]
     pub consent: bool,
-    /// The world behind the controller: `narrow`, `wide`, or a world file of body-sim.
+    /// The world behind the controller: `narrow`, `wide`, a world file of body-sim, or `-` for stdin.
     #[arg(long, value_name = "NAME|FILE", default_value = "narrow")]
     pub world: String,
     /// The seed of the small errors of the hand that places blocks.

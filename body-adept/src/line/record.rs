@@ -5,11 +5,12 @@
 //! bytes sent to stop the arm, and `gone TEXT` when the line was lost. Bytes are written as Rust writes them.
 
 use std::collections::VecDeque;
-use std::fs::File;
-use std::io::{self, BufRead, BufReader};
+use std::io::{self, BufRead};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
+
+use pschema_process::input;
 
 use super::recorder::LineRecorder;
 use super::{Line, LineError, Stopper};
@@ -88,7 +89,7 @@ impl LineRecording {
     /// When the file cannot be read, or a line is not an event.
     pub fn read(path: &Path) -> io::Result<Self> {
         let mut events = VecDeque::new();
-        for (index, line) in BufReader::new(File::open(path)?).lines().enumerate().take(LINES_MAX) {
+        for (index, line) in input(path)?.lines().enumerate().take(LINES_MAX) {
             let line = line?;
             let event = event(&line).ok_or_else(|| {
                 let problem = format!("line {} is no event of a recording: {line:?}", index + 1);

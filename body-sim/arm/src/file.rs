@@ -2,6 +2,8 @@
 //! column.
 
 use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use pschema_protocol::limits::NAME_BYTES_MAX;
@@ -71,16 +73,23 @@ pub enum FileError {
 }
 
 impl FileKind {
-    /// Reads the text of a file of this kind.
+    /// Reads the text of a file of this kind, or of stdin where `path` is `-`.
     ///
     /// # Errors
     /// When the file cannot be read, or is too large.
     pub fn read(self, path: &Path) -> Result<String, FileError> {
         let failed = |source| FileError::Read { kind: self, path: path.to_owned(), source };
-        if std::fs::metadata(path).map_err(failed)?.len() > self.bytes_max {
+        let from: Box<dyn Read> = match path.to_str() {
+            Some("-") => Box::new(io::stdin().lock()),
+            _ => Box::new(File::open(path).map_err(failed)?),
+        };
+        let mut text = String::new();
+        // A pipe does not say how long it is.
+        from.take(self.bytes_max + 1).read_to_string(&mut text).map_err(failed)?;
+        if text.len() as u64 > self.bytes_max {
             return Err(FileError::TooLarge { kind: self, path: path.to_owned() });
         }
-        std::fs::read_to_string(path).map_err(failed)
+        Ok(text)
     }
 
     /// Reads a file of this kind from its text; `name` is for error messages.

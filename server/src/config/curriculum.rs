@@ -113,8 +113,8 @@ pub fn named(name: &str) -> Result<(String, Cow<'static, str>), ConfigError> {
         return Ok((format!("built-in curriculum {name}"), Cow::Borrowed(text)));
     }
     let path = Path::new(name);
-    // A pipe will do as well: `--curriculum <(…)`.
-    if !path.exists() {
+    // A pipe will do as well: `--curriculum <(…)`, or `-` for stdin.
+    if name != "-" && !path.exists() {
         let built_in = BUILT_IN.map(|(known, _)| known).join(", ");
         return Err(ConfigError::NoCurriculum { name: name.to_owned(), built_in });
     }

@@ -4,6 +4,8 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use pschema_process::input;
+
 /// Longest file read, in bytes: far more than any curriculum needs.
 pub const FILE_BYTES_MAX: u64 = 1024 * 1024;
 
@@ -24,6 +26,11 @@ pub enum ConfigError {
         /// The file.
         path: PathBuf,
     },
+    /// Two files of settings are to be read from stdin.
+    #[error(
+        "--config and --curriculum are both `-`, and stdin can be read once: name a file for one of them"
+    )]
+    StdinTwice,
     /// Something in it is wrong.
     #[error("{source_name}:{line}:{column}: {problem}")]
     Wrong {
@@ -102,11 +109,11 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The text of the file at `path`, if it is no longer than [`FILE_BYTES_MAX`].
+/// The text of the file at `path`, of stdin where that is `-`, if it is no longer than [`FILE_BYTES_MAX`].
 pub(super) fn read(path: &Path) -> Result<String, ConfigError> {
     let failed = |error| ConfigError::Read { path: path.to_owned(), error };
     let mut text = String::new();
-    let file = std::fs::File::open(path).map_err(failed)?;
+    let file = input(path).map_err(failed)?;
     file.take(FILE_BYTES_MAX + 1).read_to_string(&mut text).map_err(failed)?;
     if text.len() as u64 > FILE_BYTES_MAX {
         return Err(ConfigError::TooLong { path: path.to_owned() });

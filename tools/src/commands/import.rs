@@ -1,10 +1,9 @@
 //! `pschema import`: a data directory of what was exported.
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
+use pschema_process::input;
 use pschema_store::past::export;
 use pschema_store::past::{self, DataDirectory};
 use serde::Serialize;
@@ -50,7 +49,8 @@ pub(super) struct ImportReport {
 
 pub(crate) fn run(args: ImportArgs, general: &General) -> Result<(), Failure> {
     let shown = args.file.display();
-    let mut from = opened(&args.file)?;
+    let from = input(&args.file);
+    let mut from = from.map_err(|error| Failure::Failed(format!("cannot read {shown}: {error}")))?;
     let bar = Bar::count(general.quiet());
     let imported = export::read(&mut *from, |lines| {
         if lines.is_multiple_of(TELL_EVERY) {
@@ -76,14 +76,4 @@ pub(crate) fn run(args: ImportArgs, general: &General) -> Result<(), Failure> {
          Go on from there with: pschema server --data {directory}\n",
         report.learner, report.schemas_total
     ))
-}
-
-fn opened(file: &Path) -> Result<Box<dyn BufRead>, Failure> {
-    if file == Path::new("-") {
-        return Ok(Box::new(io::stdin().lock()));
-    }
-    match File::open(file) {
-        Ok(opened) => Ok(Box::new(BufReader::new(opened))),
-        Err(error) => Err(Failure::Failed(format!("cannot read {}: {error}", file.display()))),
-    }
 }

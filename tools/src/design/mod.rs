@@ -23,9 +23,7 @@ pub(crate) enum DesignError {
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// A pipe, which can be read once only.
-    #[error(
-        "{name} can't be read again and again, as by each process of each run: write the experiment to a file"
-    )]
+    #[error("{name} can't be read again and again, as by each process of each run: write it to a file")]
     Pipe {
         /// Its name.
         name: String,
@@ -79,9 +77,8 @@ pub(crate) fn designs() -> Result<Vec<Design>, DesignError> {
 /// When there is no such curriculum, it is no experiment, or what is wrong in its table and where.
 pub(crate) fn design(name: &str) -> Result<Design, DesignError> {
     let is_built_in = BUILT_IN.iter().any(|(known, _)| *known == name);
-    let path = Path::new(name);
-    if !is_built_in && path.exists() && !path.is_file() {
-        return Err(DesignError::Pipe { name: name.to_owned() });
+    if !is_built_in {
+        read_again(name)?;
     }
     let (source_name, text) = named(name)?;
     let source = Source::new(&source_name, &text);
@@ -102,6 +99,15 @@ pub(crate) fn design(name: &str) -> Result<Design, DesignError> {
     }
     check(&design, &file.values, &text).map_err(|mistake| source.wrong(mistake))?;
     Ok(design)
+}
+
+/// An error when `name`, which is a built-in text or a file, is stdin or a pipe: what is read once is gone.
+pub(crate) fn read_again(name: &str) -> Result<(), DesignError> {
+    let path = Path::new(name);
+    if name == "-" || path.exists() && !path.is_file() {
+        return Err(DesignError::Pipe { name: name.to_owned() });
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -83,6 +83,7 @@ impl Experiment {
             design.body = body;
         }
         let mut conditions = conditions(&design, asked.world);
+        conditions.iter().try_for_each(|one| design::read_again(&one.world)).map_err(Failure::of)?;
         if let Some(name) = asked.variant {
             conditions.retain(|condition| condition.name.as_deref() == Some(name));
             if conditions.is_empty() {
