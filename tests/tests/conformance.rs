@@ -278,6 +278,15 @@ fn the_command_says_what_a_broken_body_does_wrong() {
     }
 }
 
+/// The shell that could not start it repeated ten thousand bytes of it.
+#[test]
+fn a_command_that_can_not_be_started_is_not_repeated_whole() {
+    let sandbox = Sandbox::new(BINARY);
+    let output = sandbox.run(&["conformance", "--command", &"x".repeat(10_000)]);
+    assert_eq!(output.code(), Some(1), "{output:?}");
+    assert!(output.stderr.len() < 1_000 && output.stderr.contains("characters) …"), "{output:?}");
+}
+
 #[test]
 fn of_a_command_that_is_no_body_nothing_else_is_tried() {
     let (code, found) = examined("sh -c 'exit 5'");

@@ -6,6 +6,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use pschema_process::{readable, relay};
 use pschema_vision::image::RgbImage;
 
 use super::source::{FrameSource, PICTURE_WAIT, SightError};
@@ -71,10 +72,11 @@ impl Exec {
 fn run(command: &str, camera: &mut Camera) -> io::Result<ChildStdout> {
     // `exec` makes the command replace the shell, so that ending the child ends the command.
     let mut shell = Command::new("sh");
-    shell.args(["-c", &format!("exec {command}")]).stdin(Stdio::null()).stdout(Stdio::piped());
-    let mut child = shell.spawn()?;
-    let stdout = child.stdout.take();
+    shell.args(["-c", &format!("exec {command}")]).stdin(Stdio::null());
+    let mut child = shell.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
+    let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
     camera.child = Some(child);
+    stderr.map_or(Ok(()), relay)?;
     stdout.ok_or_else(|| io::Error::other("it has no standard output"))
 }
 
@@ -100,7 +102,7 @@ fn keep_running(command: &str, first: ChildStdout, size_px: (usize, usize), shar
             return;
         }
         if pause == PAUSE_FIRST {
-            tracing::warn!(command, ended, "the camera's command has ended; it is started again");
+            tracing::warn!(command = %readable(command), ended, "the camera's command has ended; it is started again");
         }
         camera.ended = Some(ended);
         camera.failures += 1;

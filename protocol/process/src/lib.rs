@@ -38,7 +38,7 @@ use std::process::ExitCode;
 pub use anchor::Anchor;
 pub use descriptors::{TooFewDescriptors, require_descriptors};
 pub use input_file::input;
-pub use log::{LevelFilter, Log, colour_is_wanted, lost_lines, say};
+pub use log::{LevelFilter, Log, colour_is_wanted, lost_lines, relay, say};
 pub use output_file::{Occupied, OutputError, OutputFile, stream};
 pub use readable::readable;
 pub use stop::{Interrupted, SignalError, Stop};

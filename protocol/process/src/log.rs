@@ -1,6 +1,7 @@
 //! The log of a process, on stderr.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write};
+use std::thread;
 
 use tracing::dispatcher;
 use tracing_subscriber::EnvFilter;
@@ -11,6 +12,9 @@ use crate::lines::Lines;
 use crate::readable::readable;
 
 pub use tracing_subscriber::filter::LevelFilter;
+
+/// The longest line of another process that is said as one, in bytes.
+const RELAYED_BYTES_MAX: u64 = 64 * 1024;
 
 /// How a process logs.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +67,24 @@ impl Log {
 pub fn say(line: &str) {
     flush();
     drop(writeln!(std::io::stderr(), "{}", readable(line)));
+}
+
+/// Says what another process writes to `stderr`, line by line, from a thread of its own that ends with that process. A shell that
+/// can't start a command repeats it, however long it is.
+///
+/// # Errors
+/// When the thread can't be started.
+pub fn relay(stderr: impl Read + Send + 'static) -> io::Result<()> {
+    let run = move || {
+        let mut stderr = BufReader::new(stderr);
+        let mut line = Vec::new();
+        while stderr.by_ref().take(RELAYED_BYTES_MAX).read_until(b'\n', &mut line).is_ok_and(|read| read > 0)
+        {
+            say(String::from_utf8_lossy(&line).trim_end());
+            line.clear();
+        }
+    };
+    thread::Builder::new().name("stderr".to_owned()).spawn(run).map(drop)
 }
 
 /// How many lines of this process's log were lost so far, because nobody read them from stderr.

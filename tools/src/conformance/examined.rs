@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use pschema_learner::Learner;
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::parameters::Parameters;
-use pschema_process::Stop;
+use pschema_process::{Stop, relay};
 use pschema_protocol::description::{Action, ActionType, Description, Value, ValueKind};
 use pschema_protocol::domain::{LearnerName, OwnedDomain, Place, RuntimeDir};
 use pschema_protocol::refusal::Refusal;
@@ -136,9 +136,13 @@ impl<'a> Examined<'a> {
             // `exec` makes the command replace the shell, so that it gets the signals itself.
             shell.args(["-c", &format!("exec {}", self.command)]);
             shell.env("PSCHEMA_RUNTIME_DIR", self.directory.path()).env("PSCHEMA_NAME", self.name.as_str());
-            shell.stdin(Stdio::null()).stdout(Stdio::null()).process_group(0);
+            shell.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).process_group(0);
             let started = shell.spawn().map_err(|error| format!("the command can't be started: {error}"));
-            self.process = Some(Process(started?));
+            let mut started = started?;
+            let stderr = started.stderr.take();
+            self.process = Some(Process(started));
+            let told = stderr.map_or(Ok(()), relay);
+            told.map_err(|error| format!("what the body says can't be told: {error}"))?;
         }
         Ok(())
     }
