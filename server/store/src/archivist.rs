@@ -141,14 +141,17 @@ impl Archive {
     ) -> Result<(), StoreError> {
         let storage = &*self.storage;
         // Another daemon's files must be neither replaced nor removed.
-        let held = || storage.check().map_err(|error| StoreError::Displaced { problem: error.to_string() });
+        let held = || {
+            let found = storage.check().and_then(|()| snapshot::check(storage, shared.newest_snapshot()));
+            found.map_err(|error| StoreError::Displaced { problem: error.to_string() })
+        };
         held()?;
         let given_up = || shared.has_failed();
         let Some(bytes) = snapshot::write(storage, content, &self.setting, mark, digest, given_up)? else {
             return Ok(());
         };
         shared.snapshot_bytes.store(bytes, Ordering::Release);
-        shared.snapshot.store(content.step + 1, Ordering::Release);
+        shared.note_snapshot(content.step, mark.number);
         held()?;
         let removed = retention::tidy(storage, self.history_bytes, &self.damaged)?;
         shared.removed_bytes.fetch_add(removed, Ordering::AcqRel);

@@ -137,6 +137,7 @@ pub(crate) fn open_in(
         );
     }
     let base = recovery::base(&*storage, &manifest, None)?;
+    let snapshot = base.snapshot();
     let recovery::Recovery { replay, end, found, batches, damaged, .. } =
         recovery::recover(&*storage, base, None)?;
     let mut setting = replay.setting;
@@ -168,7 +169,7 @@ pub(crate) fn open_in(
         change(&mut learner, &mut journal, &setting, &options)?;
     }
     let kept = retention::kept(&*storage)?;
-    let shared = Arc::new(Shared::new(found.step, found.snapshot_step, kept));
+    let shared = Arc::new(Shared::new(found.step, snapshot, kept));
     let archive = Archive { storage, setting, history_bytes: options.retention.history_bytes, damaged };
     let durability = options.durability;
     let Writer { jobs, thread, ended } =

@@ -138,6 +138,13 @@ pub(crate) struct Base {
     damaged: Vec<u64>,
 }
 
+impl Base {
+    /// The step of the snapshot, and the frame that it was made after.
+    pub(crate) fn snapshot(&self) -> Option<(u64, u64)> {
+        Some((self.snapshot_step?, self.from.number))
+    }
+}
+
 /// The newest sound snapshot of step `until` or before, or else the beginning of the memory.
 pub(crate) fn base(
     storage: &dyn Storage,

@@ -1,6 +1,6 @@
 //! The state that the daemon, the writer's thread and the archivist's thread have in common.
 
-use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::retention::History;
@@ -19,6 +19,8 @@ pub(crate) struct Shared {
     pub(crate) oldest_step: AtomicU64,
     /// The step of the newest snapshot, plus one; 0 before the first snapshot.
     pub(crate) snapshot: AtomicU64,
+    /// The frame that it was made after; 0 before the first snapshot.
+    newest: AtomicU64,
     /// The length of that snapshot in bytes.
     pub(crate) snapshot_bytes: AtomicU64,
     /// Whether the archivist is at work on a digest or a snapshot.
@@ -30,15 +32,27 @@ pub(crate) struct Shared {
 pub(crate) type Wake = Arc<dyn Fn() + Send + Sync>;
 
 impl Shared {
-    /// After a start at `step`, with the step of the newest snapshot and what is kept of the journal.
-    pub(crate) fn new(step: u64, snapshot_step: Option<u64>, kept: History) -> Self {
+    /// After a start at `step`, with the step and the frame of the newest snapshot and what is kept of the journal.
+    pub(crate) fn new(step: u64, snapshot: Option<(u64, u64)>, kept: History) -> Self {
         Self {
             durable_step: step.into(),
             journal_bytes: kept.bytes.into(),
             oldest_step: kept.oldest_step.into(),
-            snapshot: snapshot_step.map_or(0, |step| step + 1).into(),
+            snapshot: snapshot.map_or(0, |(step, _)| step + 1).into(),
+            newest: snapshot.map_or(0, |(_, frame)| frame).into(),
             ..Self::default()
         }
+    }
+
+    /// Notes that a snapshot was made after `step` and `frame`.
+    pub(crate) fn note_snapshot(&self, step: u64, frame: u64) {
+        self.snapshot.store(step + 1, Ordering::Release);
+        self.newest.store(frame, Ordering::Release);
+    }
+
+    /// The frame that the newest snapshot was made after.
+    pub(crate) fn newest_snapshot(&self) -> Option<u64> {
+        Some(self.newest.load(Ordering::Acquire)).filter(|frame| *frame > 0)
     }
 
     pub(crate) fn fail(&self, why: &str) {

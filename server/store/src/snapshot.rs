@@ -47,6 +47,28 @@ pub(crate) fn numbers(storage: &dyn Storage) -> Result<Vec<u64>, StoreError> {
     Ok(names.iter().filter_map(number).collect())
 }
 
+/// Makes sure that the snapshot made after frame `newest` is still where the next start looks for it, for the journal before it may
+/// be gone. Where there is none yet, nothing was lost with the directory, which is made again.
+pub(crate) fn check(storage: &dyn Storage, newest: Option<u64>) -> io::Result<()> {
+    let Some(number) = newest else {
+        if storage.is_there(DIRECTORY) {
+            return Ok(());
+        }
+        tracing::warn!(
+            directory = storage.path(DIRECTORY),
+            "the empty directory was removed, and is made again"
+        );
+        return storage.directory(DIRECTORY);
+    };
+    let name = name(number);
+    storage.size(&name).map(drop).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => {
+            io::Error::new(error.kind(), format!("{} was moved or removed", storage.path(&name)))
+        }
+        kind => io::Error::new(kind, format!("cannot look for {}: {error}", storage.path(&name))),
+    })
+}
+
 /// Writes `content`, which is memory as it is after frame `place`; that frame is durable. `expected` is the digest of
 /// `content`. Returns the length of the file in bytes; none when `given_up` said so, and then nothing was changed.
 pub(crate) fn write(

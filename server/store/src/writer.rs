@@ -17,6 +17,7 @@ use crate::error::StoreError;
 use crate::format::v1;
 use crate::journal::Journal;
 use crate::shared::{Shared, Wake};
+use crate::snapshot;
 use crate::storage::Storage;
 
 /// Under [`Durability::Relaxed`] a reply leaves while no more batches than these wait for the disk: a disk that is slower than
@@ -190,9 +191,11 @@ impl WriterThread {
         Ok(())
     }
 
-    /// Makes sure that the journal is still where the next start looks for it, and that no other daemon can write there.
+    /// Makes sure that the journal and the newest snapshot are still where the next start looks for them, and that no other daemon
+    /// can write there.
     fn check(&self) -> Result<(), StoreError> {
         let found = self.storage.check().and_then(|()| self.journal.check());
+        let found = found.and_then(|()| snapshot::check(&*self.storage, self.shared.newest_snapshot()));
         found.map_err(|error| StoreError::Displaced { problem: error.to_string() })
     }
 

@@ -124,6 +124,48 @@ fn an_empty_directory_that_did_not_come_along_is_made_and_a_journal_that_did_not
     opened(&life).unwrap();
 }
 
+/// The removal was told at the next snapshot only, as a file that could not be created; until then steps were acknowledged that
+/// the next start could not have found.
+#[test]
+fn a_removed_directory_of_snapshots_is_made_again_while_it_is_empty_and_missed_when_it_is_not() {
+    let above = tempfile::tempdir().unwrap();
+    let life = above.path().join("life");
+    let (snapshots, away) = (life.join("snapshot"), above.path().join("away"));
+    let (mut learner, mut store, mut world) = living(&life);
+    fs::remove_dir(&snapshots).unwrap();
+    lived(&mut learner, &mut store, &mut world).unwrap();
+    assert!(snapshots.is_dir(), "made again");
+    store.finish(learner.memory()).unwrap();
+    let taken = learner.memory().content().step;
+    for in_its_place in [false, true] {
+        for idle in [false, true] {
+            let (mut learner, mut store, _) = opened(&life).unwrap();
+            fs::rename(&snapshots, &away).unwrap();
+            if in_its_place {
+                fs::create_dir(&snapshots).unwrap();
+            }
+            let error = if idle {
+                let start = Instant::now();
+                loop {
+                    if let Some(error) = store.failure() {
+                        break error;
+                    }
+                    assert!(start.elapsed() < Duration::from_secs(60), "not noticed");
+                    std::thread::yield_now();
+                }
+            } else {
+                lived(&mut learner, &mut store, &mut world.clone()).unwrap_err()
+            };
+            let error = error.to_string();
+            assert!(error.contains(".snapshot was moved or removed. Every step"), "{error}");
+            drop(store);
+            drop(fs::remove_dir_all(&snapshots));
+            fs::rename(&away, &snapshots).unwrap();
+            assert!(opened(&life).unwrap().0.memory().content().step >= taken);
+        }
+    }
+}
+
 #[test]
 fn a_memory_is_not_begun_among_files_of_others() {
     let above = tempfile::tempdir().unwrap();
