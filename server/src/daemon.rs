@@ -28,7 +28,7 @@ use crate::opening;
 use crate::refusals::{LogBudget, Refusals};
 use crate::resident;
 use crate::session::Session;
-use crate::sessions::Sessions;
+use crate::sessions::{Attachment, Sessions};
 use crate::setup::Setup;
 use crate::supervise::Supervisor;
 use crate::view::{Host, View};
@@ -333,14 +333,22 @@ impl Daemon {
         if self.ends_at.is_some() {
             return Err(Refusal::Unwilling { reason: "the daemon is ending".to_owned() });
         }
-        let (session, mut effects) =
+        let Attachment { session, declared: mut effects, described, accepted } =
             self.sessions.open(hello, self.mind.learner_mut(), self.hosting.accept_changes)?;
+        let (body, kind) = (&hello.description.name, &hello.description.kind);
+        // The welcome need not wait: nothing is done before the first step, which is written after this.
+        let cause = match &accepted {
+            Some(accepted) => {
+                self.keep(Cause::Declared(body), &std::mem::take(&mut effects));
+                Cause::Order(accepted)
+            }
+            None => Cause::Declared(body),
+        };
+        effects.extend(described);
         if let Some(session) = self.sessions.get(session) {
             effects.extend(self.mind.examine(session));
         }
-        let (body, kind) = (&hello.description.name, &hello.description.kind);
-        // The welcome need not wait: nothing is done before the first step, which is written after this.
-        self.keep(Cause::Declared(body), &effects);
+        self.keep(cause, &effects);
         if self.log.takes() {
             tracing::info!(session, %body, %kind, pid = hello.pid, "body attached");
         }

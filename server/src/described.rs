@@ -16,6 +16,8 @@ const TOLD_CHARS_MAX: usize = 70;
 /// The line of the kind of body. It is for people and is not compared: a memory that was learnt in a simulated arm may go on in
 /// a real one that senses and does the same.
 const KIND: &str = "kind: ";
+/// The beginning of the line of a sense.
+const SENSE: &str = "sense ";
 
 /// The declaration, a line for the kind of body, for each sense, action and scene command, and for the repertoire.
 pub(crate) fn text(description: &Description) -> String {
@@ -23,7 +25,7 @@ pub(crate) fn text(description: &Description) -> String {
     for sense in &description.observation_types {
         let own = if sense.own { "own " } else { "" };
         let event = if sense.transient { "event " } else { "" };
-        lines.push(format!("sense {}: {own}{event}{{{}}}", sense.name, properties(&sense.properties)));
+        lines.push(format!("{SENSE}{}: {own}{event}{{{}}}", sense.name, properties(&sense.properties)));
     }
     let command = |sort: &str, declared: &ActionType| {
         format!("{sort} {}: ({})", declared.name, properties(&declared.parameters))
@@ -37,20 +39,41 @@ pub(crate) fn text(description: &Description) -> String {
 /// What `now` says otherwise than `before`, or no longer: each line that differs, as it was and as it is. What is new beside
 /// that contradicts nothing.
 pub(crate) fn differences(before: &str, now: &str) -> Vec<String> {
-    let lines: BTreeSet<&str> = now.lines().collect();
-    // Whole lines are compared: a name may hold what stands between a name and its declaration.
-    let differ = before.lines().filter(|line| !line.starts_with(KIND) && !lines.contains(line));
-    let mut differences: Vec<_> = differ
-        .filter_map(|line| {
-            let (name, was) = line.split_once(": ")?;
-            let same_name =
-                now.lines().filter_map(|line| line.split_once(": ")).find(|(other, _)| *other == name);
-            let is = same_name.map_or("nothing", |(_, told)| told);
-            Some(format!("{name} was {}, is {}", cut(was), cut(is)))
-        })
-        .collect();
+    let told = |line: LineDifference<'_>| {
+        format!("{} was {}, is {}", line.name, cut(line.one), cut(line.other.unwrap_or("nothing")))
+    };
+    let mut differences: Vec<_> = compared(before, now).map(told).collect();
     differences.sort_unstable();
     differences
+}
+
+/// The senses that a body declares otherwise than another body of the same memory, which has the text `of_another`: a value of
+/// them stands for something else in each. Actions are a body's own.
+pub(crate) fn other_senses(of_another: &str, own: &str) -> Vec<String> {
+    let senses = compared(of_another, own).filter(|line| line.name.starts_with(SENSE));
+    let told = |line: LineDifference<'_>| {
+        Some(format!("{} is {} there, {} here", line.name, cut(line.one), cut(line.other?)))
+    };
+    senses.filter_map(told).collect()
+}
+
+/// A line of one text that another does not have, and the declaration that stands under its name there, if any.
+struct LineDifference<'a> {
+    name: &'a str,
+    one: &'a str,
+    other: Option<&'a str>,
+}
+
+fn compared<'a>(one: &'a str, other: &'a str) -> impl Iterator<Item = LineDifference<'a>> {
+    let lines: BTreeSet<&str> = other.lines().collect();
+    // Whole lines are compared: a name may hold what stands between a name and its declaration.
+    let differ = one.lines().filter(move |line| !line.starts_with(KIND) && !lines.contains(line));
+    differ.filter_map(|line| {
+        let (name, one) = line.split_once(": ")?;
+        let same_name = other.lines().filter_map(|line| line.split_once(": "));
+        let other = same_name.into_iter().find_map(|(known, told)| (known == name).then_some(told));
+        Some(LineDifference { name, one, other })
+    })
 }
 
 /// Differences in one sentence.
@@ -183,6 +206,19 @@ mod tests {
         let mut reversed = body(2);
         reversed.repertoire.reverse();
         assert_eq!(text(&reversed), before);
+    }
+
+    #[test]
+    fn senses_of_one_name_that_two_bodies_declare_otherwise_are_told() {
+        let (small, large) = (text(&body(2)), text(&body(3)));
+        assert_eq!(other_senses(&small, &small), Vec::<String>::new());
+        assert_eq!(
+            other_senses(&small, &large),
+            ["sense finger is own {field 0..=2 cm} there, own {field 0..=3 cm} here"]
+        );
+        let mut deaf = body(2);
+        deaf.observation_types.pop();
+        assert_eq!(other_senses(&small, &text(&deaf)), Vec::<String>::new(), "a body may have fewer senses");
     }
 
     #[test]

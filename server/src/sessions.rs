@@ -6,6 +6,7 @@ use std::sync::Arc;
 use pschema_inspect::{BodyState, BodyStatus};
 use pschema_learner::Learner;
 use pschema_learner::effect::Effect;
+use pschema_learner::memory::Content;
 use pschema_learner::vocabulary::BodyId;
 use pschema_protocol::limits::BODIES_MAX;
 use pschema_protocol::refusal::Refusal;
@@ -26,10 +27,22 @@ pub(crate) struct Sessions {
     last: u64,
 }
 
+/// A session that was opened, and what it changed in memory.
+#[derive(Debug)]
+pub(crate) struct Attachment {
+    /// The session's number.
+    pub(crate) session: u64,
+    /// The effects of the declaration.
+    pub(crate) declared: Vec<Effect>,
+    /// The effects of noting how the body describes itself.
+    pub(crate) described: Vec<Effect>,
+    /// The change of its declaration that was accepted, as an order; none where it declares what it declared before.
+    pub(crate) accepted: Option<String>,
+}
+
 impl Sessions {
-    /// Opens a session for a body that introduced itself, and has the learner take in what it declares. Returns the
-    /// session's number and what that changed in memory. A body that is known, and declares otherwise than before, is taken only
-    /// if `accept_changes` is set: field 4 of another world is another place.
+    /// Opens a session for a body that introduced itself, and has the learner take in what it declares. A body that is known, and
+    /// declares otherwise than before, is taken only if `accept_changes` is set: field 4 of another world is another place.
     ///
     /// # Errors
     /// The refusal that the body is told; memory is as it was.
@@ -38,7 +51,7 @@ impl Sessions {
         hello: &Introduction,
         learner: &mut Learner,
         accept_changes: bool,
-    ) -> Result<(u64, Vec<Effect>), Refusal> {
+    ) -> Result<Attachment, Refusal> {
         let body = &hello.description.name;
         if self.attached.len() >= BODIES_MAX {
             let reason = format!("{BODIES_MAX} bodies are attached, which is all a daemon takes");
@@ -60,18 +73,23 @@ impl Sessions {
         let content = learner.memory().content();
         let known = content.vocabulary.body_named(body).and_then(|known| content.description(known));
         let differences = known.map_or_else(Vec::new, |known| described::differences(known, &text));
+        let mut accepted = None;
         if !differences.is_empty() {
             if !accept_changes {
                 return Err(refused(AttachError::Changed { differences }));
             }
             let told = described::told(&differences);
             tracing::warn!(%body, %told, "the body declares otherwise than before; accepted, as asked");
+            accepted = Some(format!("accept-changes: body {body} declares otherwise than before: {told}"));
         }
-        let (session, mut effects) = Session::attach(self.last, hello, learner).map_err(refused)?;
-        effects.extend(learner.describe(session.body(), text));
+        if known.is_none() {
+            warn_of_another_world(content, body, &text);
+        }
+        let (session, declared) = Session::attach(self.last, hello, learner).map_err(refused)?;
+        let described = learner.describe(session.body(), text);
         self.gone.retain(|gone| gone.name != *body);
         self.attached.insert(self.last, session);
-        Ok((self.last, effects))
+        Ok(Attachment { session: self.last, declared, described, accepted })
     }
 
     /// Ends a session: its body `left` or was `lost`. None if there is no such session.
@@ -112,5 +130,22 @@ impl Sessions {
     /// How each body is that is attached, and how each was that has gone.
     pub(crate) fn statuses(&self) -> Vec<Arc<BodyStatus>> {
         self.attached.values().map(Session::status).chain(&self.gone).cloned().collect()
+    }
+}
+
+/// Tells that a body, which is new to a memory, means something else by a sense than another body of it: it is another arm in the
+/// same world, or the same arm in another world under another name, and only a person knows which.
+fn warn_of_another_world(content: &Content, body: &str, text: &str) {
+    for (number, other) in content.vocabulary.bodies().iter().enumerate() {
+        let described = u16::try_from(number).ok().and_then(|at| content.description(BodyId(at)));
+        let senses = described.map_or_else(Vec::new, |described| described::other_senses(described, text));
+        if !senses.is_empty() {
+            let told = described::told(&senses);
+            tracing::warn!(
+                %body, other = %other.name, %told,
+                "the body means something else by what it senses than another body of this memory: what was learnt in one is \
+                 used in the other; begin another memory if they are not in the same world"
+            );
+        }
     }
 }

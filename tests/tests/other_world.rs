@@ -50,9 +50,33 @@ fn another_world_under_the_same_life_is_refused_until_it_is_accepted() {
     let wide = sandbox.body("default", &["--world", "wide"]).finished();
     assert_eq!(wide.code(), Some(1), "{wide:?}");
     assert_eq!(daemon.ended().code(), Some(0));
+    // The acceptance is in the journal, and what it was about.
+    let journal = sandbox.run(&["journal", data[0], data[1], "--json", "--limit", "100000"]);
+    let told = "accept-changes: body arm declares otherwise than before: ";
+    assert_eq!(journal.stdout.matches(told).count(), 1, "{}", journal.stdout);
     let journal = sandbox.run(&["journal", data[0], data[1], "--effects", "--limit", "100000"]);
     assert_eq!(journal.stdout.matches("describes itself: kind: sim-arm").count(), 2, "{}", journal.stdout);
     let verified = sandbox.run(&["verify", "--data", data[1], "--relearn"]);
     assert_eq!(verified.code(), Some(0), "{verified:?}");
     assert_eq!(sandbox.left(), Vec::<String>::new());
+}
+
+/// Another world under another body's name is nothing that a daemon could refuse: two arms may share a memory. It is told.
+#[test]
+fn another_world_under_another_name_is_told() {
+    let sandbox = Sandbox::new(BINARY);
+    let daemon = sandbox.daemon("default", &[]);
+    let wide = sandbox.body("default", &["--world", "wide"]);
+    let at = sandbox.past("default", 20);
+    assert_eq!(wide.ended().code(), Some(0));
+    let again = sandbox.body("default", &["--world", "wide", "--body", "twin"]);
+    daemon.says("body=twin");
+    assert!(!daemon.stderr().contains("means something else"), "{}", daemon.stderr());
+    assert_eq!(again.ended().code(), Some(0));
+    let narrow = sandbox.body("default", &["--world", "narrow", "--body", "other"]);
+    daemon.says("means something else by what it senses than another body of this memory");
+    daemon.says("sense finger is ");
+    let _on = sandbox.past("default", at);
+    assert_eq!(narrow.ended().code(), Some(0));
+    assert_eq!(daemon.ended().code(), Some(0));
 }
