@@ -1,7 +1,8 @@
 //! The simulated body: an arm, a table, blocks, a camera (section III of the paper).
 //!
 //! Blocks and finger move in a physics engine; the camera's picture is rendered and looked at with the same
-//! eye as a real one's. The same seed gives the same run, bit for bit.
+//! eye as a real one's. The same seed gives the same run, bit for bit. The exact worlds of `pschema-exact`, which have no physics,
+//! are run by the same arguments.
 //!
 //! ```
 //! use pschema_protocol::body::{Body, Outcome, Senses};
@@ -32,8 +33,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use pschema_arm::FileError;
+use pschema_exact::{ExactBody, WorldError};
 use pschema_process::{Occupied, OutputFile, SignalError, Stop};
-use pschema_protocol::body::{RunError, RunOptions, RunSummary};
+use pschema_protocol::body::{Body, RunError, RunOptions, RunSummary};
 use pschema_protocol::domain::{DomainError, LearnerName, Place, RuntimeDir};
 use thiserror::Error;
 
@@ -65,14 +67,17 @@ pub struct SimArgs {
     /// The learner to attach to.
     #[arg(long, value_name = "LEARNER", default_value = "default")]
     pub name: String,
-    /// The name this body gives itself; a body that comes back under the same name continues.
-    #[arg(long, value_name = "NAME", default_value = "arm")]
-    pub body: String,
-    /// The world it lives in: `wide`, `narrow`, `block-and-ball`, a world file, or `-` for stdin.
+    /// The name this body gives itself; a body that comes back under the same name continues. `arm` unless given, or the
+    /// name of the exact world.
+    #[arg(long, value_name = "NAME")]
+    pub body: Option<String>,
+    /// The world it lives in: `wide`, `narrow`, `block-and-ball`, a world file, or `-` for stdin. Or an exact world without
+    /// physics, with numbers of its own: `flip`, `float-reset`, `modified-float-reset`, `gripper:blocks=7`, `grid`, `cart`,
+    /// `lamps`, `one-kind`, `push`, `posture`, `hand-eye`.
     #[arg(long, value_name = "NAME|FILE", default_value = "wide")]
     pub world: String,
-    /// The seed of the small errors of the hand that places blocks, and of the faults of `[noise]`. The same seed gives
-    /// the same run.
+    /// The seed of all chances: of the small errors of the hand that places blocks, of the faults of `[noise]`, and of
+    /// everything in an exact world. The same seed gives the same run.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// A fault rate that replaces one of the world file's `[noise]`: finger_misplaced, blob_missed, touch_false,
@@ -99,6 +104,20 @@ pub enum SimError {
     /// The world cannot be used.
     #[error(transparent)]
     World(#[from] FileError),
+    /// There is no file of this name, and no world.
+    #[error("{0}, or an exact world: {names}", names = pschema_exact::names())]
+    NoWorld(FileError),
+    /// The exact world cannot be used.
+    #[error(transparent)]
+    Exact(#[from] WorldError),
+    /// An option that only an arm obeys.
+    #[error("--{option} is for a world with an arm, and {world} has none; leave the option out")]
+    NoArm {
+        /// The option.
+        option: &'static str,
+        /// The world.
+        world: String,
+    },
     /// The snapshot failed.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
@@ -120,21 +139,47 @@ pub enum SimError {
 pub fn build(args: &SimArgs) -> Result<SimBody, FileError> {
     let mut file = WorldFile::load(&args.world)?;
     args.noise.iter().for_each(|setting| file.noise.set(*setting));
-    SimBody::new(&args.body, file, &args.world, args.seed, args.realtime)
+    SimBody::new(args.body.as_deref().unwrap_or("arm"), file, &args.world, args.seed, args.realtime)
 }
 
-/// Runs the simulated body until SIGINT or SIGTERM comes, the daemon sends it away, or, if that was asked for, the
+/// The body in the exact world that the arguments name; none when they name another.
+fn exact(args: &SimArgs) -> Result<Option<ExactBody>, SimError> {
+    let Some(kind) = pschema_exact::kind(&args.world) else { return Ok(None) };
+    let given = [
+        ("noise", !args.noise.is_empty()),
+        ("realtime", args.realtime),
+        ("snapshot", args.snapshot.is_some()),
+    ];
+    if let Some((option, _)) = given.into_iter().find(|(_, given)| *given) {
+        return Err(SimError::NoArm { option, world: args.world.clone() });
+    }
+    Ok(Some(ExactBody::new(args.body.as_deref().unwrap_or(kind.name), &args.world, args.seed)?))
+}
+
+/// Runs the body until SIGINT or SIGTERM comes, the daemon sends it away, or, if that was asked for, the
 /// daemon has gone. With `snapshot` it writes the picture and ends, without a summary.
 ///
 /// # Errors
 /// When the world cannot be used, the picture cannot be written, or the session with the daemon fails.
 pub fn run(args: &SimArgs) -> Result<Option<RunSummary>, SimError> {
+    if let Some(body) = exact(args)? {
+        return live(body, args);
+    }
     if let Some(path) = &args.snapshot {
         let file = OutputFile::prepare(path, Occupied::overwritten(args.overwrite));
-        snapshot::snapshot(&mut build(args)?, file.map_err(SnapshotError::from)?)?;
+        snapshot::snapshot(&mut build(args).map_err(unknown)?, file.map_err(SnapshotError::from)?)?;
         return Ok(None);
     }
-    let body = build(args)?;
+    live(build(args).map_err(unknown)?, args)
+}
+
+/// A name that is neither a world's nor a file's may be a slip in the name of an exact world.
+fn unknown(error: FileError) -> SimError {
+    if matches!(error, FileError::Read { .. }) { SimError::NoWorld(error) } else { SimError::World(error) }
+}
+
+/// Runs `body` until it is to end.
+fn live(body: impl Body, args: &SimArgs) -> Result<Option<RunSummary>, SimError> {
     let place = Place::new(RuntimeDir::from_environment()?, LearnerName::new(&args.name)?);
     // A second signal ends the process at once, in case an action never ends.
     let stop = Stop::on_signals()?.flag();

@@ -43,6 +43,25 @@ fn a_faulty_world_file_is_told_with_its_line() {
 }
 
 #[test]
+fn exact_worlds_are_named_and_refused_with_the_good_names() {
+    let told = |arguments: &[&str]| {
+        let output = sim(arguments);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let help = String::from_utf8_lossy(&sim(&["--help"]).stdout).into_owned();
+    let unknown = told(&["--world", "flop"]);
+    for name in pschema_exact::WORLDS.iter().map(|entry| entry.name) {
+        assert!(help.contains(name) && unknown.contains(name), "{name} is missing in {help} or in {unknown}");
+    }
+    assert!(unknown.contains("block-and-ball"), "{unknown}");
+    let number = told(&["--world", "gripper:blocks=70"]);
+    assert!(number.contains("blocks") && number.contains("must be 1 to 9"), "{number}");
+    let option = told(&["--world", "flip", "--realtime"]);
+    assert!(option.contains("--realtime") && option.contains("flip"), "{option}");
+}
+
+#[test]
 fn a_noise_that_makes_no_sense_is_told() {
     for (noise, told) in [("blob_missed=7", "must be 0 to 1"), ("hearing=0.1", "finger_misplaced")] {
         let output = sim(&["--noise", noise]);
