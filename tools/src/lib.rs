@@ -55,9 +55,9 @@ pub mod kit {
     pub use crate::program::{check_usage, program};
     pub use crate::render::explanation::explanation;
     pub use crate::render::schema::wrapped;
-    pub use crate::render::statistics::percentile;
+    pub use crate::render::statistics::{Summary, interval, percentile, summary};
     pub use crate::render::table::Columns;
     pub use crate::render::why_not::why_not;
     pub use crate::render::words::{bytes, duration, notation};
-    pub use crate::run::{Child, follow_parent, runtime_directory};
+    pub use crate::run::{Child, Seeds, follow_parent, runtime_directory};
 }

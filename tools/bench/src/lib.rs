@@ -12,6 +12,7 @@ mod memory;
 mod restart;
 mod scenes;
 mod sim;
+mod tasks;
 mod times;
 mod vision;
 
@@ -67,6 +68,9 @@ enum Command {
     /// How long it takes to render a picture and see what is in it, against copying the picture once
     #[command(after_help = "Example:\n  pschema-bench vision --world narrow")]
     Vision(scenes::ScenesArgs),
+    /// How well the learner foretells in small worlds with exact rules, against the truth and a table
+    #[command(after_help = "Example:\n  pschema-bench tasks --world gripper --seeds 1..5")]
+    Tasks(tasks::TasksArgs),
     /// The other process of `ipc`
     #[command(hide = true)]
     IpcPeer(ipc::PeerArgs),
@@ -106,6 +110,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Command::Ipc(args) => ipc::run(&args, quiet),
         Command::Sim(args) => sim::run(&args, quiet),
         Command::Vision(args) => vision::run(&args, quiet),
+        Command::Tasks(args) => tasks::run(&args, quiet),
         Command::IpcPeer(args) => ipc::serve(&args),
         Command::Server { args, parent } => pschema_tools::kit::serve(&args, parent),
     }

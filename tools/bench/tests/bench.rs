@@ -24,7 +24,7 @@ fn is_ratio(of: &Value, ratio: &str, ours: &str, baseline: &str) {
 
 #[test]
 fn every_measurement_has_help_with_an_example() {
-    for what in ["decision", "memory", "durability", "restart", "inspect", "ipc", "sim", "vision"] {
+    for what in ["decision", "memory", "durability", "restart", "inspect", "ipc", "sim", "vision", "tasks"] {
         let help = Command::new(env!("CARGO_BIN_EXE_pschema-bench")).args([what, "--help"]).output().unwrap();
         let help = String::from_utf8(help.stdout).unwrap();
         assert!(help.contains(&format!("Example:\n  pschema-bench {what}")), "{what}:\n{help}");
@@ -69,6 +69,40 @@ fn looking_is_measured_on_pictures_with_something_in_them() {
     assert!(figure(&figures, "blobs_mean") >= 1.0, "{figures}");
     is_ratio(&figures, "ratio_p50", "frame_ms_p50", "copy_ms_p50");
     is_ratio(&figures, "ratio_look_at_all_p50", "look_at_all_ms_p50", "copy_ms_p50");
+}
+
+#[test]
+fn foretelling_is_measured_against_the_truth_and_a_table() {
+    let row = |world: &str| -> Value {
+        let figures = figures(&["tasks", "--seeds", "1..2", "--world", world]);
+        assert_eq!((figure(&figures, "seeds") as u32, figures["rows"].as_array().unwrap().len()), (2, 1));
+        figures["rows"][0].clone()
+    };
+    // Own actions, and nothing by chance: the table has it all after a while, and so has the learner.
+    let push = row("push:fields=3");
+    assert_eq!(
+        (push["figure"].as_str(), push["world"].as_str()),
+        (Some("total variation"), Some("push:fields=3"))
+    );
+    assert!(figure(&push, "bound") < 1e-9 && figure(&push["first_order"], "median") < 1e-9, "{push}");
+    assert!(figure(&push["ours"], "median") < figure(&push, "nothing_changes"), "{push}");
+    // Others' actions, and a hidden state: the truth knows it, and a table of the first order cannot.
+    let flip = row("flip");
+    assert_eq!(flip["figure"].as_str(), Some("wrong predictions"));
+    assert!(figure(&flip, "bound") < 1e-9, "{flip}");
+    assert!((figure(&flip["first_order"], "median") - 0.334).abs() < 0.03, "{flip}");
+    assert!(figure(&flip["ours"], "median") <= figure(&flip, "nothing_changes"), "{flip}");
+    let course = flip["course"].as_array().unwrap();
+    let actions: Vec<_> = course.iter().map(|stand| figure(stand, "actions") as u32).collect();
+    assert_eq!(actions, [312, 625, 1_250, 2_500, 5_000]);
+}
+
+#[test]
+fn a_world_that_there_is_not_is_refused_with_those_that_there_are() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pschema-bench"));
+    let output = command.args(["tasks", "--world", "flop"]).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && told.contains("there are: flip"), "{told}");
 }
 
 #[test]

@@ -2,15 +2,15 @@
 
 /// A median with its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Summary {
+pub struct Summary {
     /// The middle.
-    pub(crate) median: f64,
+    pub median: f64,
     /// The lower end of its 95 % interval, or the smallest figure where there are too few for one.
-    pub(crate) low: f64,
+    pub low: f64,
     /// The upper end of it, or the largest figure.
-    pub(crate) high: f64,
+    pub high: f64,
     /// How many figures there are.
-    pub(crate) n: usize,
+    pub n: usize,
 }
 
 impl Summary {
@@ -21,7 +21,8 @@ impl Summary {
 }
 
 /// `None` for no figures.
-pub(crate) fn summary(mut figures: Vec<f64>) -> Option<Summary> {
+#[must_use]
+pub fn summary(mut figures: Vec<f64>) -> Option<Summary> {
     figures.sort_by(f64::total_cmp);
     let (n, first, last) = (figures.len(), *figures.first()?, *figures.last()?);
     let median = f64::midpoint(figures[(n - 1) / 2], figures[n / 2]);
@@ -43,7 +44,8 @@ pub fn percentile(sorted: &[f64], of: f64) -> Option<f64> {
 }
 
 /// What the interval of so many figures is.
-pub(crate) fn interval(n: usize) -> &'static str {
+#[must_use]
+pub fn interval(n: usize) -> &'static str {
     match order_statistic(n) {
         Some(_) => "the 95 % interval of the median",
         None => "the smallest and the largest (fewer than 6 runs give no 95 % interval)",

@@ -27,7 +27,7 @@ pub use pair::runtime_directory;
 pub(crate) use progress::{Bars, Progress};
 pub(crate) use readings::{Reading, Unit};
 pub(crate) use results::Results;
-pub(crate) use seeds::Seeds;
+pub use seeds::Seeds;
 pub(crate) use trace::{Trace, TracedStep, Trial};
 
 /// Made-up reports, for tests of whatever reads them.

@@ -7,14 +7,15 @@ const SEEDS_MAX: u64 = 10_000;
 
 /// A range of seeds, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Seeds {
+pub struct Seeds {
     first: u64,
     last: u64,
 }
 
 impl Seeds {
     /// The seeds, in order.
-    pub(crate) fn iter(self) -> impl Iterator<Item = u64> {
+    #[must_use = "an iterator does nothing by itself"]
+    pub fn iter(self) -> impl Iterator<Item = u64> {
         self.first..=self.last
     }
 }

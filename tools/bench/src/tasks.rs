@@ -1,0 +1,180 @@
+//! How well the learner foretells what its actions bring about, in the exact worlds of `pschema-exact`, beside the truth, "nothing changes"
+//! and a table of the first order.
+
+mod foretelling;
+mod lexicon;
+mod life;
+mod student;
+
+use clap::Args;
+use pschema_process::say;
+use pschema_tools::kit::{Columns, Failure, Seeds, Summary, interval, show, summary};
+use serde::Serialize;
+
+use life::{Distances, Life, Manner, Task};
+
+/// The tasks, in the order in which they are shown.
+const TASKS: &[Task<'_>] = &[
+    Task::new("flip", Manner::Led, 5_000),
+    Task::new("float-reset", Manner::Led, 10_000),
+    Task::new("modified-float-reset", Manner::Led, 10_000),
+    Task::new("gripper", Manner::Scattered, 800),
+    Task { tested: Some("gripper:blocks=7"), ..Task::new("gripper", Manner::Scattered, 800) },
+    Task::new("grid", Manner::Own, 2_000),
+    Task::new("cart", Manner::Led, 500),
+    Task::new("cart:sensors=3", Manner::Led, 500),
+    Task::new("lamps:lamps=0", Manner::Own, 500),
+    Task::new("lamps:bystanders=4", Manner::Own, 500),
+    Task::new("lamps", Manner::Own, 500),
+    Task::new("lamps:lamps=8", Manner::Own, 500),
+    Task::new("one-kind", Manner::Own, 500),
+    Task::new("one-kind:felt_percent=80", Manner::Own, 500),
+    Task::new("push", Manner::Own, 500),
+    Task::new("posture", Manner::Own, 500),
+    Task::new("hand-eye", Manner::Own, 2_500),
+];
+
+/// The tasks to measure.
+#[derive(Debug, Args)]
+pub(crate) struct TasksArgs {
+    /// Only the tasks in this world; or, with numbers, in just this one: gripper:blocks=5
+    #[arg(long, value_name = "WORLD", value_parser = known)]
+    world: Option<String>,
+    /// The seeds, each of which is a life in each world
+    #[arg(long, value_name = "A..B", default_value = "1..20")]
+    seeds: Seeds,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// A world that there is.
+fn known(text: &str) -> Result<String, String> {
+    pschema_exact::open(text, 0).map(|_| text.to_owned()).map_err(|error| error.to_string())
+}
+
+/// A figure over all seeds.
+#[derive(Debug, Serialize)]
+struct FigureSummary {
+    median: f64,
+    low: f64,
+    high: f64,
+}
+
+impl From<Summary> for FigureSummary {
+    fn from(Summary { median, low, high, .. }: Summary) -> Self {
+        Self { median, low, high }
+    }
+}
+
+/// Distances from the truth after so many actions.
+#[derive(Debug, Serialize)]
+struct Stand {
+    actions: usize,
+    ours: FigureSummary,
+    first_order: FigureSummary,
+}
+
+/// One task, over all seeds.
+#[derive(Debug, Serialize)]
+struct TaskFigures {
+    world: String,
+    tested_in: String,
+    actions: usize,
+    figure: &'static str,
+    ours: FigureSummary,
+    bound: f64,
+    nothing_changes: f64,
+    first_order: FigureSummary,
+    schemas: f64,
+    laws: f64,
+    step_us: f64,
+    course: Vec<Stand>,
+}
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct TasksMeasurement {
+    seeds: usize,
+    rows: Vec<TaskFigures>,
+}
+
+pub(crate) fn run(args: &TasksArgs, quiet: bool) -> Result<(), Failure> {
+    let seeds: Vec<u64> = args.seeds.iter().collect();
+    let mut rows = Vec::new();
+    for task in chosen(args.world.as_deref()) {
+        if !quiet {
+            say(&format!("{}: {} lives of {} actions", task.title(), seeds.len(), task.actions));
+        }
+        let lives = seeds.iter().map(|seed| life::live(&task, *seed)).collect::<Result<Vec<_>, _>>()?;
+        rows.extend(figures(&task, &lives));
+    }
+    show(args.json, &TasksMeasurement { seeds: seeds.len(), rows }, text)
+}
+
+/// The tasks in `world`, or all of them. A world with other numbers is lived in as its kind is.
+fn chosen(world: Option<&str>) -> Vec<Task<'_>> {
+    let Some(world) = world else { return TASKS.to_vec() };
+    let kind = |text: &str| pschema_exact::kind(text).map(|entry| entry.name);
+    let of_kind = TASKS.iter().filter(|task| kind(task.world) == kind(world));
+    match world.contains(':') {
+        true => of_kind.take(1).map(|task| Task { world, tested: None, ..*task }).collect(),
+        false => of_kind.copied().collect(),
+    }
+}
+
+/// The figures of a task; none when there was no life.
+fn figures(task: &Task<'_>, lives: &[Life]) -> Option<TaskFigures> {
+    let over =
+        |figure: &dyn Fn(&Life) -> f64| summary(lives.iter().map(figure).collect()).map(FigureSummary::from);
+    let median = |figure: &dyn Fn(&Life) -> f64| over(figure).map(|figure| figure.median);
+    let course = (0..lives.first()?.course.len()).map(|at| {
+        let stand =
+            |figure: fn(&Distances) -> f64| over(&|life: &Life| life.course.get(at).map_or(0.0, figure));
+        let actions = lives.first()?.course.get(at)?.actions;
+        Some(Stand { actions, ours: stand(|d| d.ours)?, first_order: stand(|d| d.first_order)? })
+    });
+    let last = |figure: fn(&Distances) -> f64| over(&|life: &Life| life.course.last().map_or(0.0, figure));
+    Some(TaskFigures {
+        world: task.world.to_owned(),
+        tested_in: task.tested.unwrap_or(task.world).to_owned(),
+        actions: task.actions,
+        figure: lives.first()?.figure,
+        ours: last(|d| d.ours)?,
+        bound: last(|d| d.bound)?.median,
+        nothing_changes: last(|d| d.nothing_changes)?.median,
+        first_order: last(|d| d.first_order)?,
+        schemas: median(&|life: &Life| life.schemas as f64)?,
+        laws: median(&|life: &Life| life.laws as f64)?,
+        step_us: median(&|life: &Life| life.step_us)?,
+        course: course.collect::<Option<_>>()?,
+    })
+}
+
+fn text(measurement: &TasksMeasurement) -> String {
+    let headings = ["world", "ours", "interval", "best", "same", "table", "schemas", "laws", "us"];
+    let mut table = Columns::new(&headings).figures(&[1, 2, 3, 4, 5, 6, 7, 8]);
+    // None is above 1: without the 0 before the point a table fits a terminal.
+    let share = |figure: f64| format!("{figure:.3}").trim_start_matches('0').to_owned();
+    for row in &measurement.rows {
+        table.row([
+            row.tested_in.clone(),
+            share(row.ours.median),
+            format!("{}-{}", share(row.ours.low), share(row.ours.high)),
+            share(row.bound),
+            share(row.nothing_changes),
+            share(row.first_order.median),
+            format!("{:.0}", row.schemas),
+            format!("{:.0}", row.laws),
+            format!("{:.0}", row.step_us),
+        ]);
+    }
+    format!(
+        "{}Total variation from the truth; in flip and float/reset the share of wrong predictions. 0 is perfect.\n\
+        ours: the learner, median of {} seeds, with {}\n\
+        best: the truth itself; same: nothing ever changes; table: what came of an action after the same observations\n",
+        table.text(&[1, 2, 3, 4, 5, 6, 7, 8]),
+        measurement.seeds,
+        interval(measurement.seeds)
+    )
+}
