@@ -11,10 +11,22 @@ use crate::rig::{Rig, until};
 /// Longer than a busy machine keeps a process from its watchdog.
 const WATCHDOG_MS: u64 = 2_000;
 
-/// What ends a process: told by a person, by a system that shuts down or loses its power, or by a terminal that is closed. The
+/// What ends a process: told by a person, by a system that shuts down or loses its power, by a terminal that is closed, or by a
+/// service manager's watchdog (SIGABRT); and the signals of faults, as far as they can be handled when someone sends them. The
 /// last two only halt others (Ctrl-Z, and a terminal that is read in the background), and would leave nobody at the arm.
-const ENDING: [Signal; 7] =
-    [Signal::TERM, Signal::INT, Signal::HUP, Signal::QUIT, Signal::POWER, Signal::TSTP, Signal::TTIN];
+const ENDING: [Signal; 11] = [
+    Signal::TERM,
+    Signal::INT,
+    Signal::HUP,
+    Signal::QUIT,
+    Signal::POWER,
+    Signal::ABORT,
+    Signal::TRAP,
+    Signal::SYS,
+    Signal::BUS,
+    Signal::TSTP,
+    Signal::TTIN,
+];
 
 /// A signal of real time: the last one, which is the same for every C library.
 const OF_REAL_TIME: &str = "64";
@@ -129,7 +141,9 @@ fn a_killed_process_leaves_the_arm_to_the_watchdog() {
 #[test]
 fn a_process_told_to_end_stops_the_arm_and_takes_its_power_away() {
     let by_program = ENDING.map(|signal| (Dialect::Program, signal));
-    for (dialect, signal) in by_program.into_iter().chain([(Dialect::Monitor, Signal::HUP)]) {
+    for (dialect, signal) in
+        by_program.into_iter().chain([Signal::HUP, Signal::ABORT].map(|signal| (Dialect::Monitor, signal)))
+    {
         let (rig, mut process) = calibrating_in(dialect, moves, |_| {});
         process.signal(signal);
         let ended = process.0.wait().unwrap();

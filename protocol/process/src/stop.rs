@@ -9,15 +9,17 @@ use std::time::{Duration, Instant};
 
 use rustix::process::Signal;
 use signal_hook::consts::{
-    SIGALRM, SIGHUP, SIGINT, SIGIO, SIGPROF, SIGQUIT, SIGTERM, SIGTSTP, SIGTTIN, SIGTTOU, SIGUSR1, SIGUSR2,
-    SIGVTALRM, SIGXCPU, SIGXFSZ,
+    SIGABRT, SIGALRM, SIGBUS, SIGHUP, SIGINT, SIGIO, SIGPROF, SIGQUIT, SIGSYS, SIGTERM, SIGTRAP, SIGTSTP,
+    SIGTTIN, SIGTTOU, SIGUSR1, SIGUSR2, SIGVTALRM, SIGXCPU, SIGXFSZ,
 };
 use signal_hook::iterator::Signals;
 use signal_hook::{flag, low_level};
 
-/// All signals that end or halt a process unless it handles them, but for those of real time, those that can't be handled, and
-/// those of a fault in the program itself.
-const ENDING: [i32; 16] = [
+/// All signals that end or halt a process unless it handles them, but for those of real time, and those that can't be handled:
+/// SIGKILL and SIGSTOP by anyone; SIGSEGV, SIGILL and SIGFPE by no handler that returns, for the fault would come again. Of the
+/// other signals of a fault in the program itself, those that someone sends are handled. Those of a real fault still end the process:
+/// `abort` does so when the handler of SIGABRT has returned, and Rust's own handler of SIGBUS, which comes first, removes itself.
+const ENDING: [i32; 20] = [
     SIGINT,
     SIGTERM,
     SIGHUP,
@@ -32,6 +34,10 @@ const ENDING: [i32; 16] = [
     SIGPROF,
     SIGIO,
     SIGXCPU,
+    SIGABRT,
+    SIGBUS,
+    SIGSYS,
+    SIGTRAP,
     Signal::POWER.as_raw(),
     Signal::STKFLT.as_raw(),
 ];
@@ -73,7 +79,7 @@ impl Stop {
 
     /// As [`Stop::on_signals`], for every other signal too that ends a process and can be handled: for a program that must bring
     /// something to rest first. So do those that would only halt the process: SIGTSTP (Ctrl-Z), and SIGTTIN and SIGTTOU, by which a
-    /// terminal halts a process in the background.
+    /// terminal halts a process in the background; and SIGABRT, by which a service manager's watchdog ends a process.
     ///
     /// # Errors
     /// When the system refuses to handle a signal.
