@@ -43,7 +43,16 @@ pub enum StoreError {
         #[source]
         error: io::Error,
     },
-    /// The data directory, its lock or its journal is no longer where it was opened.
+    /// A file that the next start needs was cut short.
+    #[error(
+        "{problem}. Steps that were acknowledged are lost with them: put this data directory back from a copy; or `pschema repair \
+         --dry-run` says what can be saved of it"
+    )]
+    Cut {
+        /// The path, and how much of it is left.
+        problem: String,
+    },
+    /// The data directory, or a file there that the next start needs, is no longer where it was opened.
     #[error(
         "{problem}. Every step that was acknowledged is in the directory that was opened: put that back, and start the daemon \
          on it"

@@ -57,10 +57,17 @@ pub(crate) struct Place {
 
 #[derive(Debug)]
 struct Segment {
-    name: String,
+    first: u64,
     file: Box<dyn OpenFile>,
     end: u64,
     zeroed: u64,
+}
+
+/// A segment that nothing is written to any more.
+#[derive(Debug)]
+struct ClosedSegment {
+    first: u64,
+    bytes: u64,
 }
 
 /// The journal, to be written.
@@ -71,6 +78,8 @@ pub(crate) struct Journal {
     last: Place,
     durable: u64,
     segment: Option<Segment>,
+    /// The segments before it that the next start needs, and perhaps some that it no longer needs.
+    closed: Vec<ClosedSegment>,
     /// Bytes that were appended since the journal was opened.
     written: u64,
 }
@@ -78,7 +87,19 @@ pub(crate) struct Journal {
 impl Journal {
     /// Goes on after `last`, which is durable, in a segment of its own. The segment is made with its first frame.
     pub(crate) fn after(storage: Arc<dyn Storage>, last: Place, sizes: Sizes) -> Self {
-        Self { storage, sizes, last, durable: last.number, segment: None, written: 0 }
+        Self { storage, sizes, last, durable: last.number, segment: None, closed: Vec::new(), written: 0 }
+    }
+
+    /// Notes the segments that a start read, whose first frames are `firsts`: the next start reads them too, until a newer snapshot
+    /// makes them unnecessary.
+    ///
+    /// # Errors
+    /// When one of them isn't there.
+    pub(crate) fn read_before(&mut self, firsts: &[u64]) -> io::Result<()> {
+        for first in firsts.iter().copied() {
+            self.closed.push(ClosedSegment { first, bytes: self.storage.size(&segment_name(first))? });
+        }
+        Ok(())
     }
 
     /// The place after the last frame that was appended.
@@ -135,7 +156,20 @@ impl Journal {
         Ok(())
     }
 
-    /// Whether the segment that is being written is still where the next start looks for it.
+    /// Whether all of the segments before the one that is being written are still there which the next start needs, as it begins
+    /// from the snapshot made after frame `newest`.
+    pub(crate) fn check_closed(&mut self, newest: Option<u64>) -> io::Result<()> {
+        let wanted = newest.unwrap_or(0) + 1;
+        let begun = self.closed.iter().map(|closed| closed.first);
+        let begun = begun.chain(self.segment.as_ref().map(|segment| segment.first));
+        let unnecessary = begun.filter(|first| *first <= wanted).count().saturating_sub(1);
+        self.closed.drain(..unnecessary.min(self.closed.len()));
+        self.closed
+            .iter()
+            .try_for_each(|closed| self.storage.is_whole(&segment_name(closed.first), closed.bytes))
+    }
+
+    /// Whether the segment that is being written is still where the next start looks for it, with all that was written.
     pub(crate) fn check(&self) -> io::Result<()> {
         self.segment.as_ref().map_or(Ok(()), |segment| segment.file.check())
     }
@@ -147,8 +181,9 @@ impl Journal {
     }
 
     fn end_segment(&mut self) -> io::Result<()> {
-        let Some(Segment { name, end, zeroed, .. }) = self.segment.take() else { return Ok(()) };
-        if zeroed > end { self.storage.truncate(&name, end) } else { Ok(()) }
+        let Some(Segment { first, end, zeroed, .. }) = self.segment.take() else { return Ok(()) };
+        self.closed.push(ClosedSegment { first, bytes: end });
+        if zeroed > end { self.storage.truncate(&segment_name(first), end) } else { Ok(()) }
     }
 
     fn begin_segment(&mut self, step: u64) -> io::Result<()> {
@@ -159,12 +194,13 @@ impl Journal {
         let end = bytes.len() as u64;
         let zeroed = end + self.sizes.ahead;
         bytes.resize(usize::try_from(zeroed).unwrap_or(bytes.len()), 0);
-        let name = segment_name(first);
-        let mut file = self.storage.create(&name)?;
+        // One without a frame, of a daemon that was killed as it had begun it, is replaced.
+        self.closed.retain(|closed| closed.first < first);
+        let mut file = self.storage.create(&segment_name(first))?;
         file.write_at(&bytes, 0)?;
         file.sync()?;
         self.storage.sync_directory(DIRECTORY)?;
-        self.segment = Some(Segment { name, file, end, zeroed });
+        self.segment = Some(Segment { first, file, end, zeroed });
         Ok(())
     }
 }

@@ -2,7 +2,7 @@
 //! memory again.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 
 use serde::{Deserialize, Serialize};
 
@@ -108,6 +108,19 @@ pub(crate) fn read(storage: &dyn Storage) -> Result<Option<Manifest>, StoreError
     };
     let text = String::from_utf8(bytes).map_err(|error| wrong(&path, error.to_string()))?;
     Manifest::parse(&text, &path).map(Some)
+}
+
+/// Makes sure that the manifest still has the bytes `written`. Written anew with the same bytes, it is as good as before.
+pub(crate) fn check(storage: &dyn Storage, written: &[u8]) -> io::Result<()> {
+    let path = storage.path(FILE);
+    match storage.read(FILE) {
+        Ok(found) if found == written => Ok(()),
+        Ok(_) => Err(io::Error::other(format!("{path} was changed, or another is in its place"))),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            Err(io::Error::new(error.kind(), format!("{path} was moved or removed")))
+        }
+        Err(error) => Err(io::Error::new(error.kind(), format!("cannot read {path}: {error}"))),
+    }
 }
 
 /// Writes the manifest, and makes it durable.

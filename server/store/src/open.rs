@@ -164,6 +164,7 @@ pub(crate) fn open_in(
     let (_, curriculum) = setting.checked()?;
     let mut learner = Learner::resume(replay.memory, curriculum)?;
     let mut journal = Journal::after(storage.clone(), end.last, sizes);
+    journal.read_before(&end.segments).map_err(disk("read", journal::DIRECTORY))?;
     if changed {
         setting = given;
         change(&mut learner, &mut journal, &setting, &options)?;

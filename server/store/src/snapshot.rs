@@ -60,13 +60,7 @@ pub(crate) fn check(storage: &dyn Storage, newest: Option<u64>) -> io::Result<()
         );
         return storage.directory(DIRECTORY);
     };
-    let name = name(number);
-    storage.size(&name).map(drop).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => {
-            io::Error::new(error.kind(), format!("{} was moved or removed", storage.path(&name)))
-        }
-        kind => io::Error::new(kind, format!("cannot look for {}: {error}", storage.path(&name))),
-    })
+    storage.is_whole(&name(number), 0)
 }
 
 /// Writes `content`, which is memory as it is after frame `place`; that frame is durable. `expected` is the digest of

@@ -49,6 +49,21 @@ pub(crate) trait Storage: Send + Sync + Debug {
     /// When it isn't there.
     fn size(&self, name: &str) -> io::Result<u64>;
 
+    /// Whether a file of at least `bytes` bytes, which nobody changes any more, is still there.
+    ///
+    /// # Errors
+    /// When it was moved or removed; [`io::ErrorKind::UnexpectedEof`] when it was cut short. The message names the file.
+    fn is_whole(&self, name: &str, bytes: u64) -> io::Result<()> {
+        let path = self.path(name);
+        match self.size(name) {
+            Ok(found) => uncut(&path, found, bytes),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                Err(io::Error::new(error.kind(), format!("{path} was moved or removed")))
+            }
+            Err(error) => Err(io::Error::new(error.kind(), format!("cannot look for {path}: {error}"))),
+        }
+    }
+
     /// Cuts a file off after so many bytes.
     ///
     /// # Errors
@@ -111,6 +126,16 @@ pub(crate) trait Storage: Send + Sync + Debug {
     }
 }
 
+/// Makes sure that a file has the bytes that were written, `written` of them.
+fn uncut(path: &str, found: u64, written: u64) -> io::Result<()> {
+    if found >= written {
+        return Ok(());
+    }
+    let problem =
+        format!("{path} was cut short by another program: {written} bytes were written, {found} are left");
+    Err(io::Error::new(io::ErrorKind::UnexpectedEof, problem))
+}
+
 /// A file that is open for writing.
 pub(crate) trait OpenFile: Send + Debug {
     /// Writes all of `bytes` at `offset`.
@@ -125,10 +150,10 @@ pub(crate) trait OpenFile: Send + Debug {
     /// When the disk does not confirm it. Nobody knows then what is on disk, so it must not be tried again.
     fn sync(&mut self) -> io::Result<()>;
 
-    /// Whether this is still the file that others find by its name.
+    /// Whether this is still the file that others find by its name, and has all that was written.
     ///
     /// # Errors
-    /// When it was moved, removed or replaced.
+    /// When it was moved, removed or replaced; [`io::ErrorKind::UnexpectedEof`] when it was cut short.
     fn check(&self) -> io::Result<()> {
         Ok(())
     }
@@ -217,7 +242,7 @@ impl Storage for Directory {
         let path = self.at(name);
         let file = options.write(true).create(true).truncate(true).mode(0o600).open(&path)?;
         let anchor = Anchor::of(&file, &path)?;
-        Ok(Box::new(RealFile { file, anchor }))
+        Ok(Box::new(RealFile { file, anchor, path, written: 0 }))
     }
 
     fn sync(&self, name: &str) -> io::Result<()> {
@@ -271,11 +296,24 @@ impl Storage for Directory {
 struct RealFile {
     file: File,
     anchor: Anchor,
+    path: PathBuf,
+    /// Where the last of the written bytes ends.
+    written: u64,
+}
+
+impl RealFile {
+    fn uncut(&self) -> io::Result<()> {
+        uncut(&self.path.display().to_string(), self.file.metadata()?.len(), self.written)
+    }
 }
 
 impl OpenFile for RealFile {
     fn write_at(&mut self, bytes: &[u8], offset: u64) -> io::Result<()> {
-        self.file.write_all_at(bytes, offset)
+        // A file that was cut short grows again with what is written next, and then has a hole that nobody sees.
+        self.uncut()?;
+        self.file.write_all_at(bytes, offset)?;
+        self.written = self.written.max(offset + bytes.len() as u64);
+        Ok(())
     }
 
     fn sync(&mut self) -> io::Result<()> {
@@ -285,6 +323,6 @@ impl OpenFile for RealFile {
     }
 
     fn check(&self) -> io::Result<()> {
-        self.anchor.check()
+        self.anchor.check().and_then(|()| self.uncut())
     }
 }

@@ -2,6 +2,7 @@
 //! that the change that led to the reply is durable. Changes that come while the disk is at work are written together.
 
 use std::convert::Infallible;
+use std::io::ErrorKind;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -16,6 +17,7 @@ use crate::codec;
 use crate::error::StoreError;
 use crate::format::v1;
 use crate::journal::Journal;
+use crate::manifest;
 use crate::shared::{Shared, Wake};
 use crate::snapshot;
 use crate::storage::Storage;
@@ -23,6 +25,8 @@ use crate::storage::Storage;
 /// Under [`Durability::Relaxed`] a reply leaves while no more batches than these wait for the disk: a disk that is slower than
 /// the bodies slows the bodies down, and nothing else.
 pub(crate) const WAITING_MAX: u64 = 1_024;
+/// How often it is looked whether the files that nobody writes are whole.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// How long a change may wait under [`Durability::Relaxed`] until it is made durable.
 const RELAXED_MAX: Duration = Duration::from_secs(1);
 
@@ -68,14 +72,18 @@ pub(crate) fn start(
     let (jobs, waiting) = channel();
     let (alive, ended) = channel();
     let storage = archive.storage.clone();
+    let manifest =
+        storage.read(manifest::FILE).map_err(StoreError::disk("read", storage.path(manifest::FILE)))?;
     let archivist = Archivist::start(archive, shared.clone(), wake.clone())?;
     let mut thread = WriterThread {
         storage,
+        manifest,
         journal,
         durability,
         shared,
         wake,
         synced: Instant::now(),
+        looked: Instant::now(),
         step,
         taken: 0,
         unsynced: false,
@@ -94,11 +102,15 @@ pub(crate) fn start(
 
 struct WriterThread {
     storage: Arc<dyn Storage>,
+    /// The manifest's bytes.
+    manifest: Vec<u8>,
     journal: Journal,
     durability: Durability,
     shared: Arc<Shared>,
     wake: Wake,
     synced: Instant,
+    /// When it was last looked whether the files that nobody writes are whole.
+    looked: Instant,
     /// Steps and batches that were written.
     step: u64,
     taken: u64,
@@ -192,11 +204,28 @@ impl WriterThread {
     }
 
     /// Makes sure that the journal and the newest snapshot are still where the next start looks for them, and that no other daemon
-    /// can write there.
-    fn check(&self) -> Result<(), StoreError> {
-        let found = self.storage.check().and_then(|()| self.journal.check());
-        let found = found.and_then(|()| snapshot::check(&*self.storage, self.shared.newest_snapshot()));
-        found.map_err(|error| StoreError::Displaced { problem: error.to_string() })
+    /// can write there. Once a second it looks at the manifest and the earlier segments too.
+    fn check(&mut self) -> Result<(), StoreError> {
+        let newest = self.shared.newest_snapshot();
+        let mut found = self.storage.check().and_then(|()| self.journal.check());
+        found = found.and_then(|()| snapshot::check(&*self.storage, newest));
+        if self.looked.elapsed() >= LOOK_EVERY {
+            self.looked = Instant::now();
+            found = found.and_then(|()| manifest::check(&*self.storage, &self.manifest));
+            found = found.and_then(|()| self.journal.check_closed(newest));
+        }
+        found.or_else(|error| {
+            if self.shared.newest_snapshot() != newest {
+                // The archivist has made another meanwhile, after which it removes what is no longer needed.
+                return Ok(());
+            }
+            let (kind, problem) = (error.kind(), error.to_string());
+            Err(if kind == ErrorKind::UnexpectedEof {
+                StoreError::Cut { problem }
+            } else {
+                StoreError::Displaced { problem }
+            })
+        })
     }
 
     /// Writes everything that is left.

@@ -1,7 +1,7 @@
 //! Data directories of the file system: moved, replaced, taken by another, or with files of others in them.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -162,6 +162,52 @@ fn a_removed_directory_of_snapshots_is_made_again_while_it_is_empty_and_missed_w
             drop(fs::remove_dir_all(&snapshots));
             fs::rename(&away, &snapshots).unwrap();
             assert!(opened(&life).unwrap().0.memory().content().step >= taken);
+        }
+    }
+}
+
+/// Until the next start nobody noticed: steps were acknowledged that it could not have found.
+#[test]
+fn files_that_a_start_needs_and_that_are_removed_replaced_or_cut_short_under_a_daemon_end_it() {
+    type Mishap = fn(&Path);
+    fn segment(life: &Path, newest: bool) -> PathBuf {
+        let found = fs::read_dir(life.join("journal")).unwrap().map(|found| found.unwrap().path());
+        if newest { found.max().unwrap() } else { found.min().unwrap() }
+    }
+    fn cut(path: &Path) {
+        fs::OpenOptions::new().write(true).open(path).unwrap().set_len(0).unwrap();
+    }
+    let mishaps: [(&str, Mishap); 6] = [
+        ("manifest was moved or removed. Every step", |life| fs::remove_file(life.join("manifest")).unwrap()),
+        ("manifest was changed, or another", |life| {
+            fs::rename(life.join("LOCK"), life.join("manifest")).unwrap();
+            fs::hard_link(life.join("manifest"), life.join("LOCK")).unwrap();
+        }),
+        (".journal was moved or removed. Every step", |life| fs::remove_file(segment(life, false)).unwrap()),
+        (".journal was cut short by another program", |life| cut(&segment(life, false))),
+        (".journal was moved or removed. Every step", |life| fs::remove_file(segment(life, true)).unwrap()),
+        (".journal was cut short by another program", |life| cut(&segment(life, true))),
+    ];
+    for (why, mishap) in mishaps {
+        for idle in [false, true] {
+            let above = tempfile::tempdir().unwrap();
+            let life = above.path().join("life");
+            let (_, store, mut world) = living(&life);
+            // Killed before the first snapshot; the next start begins another segment.
+            drop(store);
+            let (mut learner, mut store, _) = opened(&life).unwrap();
+            lived(&mut learner, &mut store, &mut world).unwrap();
+            mishap(&life);
+            let start = Instant::now();
+            let error = loop {
+                let lived = if idle { Ok(()) } else { lived(&mut learner, &mut store, &mut world) };
+                if let Some(error) = lived.err().or_else(|| store.failure()) {
+                    break error.to_string();
+                }
+                assert!(start.elapsed() < Duration::from_secs(60), "{why}, idle {idle}: not noticed");
+                std::thread::yield_now();
+            };
+            assert!(error.contains(why), "wanted {why:?}, idle {idle}: {error}");
         }
     }
 }
