@@ -269,13 +269,15 @@ fn the_command_says_what_a_broken_body_does_wrong() {
         ("refused-frame", "refusal 7"),
         ("session", "where a hello was due"),
         ("restart", "the body ended"),
-        ("sigterm", "signal: 15"),
         ("sent-away", "frame"),
     ] {
         let check = check(name);
         let told = check["problem"].as_str().unwrap_or_default();
         assert!(check["verdict"] == "failed" && told.contains(problem), "{name}: {found:#}");
     }
+    // The protocol demands neither a farewell nor an exit code.
+    let told = check("sigterm")["problem"].as_str().unwrap_or_default();
+    assert!(check("sigterm")["verdict"] == "advised" && told.contains("signal: 15"), "{found:#}");
 }
 
 /// The shell that could not start it repeated ten thousand bytes of it.

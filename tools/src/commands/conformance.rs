@@ -16,7 +16,7 @@ use crate::render::words::{count, plain};
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema conformance --command './my_body --name default'\n\n\
     The command is started several times, as a body of the learner `default` (`--name` changes it), in a runtime directory of its \
-    own: PSCHEMA_RUNTIME_DIR and PSCHEMA_NAME tell it where. Exit code 0 if every check passed, else 1.")]
+    own: PSCHEMA_RUNTIME_DIR and PSCHEMA_NAME tell it where. Exit code 0 if no check failed, else 1; advice is no failure.")]
 pub(crate) struct ConformanceArgs {
     /// How to start the body, as in a shell
     #[arg(long, value_name = "COMMAND")]
@@ -49,7 +49,8 @@ pub(crate) fn run(args: ConformanceArgs, general: &General) -> Result<(), Failur
     let style = Style::of_stdout();
     let told = |verdict: &DutyVerdict| if args.json { Ok(()) } else { output::print(&line(verdict, style)) };
     let checks = conformance::examine(&args.command, name, patience, &stop, told)?;
-    let failed = checks.iter().filter(|check| check.verdict != Verdict::Passed).count();
+    let is_failure = |check: &&DutyVerdict| matches!(check.verdict, Verdict::Failed | Verdict::NotTried);
+    let failed = checks.iter().filter(is_failure).count();
     let all = checks.len();
     if args.json {
         output::print_json(&Conformance { ok: failed == 0, command: &args.command, checks })?;
@@ -66,6 +67,7 @@ pub(crate) fn run(args: ConformanceArgs, general: &General) -> Result<(), Failur
 fn line(check: &DutyVerdict, style: Style) -> String {
     let verdict = match check.verdict {
         Verdict::Passed => style.good("passed   "),
+        Verdict::Advised => style.good("advised  "),
         Verdict::Failed => style.bad("failed   "),
         Verdict::NotTried => "not tried".to_owned(),
     };

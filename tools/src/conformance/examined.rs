@@ -65,6 +65,8 @@ pub(super) struct Examined<'a> {
     patience: Duration,
     stop: &'a Stop,
     sessions: u64,
+    /// What the body could do better in the check that is tried.
+    advice: Option<String>,
     directory: TempDir,
 }
 
@@ -101,12 +103,14 @@ impl<'a> Examined<'a> {
             patience,
             stop,
             sessions: 0,
+            advice: None,
             directory: runtime_directory()?,
         })
     }
 
     /// Ends the body and the daemon's side, so that the next check begins anew.
     pub(super) fn begin_anew(&mut self) {
+        self.advice = None;
         self.end_daemon();
         self.process = None;
     }
@@ -402,7 +406,17 @@ impl<'a> Examined<'a> {
         self.ended("SIGTERM")
     }
 
-    /// Waits until the body has ended with success. Returns whether it said farewell.
+    /// Notes what the body could do better; of several in one check the first is told.
+    pub(super) fn advise(&mut self, advice: impl Into<String>) {
+        self.advice.get_or_insert(advice.into());
+    }
+
+    /// What the body could do better in the check that has ended; none if nothing.
+    pub(super) fn advice(&mut self) -> Option<String> {
+        self.advice.take()
+    }
+
+    /// Waits until the body has ended. Returns whether it said farewell.
     pub(super) fn ended(&mut self, after: &str) -> Result<bool, Problem> {
         let begun = Instant::now();
         let mut said_farewell = false;
@@ -432,11 +446,10 @@ impl<'a> Examined<'a> {
         }
         said_farewell |= self.messages.drain(..).any(|one| matches!(one, Message::Gone { farewell: true }));
         self.process = None;
-        if status.success() {
-            Ok(said_farewell)
-        } else {
-            Err(format!("it ended with a failure ({status}) after {after}"))
+        if !status.success() {
+            self.advise(format!("it ended with a failure ({status}) after {after}"));
         }
+        Ok(said_farewell)
     }
 }
 

@@ -38,6 +38,8 @@ const AWAY: Duration = Duration::from_secs(2);
 pub(crate) enum Verdict {
     /// It does.
     Passed,
+    /// It does, and could do better in something that no page demands.
+    Advised,
     /// It does not.
     Failed,
     /// It never attached, so that nothing else could be tried.
@@ -54,7 +56,7 @@ pub(crate) struct DutyVerdict {
     pub(crate) duty: &'static str,
     /// Whether it does.
     pub(crate) verdict: Verdict,
-    /// What it did instead; none unless it failed.
+    /// What it did instead, or what it could do better; none unless it failed or is advised.
     pub(crate) problem: Option<String>,
 }
 
@@ -84,9 +86,9 @@ const DUTIES: [Duty; 14] = [
     Duty { name: "session", duty: "attaches again when its session is not open", check: session },
     Duty { name: "unwilling", duty: "tries again when the daemon is not willing", check: unwilling },
     Duty { name: "restart", duty: "attaches anew after the daemon was restarted", check: restart },
-    Duty { name: "sigterm", duty: "ends with success and a farewell at SIGTERM", check: sigterm },
+    Duty { name: "sigterm", duty: "ends at SIGTERM, with success and a farewell", check: sigterm },
     Duty { name: "sent-away", duty: "leaves when it is sent away", check: sent_away },
-    Duty { name: "alone", duty: "ends with success at SIGTERM while there is no daemon", check: alone },
+    Duty { name: "alone", duty: "ends at SIGTERM, with success, while there is no daemon", check: alone },
 ];
 
 /// Tries all duties on the body that `command` starts, which attaches to the learner `name`; `told` hears each verdict.
@@ -108,7 +110,10 @@ pub(crate) fn examine(
             (Verdict::NotTried, None)
         } else {
             match check(&mut examined) {
-                Ok(()) => (Verdict::Passed, None),
+                Ok(()) => match examined.advice() {
+                    None => (Verdict::Passed, None),
+                    advice => (Verdict::Advised, advice),
+                },
                 Err(problem) => {
                     examined.begin_anew();
                     (Verdict::Failed, Some(problem))
@@ -211,11 +216,10 @@ fn restart(body: &mut Examined<'_>) -> Result<(), Problem> {
 
 fn sigterm(body: &mut Examined<'_>) -> Result<(), Problem> {
     body.attach()?;
-    if body.terminate()? {
-        Ok(())
-    } else {
-        Err("it ended without a farewell (a frame of purpose 2)".to_owned())
+    if !body.terminate()? {
+        body.advise("it ended without a farewell (a frame of purpose 2)");
     }
+    Ok(())
 }
 
 fn sent_away(body: &mut Examined<'_>) -> Result<(), Problem> {
