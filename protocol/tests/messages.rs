@@ -411,11 +411,14 @@ fn more_observations_than_a_frame_holds_are_refused_not_cut() {
 #[test]
 fn declarations_that_contradict_themselves_are_refused() {
     type Spoil = fn(&mut Description);
-    let cases: [(Spoil, &str); 18] = [
+    let cases: [(Spoil, &str); 21] = [
         (|one| one.name = String::new(), "the body's name: it is empty"),
         (|one| one.name = "x".repeat(33), "33 bytes, at most 32 are allowed"),
         (|one| one.kind = "a\nb".to_owned(), "control character"),
         (|one| one.kind = "a\u{202e}b".to_owned(), "holds U+202E, which can't be seen"),
+        (|one| one.name = "\u{3164}".to_owned(), "holds U+3164, which can't be seen"),
+        (|one| one.observation_types[0].name = "\u{2800}".to_owned(), "holds U+2800, which can't be seen"),
+        (|one| one.actions[0].name = "go\u{fe0f}".to_owned(), "holds U+FE0F, which can't be seen"),
         (|one| one.observation_types[0].name = "a{b=c}".to_owned(), "holds '{'"),
         (|one| one.observation_types[0].properties[0].name = "a,b".to_owned(), "holds ','"),
         (|one| kind_of(one, ValueKind::Symbol { symbols: vec!["$x".to_owned()] }), "a dollar sign"),

@@ -415,8 +415,10 @@ mod tests {
     #[test]
     fn whatever_is_taken_as_a_word_can_be_written_in_a_pattern() {
         let letters = ["a", "é", "語", "{", "}", "(", ")", ",", "=", "$", "&", "/", "'", "\"", "-", "3"];
-        let hidden = ["\u{200f}", "\u{202e}", "\u{feff}", "\u{ad}", "\u{a0}", "\u{7}", "\u{1b}", " "];
-        let all: Vec<&str> = letters.into_iter().chain(hidden).collect();
+        let directions = ["\u{200f}", "\u{202e}", "\u{feff}", "\u{ad}", "\u{a0}", "\u{7}", "\u{1b}", " "];
+        let blank = ["\u{3164}", "\u{2800}", "\u{fe0f}", "\u{34f}", "\u{e01ef}"];
+        let hidden = [&directions[..], &blank[..]].concat();
+        let all: Vec<&str> = letters.iter().chain(&hidden).copied().collect();
         let (mut taken, mut refused) = (0, 0);
         for one in &all {
             for two in &all {

@@ -155,7 +155,7 @@ fn a_learner_can_be_held_and_resumed_and_hears_words() {
     let said = sandbox.run(&["say", "touch"]);
     assert_eq!(said.code(), Some(0), "{said:?}");
     assert!(said.stdout.contains("touch"), "{said:?}");
-    for unwritable in ["a{b=c}", "$x", "one,two", "\u{202e}touch", "two words"] {
+    for unwritable in ["a{b=c}", "$x", "one,two", "\u{202e}touch", "\u{3164}", "two words"] {
         let refused = sandbox.run(&["say", unwritable]);
         assert!(refused.code() == Some(1) && refused.stderr.contains("is no word"), "{refused:?}");
     }

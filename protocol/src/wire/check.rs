@@ -80,12 +80,20 @@ pub fn unwritable(text: &str) -> Option<String> {
 }
 
 /// What can't be seen in a text, so that nobody could write it again: control characters, marks that join letters or turn the
-/// direction of writing, and all white space but the space itself.
+/// direction of writing, letters and signs that are blank, what chooses another form of the letter before it, and all white space but
+/// the space itself.
 fn invisible(text: &str) -> Option<String> {
     let is_mark = |c| {
         matches!(c,
-            '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
-            | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
+            // Unicode's Default_Ignorable_Code_Point, which a renderer leaves out when it does not know better: soft hyphen, joiners,
+            // fillers, direction, variation selectors, tags. Its ranges have room for marks to come, so they stay as they are.
+            '\u{ad}' | '\u{34f}' | '\u{61c}' | '\u{115f}'..='\u{1160}' | '\u{17b4}'..='\u{17b5}' | '\u{180b}'..='\u{180f}'
+            | '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{3164}' | '\u{fe00}'..='\u{fe0f}'
+            | '\u{feff}' | '\u{ffa0}' | '\u{fff0}'..='\u{fff8}' | '\u{1bca0}'..='\u{1bca3}' | '\u{1d173}'..='\u{1d17a}'
+            | '\u{e0000}'..='\u{e0fff}'
+            // The others that leave no mark: the braille pattern without a dot, the musical null notehead, and the anchors of notes
+            // between the lines.
+            | '\u{2800}' | '\u{1d159}' | '\u{fff9}'..='\u{fffb}')
     };
     if text.chars().any(char::is_control) {
         return Some(format!("{text:?} holds a control character"));
