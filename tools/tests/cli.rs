@@ -193,7 +193,7 @@ fn long_input_is_quoted_in_part() {
     let runtime = runtime();
     let (word, words, digits) = ("é".repeat(10_000), "a word ".repeat(2_000), "9".repeat(320));
     let noise = format!("move_error_mm={digits}");
-    let slips: [&[&str]; 8] = [
+    let slips: [&[&str]; 9] = [
         &["show", &word],
         &["show", &words],
         &["--name", &word, "status"],
@@ -202,6 +202,7 @@ fn long_input_is_quoted_in_part() {
         &["server", "--curriculum", &word],
         &["import", &word, "--data", "never-made"],
         &["sim", "--noise", &noise],
+        &["emulator", "--link", &word],
     ];
     for arguments in slips {
         let output = pschema(runtime.path(), arguments);

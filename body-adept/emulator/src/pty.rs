@@ -54,8 +54,10 @@ impl Pty {
 
     /// Pulls the plug: the driver's end hangs up.
     pub(crate) fn unplug(&mut self) {
-        self.ends = None;
-        if let Err(error) = remove_link(&self.link) {
+        // Without a line there is no link of ours.
+        if self.ends.take().is_some()
+            && let Err(error) = remove_link(&self.link)
+        {
             tracing::warn!(%error, link = %self.link.display(), "cannot remove the link");
         }
     }
