@@ -26,9 +26,6 @@ pub enum SnapshotError {
     /// The file cannot be written.
     #[error(transparent)]
     Write(#[from] OutputError),
-    /// The picture cannot be encoded.
-    #[error("cannot write the picture as PNG: {0}")]
-    Encode(#[from] png::EncodingError),
     /// The world has too few places or postures for a scene.
     #[error("cannot arrange the scene to be shown: {0}")]
     Scene(String),
@@ -53,9 +50,10 @@ pub fn write(body: &mut SimBody, file: OutputFile) -> Result<(), SnapshotError> 
     let blobs: Vec<&Blob> = seen.finger.iter().chain(seen.objects.iter().map(|(_, blob)| blob)).collect();
     draw_fields(body, &blobs, &mut canvas);
     blobs.iter().for_each(|blob| draw_blob(blob, &mut canvas));
+    let failed = file.refused();
     let mut buffered = BufWriter::new(file);
-    canvas.encode(&mut buffered)?;
-    let file = buffered.into_inner().map_err(|error| png::EncodingError::from(error.into_error()))?;
+    canvas.encode(&mut buffered).map_err(|error| failed(error.into()))?;
+    let file = buffered.into_inner().map_err(|error| failed(error.into_error()))?;
     Ok(file.finish()?)
 }
 

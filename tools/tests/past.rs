@@ -271,6 +271,10 @@ fn memory_goes_out_and_comes_back_and_branches_off() {
     assert_eq!(mode & 0o777, 0o600, "what a learner knows is its owner's");
     let (code, said) = house.refusal(&["export", "--data", "life", "-o", "life.jsonl"]);
     assert!(code == Some(1) && said.contains("there already"), "{said}");
+    for full in [&["export", "--data", "life", "-o", "/dev/full"][..], &["sim", "--snapshot", "/dev/full"]] {
+        let (code, said) = house.refusal(full);
+        assert!(code == Some(1) && said.contains("cannot write /dev/full: No space left"), "{said}");
+    }
     let made = house.json(&["import", "life.jsonl", "--data", "again"]);
     assert_eq!(made["memory_digest"], now["memory_digest"]);
     let (code, said) = house.refusal(&["import", "life.jsonl", "--data", "again"]);

@@ -239,6 +239,11 @@ impl OutputFile {
         }
     }
 
+    /// The error that says of this file why it could not be written.
+    pub fn refused(&self) -> impl Fn(io::Error) -> OutputError + use<> {
+        refused(&self.path)
+    }
+
     fn file(&mut self) -> &mut File {
         match &mut self.to {
             To::Stream(file) | To::Copied { content: file, .. } => file,

@@ -1,11 +1,11 @@
 //! `pschema export`: a memory as JSON Lines.
 
 use std::io::{self, BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use pschema_inspect::StatusQuery;
-use pschema_process::{Occupied, OutputFile, Stop, say};
+use pschema_process::{Occupied, OutputError, OutputFile, Stop, say};
 use pschema_protocol::domain::LearnerName;
 use pschema_store::past::Past;
 use pschema_store::past::export::{ExportError, ExportSummary};
@@ -32,15 +32,6 @@ pub(crate) struct ExportArgs {
 
 /// How often a person is told how far it is, in lines.
 const TELL_EVERY: u64 = 1_024;
-
-impl From<ExportError> for Failure {
-    fn from(error: ExportError) -> Self {
-        match error {
-            ExportError::Write(error) if error.kind() == io::ErrorKind::BrokenPipe => Self::NobodyReads,
-            error => Self::of(error),
-        }
-    }
-}
 
 pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
     let stop = Stop::on_signals()?;
@@ -72,7 +63,12 @@ pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
         Some(mut file) => write(&mut file).map(|summary| (summary, Some(file))),
     };
     stop.check()?;
-    let (ExportSummary { lines, memory_digest }, file) = written?;
+    let path = output::named(args.output.as_deref().unwrap_or(Path::new("-"))).to_owned();
+    let failed = |error| match error {
+        ExportError::Write(source) => Failure::from(OutputError::Io { path, source }),
+        error => Failure::of(error),
+    };
+    let (ExportSummary { lines, memory_digest }, file) = written.map_err(failed)?;
     file.map(OutputFile::finish).transpose()?;
     drop(bar);
     if let Some(file) = args.output.as_ref().filter(|file| !general.quiet() && !output::is_stdout(file)) {
