@@ -86,8 +86,8 @@ fn an_action_that_the_body_does_not_have_is_answered_with_those_that_are_near() 
     let mistakes = [
         ("move(reach=0.41)", "move(reach=0.38)"),
         ("fly(reach=0.41)", "it has move"),
-        ("move", "write it as it prints"),
-        ("", "write it as it prints"),
+        ("move", "write it as it prints, such as move(reach=0"),
+        ("", "write it as it prints, such as move(reach=0"),
     ];
     for (action, hint) in mistakes {
         let problem = refused(&run, &PredictionQuery { action: action.to_owned() });

@@ -434,8 +434,13 @@ pub fn matches(pattern: &Pattern, candidate: &Pattern) -> bool {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PrimitiveError {
     /// Not of the form `action(parameter=value, …)`.
-    #[error("{0:?} is not an action; write it as it prints, such as move(j1=0.43, j2=0.84)")]
-    Form(String),
+    #[error("{given:?} is not an action; write it as it prints, {example}")]
+    Form {
+        /// What was given.
+        given: String,
+        /// One that the body has.
+        example: String,
+    },
     /// The body can do nothing of that name.
     #[error("the body has no action named {name:?}; it has {known}")]
     Action {
@@ -468,10 +473,17 @@ pub fn parse_primitive(
 ) -> Result<PrimitiveId, PrimitiveError> {
     let squeeze = |text: &str| text.chars().filter(|c| !c.is_whitespace()).collect::<String>();
     let given = squeeze(text);
-    let form = || PrimitiveError::Form(brief(text).into_owned());
+    let printed: Vec<_> = repertoire.iter().map(|id| (*id, primitive(vocabulary, *id))).collect();
+    let form = || {
+        let meant = printed
+            .iter()
+            .find(|(_, printed)| printed.split_once('(').is_some_and(|(name, _)| name == given));
+        let example = meant.or(printed.first()).map(|(_, printed)| format!("such as {printed}"));
+        let example = example.unwrap_or_else(|| "but the body has none".to_owned());
+        PrimitiveError::Form { given: brief(text).into_owned(), example }
+    };
     let (name, rest) = given.split_once('(').ok_or_else(form)?;
     let inner = rest.strip_suffix(')').ok_or_else(form)?;
-    let printed: Vec<_> = repertoire.iter().map(|id| (*id, primitive(vocabulary, *id))).collect();
     if let Some((id, _)) = printed.iter().find(|(_, printed)| squeeze(printed) == given) {
         return Ok(*id);
     }
