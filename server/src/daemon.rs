@@ -98,7 +98,9 @@ pub fn serve_kept(
     let (mind, store) = match keeping {
         None => (Mind::new(setup)?, None),
         Some(keeping) => {
-            opening::open(&name, setup, keeping, waker.clone()).map(|(mind, store)| (mind, Some(store)))?
+            let opened = opening::open_unless_stopped(&name, setup, keeping, waker.clone(), stop)?;
+            let Some((mind, store)) = opened else { return Ok(()) };
+            (mind, Some(store))
         }
     };
     let mut daemon = Daemon::new(name, mind, inspector, Keeper::new(store), hosting);

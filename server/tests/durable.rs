@@ -62,6 +62,25 @@ fn what_stands_in_the_way_of_keeping_memory_is_told() {
     assert!(unreadable.contains("cannot read") && unreadable.contains("data/journal"), "{unreadable}");
 }
 
+/// A disk that does not answer kept a daemon that was asked to end until a second signal came.
+#[test]
+fn a_daemon_that_is_still_looking_for_its_memory_ends_when_it_is_asked_to() {
+    let directory = directory();
+    let data = directory.path().join("data");
+    std::fs::create_dir(&data).unwrap();
+    // Who opens a pipe that nobody writes to waits without end.
+    let (pipe, mode) = (data.join("manifest"), rustix::fs::Mode::RWXU);
+    rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, mode, 0).unwrap();
+    let daemon = served(directory.path(), data.to_str().unwrap(), 1, &[]);
+    // It has its lock when it begins to look.
+    while !data.join("LOCK").exists() {
+        std::thread::yield_now();
+    }
+    kill_process(daemon.pid(), Signal::TERM).unwrap();
+    let (code, said) = daemon.ended();
+    assert!(code == Some(0) && said.contains("ended before memory was found"), "{code:?}: {said}");
+}
+
 /// A weeks-old memory must be able to enter another curriculum, and must not do so by mistake.
 #[test]
 fn it_goes_on_as_it_is_unless_it_is_told_to_change() {
