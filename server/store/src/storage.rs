@@ -1,6 +1,6 @@
 //! The seam to the file system: all that the store asks of it, so that tests can put one in its place that loses power.
 
-use std::fmt::Debug;
+use std::fmt::{Debug, Display};
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
 use std::io::{self, Read};
 use std::os::unix::fs::{DirBuilderExt, FileExt, OpenOptionsExt, PermissionsExt};
@@ -56,7 +56,7 @@ pub(crate) trait Storage: Send + Sync + Debug {
     fn is_whole(&self, name: &str, bytes: u64) -> io::Result<()> {
         let path = self.path(name);
         match self.size(name) {
-            Ok(found) => uncut(&path, found, bytes),
+            Ok(found) => uncut(path, found, bytes),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 Err(io::Error::new(error.kind(), format!("{path} was moved or removed")))
             }
@@ -127,7 +127,7 @@ pub(crate) trait Storage: Send + Sync + Debug {
 }
 
 /// Makes sure that a file has the bytes that were written, `written` of them.
-fn uncut(path: &str, found: u64, written: u64) -> io::Result<()> {
+fn uncut(path: impl Display, found: u64, written: u64) -> io::Result<()> {
     if found >= written {
         return Ok(());
     }
@@ -303,7 +303,7 @@ struct RealFile {
 
 impl RealFile {
     fn uncut(&self) -> io::Result<()> {
-        uncut(&self.path.display().to_string(), self.file.metadata()?.len(), self.written)
+        uncut(self.path.display(), self.file.metadata()?.len(), self.written)
     }
 }
 
