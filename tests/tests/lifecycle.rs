@@ -192,7 +192,7 @@ fn a_curriculum_may_come_through_a_pipe() {
     assert_eq!(named, "exp1-s1");
     assert_eq!(daemon.ended().code(), Some(0));
     let experiment = sandbox.run(&["experiment", &pipe]);
-    assert!(experiment.stderr.contains("write the experiment to a file"), "{experiment:?}");
+    assert!(experiment.stderr.contains("write it to a file"), "{experiment:?}");
 }
 
 #[test]

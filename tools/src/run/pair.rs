@@ -104,9 +104,12 @@ impl Pair {
         mut seen: impl FnMut(&Report),
     ) -> Result<Outcome, Failure> {
         let (mut trace, mut checked) = (Trace::default(), false);
+        // A run may go on from a memory that has steps already; the body is there when there is one more.
+        let mut begun_at = None;
         let followed = self.follow(stop, |report, learner| {
             seen(report);
-            if report.step > 0 && !checked {
+            let stepped = report.step > *begun_at.get_or_insert(report.step);
+            if (stepped || report.finished) && !checked {
                 names::check(design, learner)?;
                 checked = true;
             }
