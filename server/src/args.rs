@@ -133,10 +133,10 @@ impl ServerArgs {
         if self.config.as_deref() == Some("-".as_ref()) && self.curriculum.as_deref() == Some("-") {
             return Err(config::ConfigError::StdinTwice);
         }
-        let parameters = config::parameters(self.config.as_deref())?;
+        let learner = config::learner(self.config.as_deref())?;
         let curriculum = self.curriculum.as_deref().unwrap_or("free");
-        let (curriculum, parameters) = config::lesson(curriculum, parameters, &self.settings)?;
-        Ok(Setup { seed: self.seed.unwrap_or(1), parameters, curriculum })
+        let (curriculum, learner) = config::lesson(curriculum, learner, &self.settings)?;
+        Ok(Setup { seed: self.seed.unwrap_or(1), learner, curriculum })
     }
 
     /// Where and how memory is kept, if on disk.

@@ -65,8 +65,8 @@ pub enum RunState {
 /// use pschema_server::in_process::{InProcess, RunState};
 /// use pschema_server::{Setup, config};
 /// # fn run(body: impl pschema_protocol::body::Body) -> Result<(), Box<dyn std::error::Error>> {
-/// let (curriculum, parameters) = config::lesson("exp1-s1", Default::default(), &[])?;
-/// let mut run = InProcess::new(body, Setup { seed: 1, parameters, curriculum })?;
+/// let (curriculum, learner) = config::lesson("exp1-s1", Default::default(), &[])?;
+/// let mut run = InProcess::new(body, Setup { seed: 1, learner, curriculum })?;
 /// while run.advance()? == RunState::Running {}
 /// println!("{:?}", run.report().memory_digest);
 /// # Ok(())

@@ -39,4 +39,4 @@ pub use daemon::{Hosting, serve, serve_kept};
 pub use error::ServerError;
 pub use keeper::Keeping;
 pub use pschema_store::{Durability, Retention, StoreError};
-pub use setup::Setup;
+pub use setup::{LearnerSettings, Setup};

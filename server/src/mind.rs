@@ -116,8 +116,8 @@ impl SingleAction {
 /// use pschema_learner::curriculum::{Afterwards, Curriculum};
 /// use pschema_server::{Setup, config, mind::Mind};
 ///
-/// let (curriculum, parameters) = config::lesson("free", Default::default(), &[])?;
-/// let mut mind = Mind::new(Setup { seed: 7, parameters, curriculum })?;
+/// let (curriculum, learner) = config::lesson("free", Default::default(), &[])?;
+/// let mut mind = Mind::new(Setup { seed: 7, learner, curriculum })?;
 /// mind.say(&["touch".to_owned()])?;
 /// assert_eq!(mind.learner().memory().content().step, 0, "the word waits for the first frame");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -141,8 +141,8 @@ impl Mind {
     /// # Errors
     /// When a parameter is out of range or the curriculum can't be followed.
     pub fn new(setup: Setup) -> Result<Self, LearnerError> {
-        let Setup { seed, parameters, curriculum } = setup;
-        Ok(Self::resume(Learner::new(seed, parameters, curriculum)?, seed))
+        let seed = setup.seed;
+        Ok(Self::resume(setup.begin()?, seed))
     }
 
     /// Goes on with a learner that began with `seed`.

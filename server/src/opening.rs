@@ -12,7 +12,7 @@ use pschema_store::{Opened, Options, Store};
 use crate::error::ServerError;
 use crate::keeper::{Keeping, now_unix_ms};
 use crate::mind::Mind;
-use crate::setup::Setup;
+use crate::setup::{LearnerSettings, Setup};
 use crate::waker::Waker;
 
 /// How often it is looked, while memory is being found, whether the daemon is to end.
@@ -63,13 +63,14 @@ pub(crate) fn open_unless_stopped(
 /// # Errors
 /// When memory can't be found again, or lives under another setup than is asked for.
 fn open(name: &str, setup: Setup, keeping: &Keeping, waker: Waker) -> Result<(Mind, Store), ServerError> {
-    let Setup { seed, parameters, curriculum } = setup;
+    let Setup { seed, learner: LearnerSettings { parameters, mechanisms }, curriculum } = setup;
     parameters.check().map_err(LearnerError::from)?;
     curriculum.check().map_err(LearnerError::from)?;
     let options = Options {
         learner: name,
         seed,
         parameters: &parameters,
+        mechanisms,
         curriculum: &curriculum,
         seed_given: keeping.seed_given,
         setting_given: keeping.setting_given,
@@ -100,7 +101,7 @@ fn open(name: &str, setup: Setup, keeping: &Keeping, waker: Waker) -> Result<(Mi
     if changed {
         tracing::warn!(
             curriculum = learner.curriculum().name,
-            "it goes on under other parameters or another curriculum from here, as asked"
+            "it goes on under other parameters, another profile or another curriculum from here, as asked"
         );
     }
     Ok((Mind::resume(learner, seed), store))

@@ -1,16 +1,26 @@
 //! What a learner starts from.
 
-use pschema_learner::Learner;
 use pschema_learner::curriculum::Curriculum;
+use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::parameters::Parameters;
+use pschema_learner::{Learner, LearnerError};
+
+/// How a learner learns.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LearnerSettings {
+    /// Its numbers and switches.
+    pub parameters: Parameters,
+    /// The mechanisms beyond the paper that are on.
+    pub mechanisms: Mechanisms,
+}
 
 /// What a learner starts from.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// Decides its draws.
     pub seed: u64,
-    /// Its numbers and switches.
-    pub parameters: Parameters,
+    /// How it learns.
+    pub learner: LearnerSettings,
     /// What it is led through.
     pub curriculum: Curriculum,
 }
@@ -18,7 +28,20 @@ pub struct Setup {
 impl Setup {
     /// What `learner` started from, with `seed`, or goes on under now.
     pub(crate) fn of(learner: &Learner, seed: u64) -> Self {
-        let parameters = learner.memory().parameters().clone();
-        Self { seed, parameters, curriculum: learner.curriculum().clone() }
+        let memory = learner.memory();
+        let (parameters, mechanisms) = (memory.parameters().clone(), memory.content().mechanisms);
+        let settings = LearnerSettings { parameters, mechanisms };
+        Self { seed, learner: settings, curriculum: learner.curriculum().clone() }
+    }
+
+    /// A learner that knows nothing.
+    ///
+    /// # Errors
+    /// When a parameter is out of range or the curriculum can't be followed.
+    pub fn begin(self) -> Result<Learner, LearnerError> {
+        let Self { seed, learner: LearnerSettings { parameters, mechanisms }, curriculum } = self;
+        let mut learner = Learner::new(seed, parameters, curriculum)?;
+        learner.set_mechanisms(mechanisms);
+        Ok(learner)
     }
 }

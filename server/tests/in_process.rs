@@ -225,7 +225,7 @@ fn a_name_in_a_curriculum_that_stands_for_nothing_is_told_before_the_first_actio
     let mut overridden = setup(1, curriculum());
     let override_of =
         |name: &str| TypeOverride { name: name.to_owned(), precondition: Some(true), postcondition: None };
-    overridden.parameters.type_overrides = vec![override_of("finger"), override_of("thumb")];
+    overridden.learner.parameters.type_overrides = vec![override_of("finger"), override_of("thumb")];
     let stuck = InProcess::new(Row::new("row"), overridden).unwrap().report().stuck.unwrap();
     assert!(stuck.contains("\"thumb\""), "{stuck}");
 }

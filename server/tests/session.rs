@@ -23,7 +23,7 @@ const OBJECT: u16 = 1;
 const TOUCH: u16 = 2;
 
 fn learner(setup: Setup) -> Learner {
-    Learner::new(setup.seed, setup.parameters, setup.curriculum).unwrap()
+    setup.begin().unwrap()
 }
 
 fn hello(body: &Row) -> Introduction {

@@ -236,9 +236,9 @@ impl Draw<'_> {
 }
 
 fn setup() -> Setup {
-    let (curriculum, parameters) = config::lesson("free", Default::default(), &[])
+    let (curriculum, learner) = config::lesson("free", Default::default(), &[])
         .unwrap_or_else(|error| panic!("the built-in curriculum: {error}"));
-    Setup { seed: 1, parameters, curriculum }
+    Setup { seed: 1, learner, curriculum }
 }
 
 /// A body with any description: a description that passes the checks can be sent and served.
@@ -428,9 +428,9 @@ fn world(bytes: &[u8]) {
 fn curriculum(bytes: &[u8]) {
     in_a_file("curriculum.toml", bytes, |path| {
         let read = config::lesson(&path.to_string_lossy(), Default::default(), &[]);
-        if let Ok((curriculum, parameters)) = read {
+        if let Ok((curriculum, learner)) = read {
             // A learner can begin with every file that is read, or says why not.
-            let setup = Setup { seed: 1, parameters, curriculum };
+            let setup = Setup { seed: 1, learner, curriculum };
             if let Ok(mut run) = InProcess::new(Row::new("row"), setup) {
                 for _ in 0..3 {
                     let Ok(_) = run.advance() else { return };
@@ -443,8 +443,9 @@ fn curriculum(bytes: &[u8]) {
 /// Files of a learner's parameters.
 fn learner(bytes: &[u8]) {
     in_a_file("learner.toml", bytes, |path| {
-        if let Ok(parameters) = config::parameters(Some(path)) {
-            parameters
+        if let Ok(learner) = config::learner(Some(path)) {
+            learner
+                .parameters
                 .check()
                 .unwrap_or_else(|error| panic!("parameters that were read and are none: {error}"));
         }

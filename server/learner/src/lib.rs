@@ -15,9 +15,9 @@ mod nouns;
 
 pub use cycle::learner::{Learner, LearnerError};
 pub use cycle::{goals, plan, why_not};
-pub use memory::{chunks, digest, notation};
+pub use memory::{chunks, digest, evidence, notation};
 pub use nouns::frame::{ActionOutcome, Frame, Output, Step};
 pub use nouns::{
-    curriculum, decision, effect, effect_error, execution, frame, observation, parameters, probability,
-    progress, pursuit, random, schema, vocabulary, world_state,
+    claim, curriculum, decision, effect, effect_error, execution, experience, frame, mechanisms, observation,
+    parameters, probability, progress, pursuit, random, schema, vocabulary, world_state,
 };

@@ -26,6 +26,7 @@ use proptest::test_runner::{RngSeed, TestRunner};
 use pschema_learner::curriculum::{Afterwards, Curriculum, Stage};
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
+use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::{Content, Memory};
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
 use pschema_learner::progress::StageCommand;
@@ -38,8 +39,11 @@ use worlds::World;
 fn born(setup: &Setup) -> (Learner, Vec<Effect>) {
     let parameters = setup.parameters.clone();
     let mut learner = Learner::new(setup.plan.seed, parameters, setup.curriculum.clone()).unwrap();
+    // Half of them with all mechanisms beyond the paper.
+    let mechanisms = if setup.plan.seed.is_multiple_of(2) { Mechanisms::PAPER } else { Mechanisms::FULL };
+    let mut effects = learner.set_mechanisms(mechanisms);
     let declarations = setup.plan.declarations().into_iter();
-    let effects = declarations.flat_map(|declaration| learner.declare(declaration).unwrap().1).collect();
+    effects.extend(declarations.flat_map(|declaration| learner.declare(declaration).unwrap().1));
     (learner, effects)
 }
 
@@ -341,10 +345,12 @@ fn of_every_kind_of_effect_some_are_applied_and_some_refused() {
             applied.entry(variant(&effect)).or_default()[usize::from(memory.apply(&effect).is_ok())] += 1;
         }
     }
-    assert_eq!(applied.len(), 17, "{applied:?}");
+    assert_eq!(applied.len(), 19, "{applied:?}");
     // Symbols are refused only when there are a million.
     applied.remove("SymbolsMet");
     // Memory may be full or have room at any time.
     applied.remove("Full");
+    // And mechanisms switched.
+    applied.remove("Mechanisms");
     assert!(applied.values().all(|[refused, applied]| *refused > 0 && *applied > 0), "{applied:?}");
 }

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use pschema_learner::curriculum::{Afterwards, Curriculum, POOL_NUMBERS_MAX, Pool, Stage};
-use pschema_learner::parameters::Parameters;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use toml::Spanned;
@@ -13,15 +12,17 @@ use toml::Spanned;
 use super::learner::{WrittenParameters, take_over};
 use super::source::{ConfigError, Mistake, Source, read};
 use super::stage::{WrittenStage, checked_stage};
+use crate::setup::LearnerSettings;
 use crate::translate::listed;
 
 /// The curricula that come with the daemon: names and texts.
-pub const BUILT_IN: [(&str, &str); 12] = [
+pub const BUILT_IN: [(&str, &str); 13] = [
     ("free", include_str!("../../curricula/free.toml")),
     ("exp1-s1", include_str!("../../curricula/exp1-s1.toml")),
     ("exp1-s1-narrow", include_str!("../../curricula/exp1-s1-narrow.toml")),
     ("exp1-s2", include_str!("../../curricula/exp1-s2.toml")),
     ("exp1-s3", include_str!("../../curricula/exp1-s3.toml")),
+    ("exp1-s3-relevance", include_str!("../../curricula/exp1-s3-relevance.toml")),
     ("exp2", include_str!("../../curricula/exp2.toml")),
     ("exp2-noise", include_str!("../../curricula/exp2-noise.toml")),
     ("exp4-transfer", include_str!("../../curricula/exp4-transfer.toml")),
@@ -86,21 +87,21 @@ struct WrittenPool {
 /// # Errors
 /// When there is neither, or what is wrong in it and where.
 pub fn curriculum(name: &str) -> Result<Curriculum, ConfigError> {
-    lesson(name, Parameters::default(), &[]).map(|(curriculum, _)| curriculum)
+    lesson(name, LearnerSettings::default(), &[]).map(|(curriculum, _)| curriculum)
 }
 
-/// The curriculum, and `parameters` with those changed that it sets itself in its table `[learner]`. `settings`
+/// The curriculum, and the settings of `learner` with those changed that it sets itself in its table `[learner]`. `settings`
 /// replace what it says: each is `learner.PARAMETER=VALUE` or `values.NAME=NUMBER`, as TOML writes it.
 ///
 /// # Errors
 /// As [`curriculum`], and when a setting names what is not there.
 pub fn lesson(
     name: &str,
-    parameters: Parameters,
+    learner: LearnerSettings,
     settings: &[String],
-) -> Result<(Curriculum, Parameters), ConfigError> {
+) -> Result<(Curriculum, LearnerSettings), ConfigError> {
     let (name, text) = named(name)?;
-    parse(Source { name: &name, text: &text }, parameters, settings)
+    parse(Source { name: &name, text: &text }, learner, settings)
 }
 
 /// The text of the curriculum that is built in under `name`, or of the file of that name; with what to call it in
@@ -123,9 +124,9 @@ pub fn named(name: &str) -> Result<(String, Cow<'static, str>), ConfigError> {
 
 fn parse(
     source: Source<'_>,
-    mut parameters: Parameters,
+    mut learner: LearnerSettings,
     settings: &[String],
-) -> Result<(Curriculum, Parameters), ConfigError> {
+) -> Result<(Curriculum, LearnerSettings), ConfigError> {
     let mut written: WrittenCurriculum = source.parse()?;
     let mut replaced = Vec::new();
     for text in settings {
@@ -144,11 +145,11 @@ fn parse(
     let curriculum = checked(&written).map_err(|mistake| source.wrong(mistake))?;
     // What the learner asks beyond the checks above has no place in the text that could be named.
     curriculum.check().map_err(|error| source.wrong(Mistake::new(0..0, error.to_string())))?;
-    take_over(source, written.learner, &mut parameters)?;
-    for (setting, learner) in replaced {
-        take_over(setting, learner, &mut parameters)?;
+    take_over(source, written.learner, &mut learner)?;
+    for (setting, written) in replaced {
+        take_over(setting, written, &mut learner)?;
     }
-    Ok((curriculum, parameters))
+    Ok((curriculum, learner))
 }
 
 fn checked(written: &WrittenCurriculum) -> Result<Curriculum, Mistake> {
@@ -194,12 +195,14 @@ fn checked_pool(name: &Spanned<String>, pool: &WrittenPool) -> Result<Pool, Mist
 #[cfg(test)]
 mod tests {
     use pschema_learner::curriculum::{Argument, Lift};
+    use pschema_learner::mechanisms::Mechanisms;
+    use pschema_learner::parameters::Parameters;
 
     use super::*;
     use crate::translate::HEARING_TEXT;
 
     fn parsed(text: &str) -> Result<Curriculum, String> {
-        let parsed = parse(Source { name: "c.toml", text }, Parameters::default(), &[]);
+        let parsed = parse(Source { name: "c.toml", text }, LearnerSettings::default(), &[]);
         parsed.map(|(curriculum, _)| curriculum).map_err(|error| error.to_string())
     }
 
@@ -357,12 +360,12 @@ mod tests {
     fn mistakes_in_settings_are_located_in_the_setting() {
         let set = |setting: &str| {
             let settings = [setting.to_owned()];
-            lesson("habituation", Parameters::default(), &settings).map_err(|error| error.to_string())
+            lesson("habituation", LearnerSettings::default(), &settings).map_err(|error| error.to_string())
         };
-        let (curriculum, parameters) = set("values.executions=7").unwrap();
+        let (curriculum, learner) = set("values.executions=7").unwrap();
         assert_eq!(curriculum.stages[0].habituation.as_ref().unwrap().executions_min, 7);
-        assert_eq!(parameters, Parameters::default());
-        assert!(!set("learner.attention=false").unwrap().1.attention);
+        assert_eq!(learner, LearnerSettings::default());
+        assert!(!set("learner.attention=false").unwrap().1.parameters.attention);
         let cases = [
             ("values.exections=7", "setting:1:8:", "its values are: executions"),
             ("values.executions=\"seven\"", "setting:1:19:", "\"seven\""),
@@ -420,9 +423,11 @@ mod tests {
 
     #[test]
     fn a_curriculum_may_set_parameters_that_it_is_about() {
-        let given = Parameters { association_weight: 0.5, ..Parameters::default() };
-        let (_, parameters) = lesson("exp1-s2", given.clone(), &[]).unwrap();
-        assert_eq!(parameters, Parameters { generalisation: false, ..given.clone() });
+        let parameters = Parameters { association_weight: 0.5, ..Parameters::default() };
+        let given = LearnerSettings { parameters: parameters.clone(), mechanisms: Mechanisms::FULL };
+        let (_, learner) = lesson("exp1-s2", given.clone(), &[]).unwrap();
+        let parameters = Parameters { generalisation: false, ..parameters };
+        assert_eq!(learner, LearnerSettings { parameters, ..given.clone() });
         assert_eq!(lesson("exp1-s1", given.clone(), &[]).unwrap().1, given);
         let wrong = "name = \"x\"\nafterwards = \"hold\"\n[[stage]]\nname = \"a\"\nlift = \"all\"\n\
                      [learner]\nassociation_weight = 7.0\n";

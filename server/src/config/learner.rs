@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use pschema_learner::parameters::{Parameters, TypeOverride};
+use pschema_learner::mechanisms::Mechanisms;
+use pschema_learner::parameters::TypeOverride;
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::source::{ConfigError, Mistake, Source, read};
+use crate::setup::LearnerSettings;
 
 /// Observation types that may be given rules of their own.
 const TYPE_OVERRIDES_MAX: usize = 1024;
@@ -16,6 +18,7 @@ const TYPE_OVERRIDES_MAX: usize = 1024;
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct WrittenParameters {
+    profile: Option<Profile>,
     association_weight: Option<Spanned<f64>>,
     excite_by_post_conditions: Option<bool>,
     babbling_excitation: Option<Spanned<f64>>,
@@ -31,6 +34,25 @@ pub(super) struct WrittenParameters {
     types: BTreeMap<Spanned<String>, WrittenType>,
 }
 
+/// What a learner does beyond the paper.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Profile {
+    /// Nothing.
+    Paper,
+    /// All that it can.
+    Full,
+}
+
+impl From<Profile> for Mechanisms {
+    fn from(profile: Profile) -> Self {
+        match profile {
+            Profile::Paper => Self::PAPER,
+            Profile::Full => Self::FULL,
+        }
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenType {
@@ -38,31 +60,33 @@ struct WrittenType {
     postcondition: Option<bool>,
 }
 
-/// The parameters that the file at `path` gives; the defaults without a file.
+/// The parameters and the profile that the file at `path` gives; the defaults without a file.
 ///
 /// # Errors
 /// When the file can't be read, has unknown keys or a value outside its range.
-pub fn parameters(path: Option<&Path>) -> Result<Parameters, ConfigError> {
-    let Some(path) = path else { return Ok(Parameters::default()) };
+pub fn learner(path: Option<&Path>) -> Result<LearnerSettings, ConfigError> {
+    let Some(path) = path else { return Ok(LearnerSettings::default()) };
     let text = read(path)?;
     parse(Source { name: &path.display().to_string(), text: &text })
 }
 
-fn parse(source: Source<'_>) -> Result<Parameters, ConfigError> {
-    let mut parameters = Parameters::default();
-    take_over(source, source.parse()?, &mut parameters)?;
-    Ok(parameters)
+fn parse(source: Source<'_>) -> Result<LearnerSettings, ConfigError> {
+    let mut settings = LearnerSettings::default();
+    take_over(source, source.parse()?, &mut settings)?;
+    Ok(settings)
 }
 
-/// Replaces those of `parameters` that are `written` in `source`.
+/// Replaces those of the settings that are `written` in `source`.
 ///
 /// # Errors
 /// When one is out of its range, or there are too many types.
 pub(super) fn take_over(
     source: Source<'_>,
     written: WrittenParameters,
-    parameters: &mut Parameters,
+    settings: &mut LearnerSettings,
 ) -> Result<(), ConfigError> {
+    let LearnerSettings { parameters, mechanisms } = settings;
+    *mechanisms = written.profile.map_or(*mechanisms, Into::into);
     // Each number, with where it is written: a number out of its range is reported there.
     macro_rules! numbers {
         ($($name:ident),*) => { [$((stringify!($name), take(&written.$name, &mut parameters.$name))),*] };
@@ -109,14 +133,14 @@ fn take<T: Copy>(written: &Option<Spanned<T>>, into: &mut T) -> Option<std::ops:
 mod tests {
     use super::*;
 
-    fn parsed(text: &str) -> Result<Parameters, String> {
+    fn parsed(text: &str) -> Result<LearnerSettings, String> {
         parse(Source { name: "learner.toml", text }).map_err(|error| error.to_string())
     }
 
     #[test]
     fn the_example_file_says_the_defaults() {
         let text = include_str!("../../learner.toml");
-        assert_eq!(parsed(text).unwrap(), Parameters::default());
+        assert_eq!(parsed(text).unwrap(), LearnerSettings::default());
         // Every key stands in it, so that nobody has to look further.
         let Err(error) = parsed("no_such_key = 1") else { panic!("an unknown key was taken") };
         let keys = error.split('`').skip(3).step_by(2).collect::<Vec<_>>();
@@ -132,7 +156,9 @@ mod tests {
     #[test]
     fn values_are_taken_over() {
         let text = "association_weight = 0.5\nattention = false\n[types.finger]\nprecondition = true\n";
-        let parameters = parsed(text).unwrap();
+        let LearnerSettings { parameters, mechanisms } = parsed(text).unwrap();
+        assert_eq!(mechanisms, Mechanisms::PAPER);
+        assert_eq!(parsed("profile = \"full\"").unwrap().mechanisms, Mechanisms::FULL);
         assert!((parameters.association_weight - 0.5).abs() < f64::EPSILON && !parameters.attention);
         assert_eq!(parameters.type_overrides.len(), 1);
         assert_eq!(parameters.type_overrides[0].precondition, Some(true));
@@ -149,6 +175,7 @@ mod tests {
             ("attention = \"yes\"\n", "learner.toml:1:13:", "boolean"),
             ("chain_length_max = -1\n", "learner.toml:1:20:", "u32"),
             ("[types.finger]\nlifted = true\n", "learner.toml:2:1:", "unknown field `lifted`"),
+            ("profile = \"some\"\n", "learner.toml:1:11:", "expected `paper` or `full`"),
             ("attention = = true\n", "learner.toml:1:13:", ""),
         ];
         for (text, place, complaint) in cases {

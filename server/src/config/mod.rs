@@ -8,5 +8,5 @@ mod stage;
 mod until;
 
 pub use curriculum::{BUILT_IN, curriculum, lesson, named};
-pub use learner::parameters;
+pub use learner::learner;
 pub use source::{ConfigError, FILE_BYTES_MAX, Mistake, Source};

@@ -32,7 +32,7 @@ impl Inspect for PredictionQuery {
             vocabulary.bodies().get(usize::from(body.0)).map_or(&[][..], |body| &body.repertoire);
         let primitive =
             notation::parse_primitive(vocabulary, repertoire, &self.action).map_err(Problem::of)?;
-        let memory = Memory::restore(content.clone(), view.setup.parameters.clone());
+        let memory = Memory::restore(content.clone(), view.setup.learner.parameters.clone());
         let found = goals::predict(&memory, body, &world, primitive);
         let at = usize::try_from(primitive.0).unwrap_or(usize::MAX);
         let attempts: Count = content.attempts.get(at).copied().unwrap_or_default();
@@ -71,7 +71,7 @@ pub(super) fn plan(view: &View, patterns: &[String]) -> Result<Plan, Problem> {
         let (most, given) = (GOAL_PATTERNS_MAX, goal.len());
         return Err(Problem::of(format!("a goal has 1 to {most} patterns, not {given}")));
     }
-    let memory = Memory::restore(content.clone(), view.setup.parameters.clone());
+    let memory = Memory::restore(content.clone(), view.setup.learner.parameters.clone());
     let plan::PlanSearch { plan, truncated } = plan::plan(&memory, body, &world, &goal);
     let state = match &plan {
         Some(plan) if plan.steps.is_empty() => PlanState::HoldsAlready,

@@ -77,7 +77,7 @@ fn graph(view: &View, query: &GraphQuery) -> Result<Graph, Problem> {
 }
 
 fn basis(view: &View) -> Basis<'_> {
-    Basis { content: &view.content, ratio_min: view.setup.parameters.prediction_ratio_min }
+    Basis { content: &view.content, ratio_min: view.setup.learner.parameters.prediction_ratio_min }
 }
 
 /// The schemas of a plan, with the carriers of the generalised ones among them.

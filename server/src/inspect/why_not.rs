@@ -29,7 +29,7 @@ fn why_not(view: &View, id: u32, step: Option<u64>) -> Result<WhyNot, Problem> {
         let step = decision.step;
         return Err(Problem::of(format!("schema {id} was made only after step {step} decided")));
     }
-    let memory = Memory::restore(content.clone(), view.setup.parameters.clone());
+    let memory = Memory::restore(content.clone(), view.setup.learner.parameters.clone());
     let weighed = why_not::weigh(&memory, &view.setup.curriculum, decision, SchemaId(id));
     let weighed = weighed.map_err(|error| match error {
         WeighError::Schema => no_schema(view, id),

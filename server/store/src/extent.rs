@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use pschema_learner::Frame;
 use pschema_learner::execution::{ChainLink, Execution};
+use pschema_learner::experience::Experience;
 use pschema_learner::memory::Content;
 use pschema_learner::observation::{Observation, Pattern, Substitution};
 use pschema_learner::probability::Count;
@@ -88,6 +89,20 @@ impl Extent {
         self.binding(&execution.binding)?;
         execution.chain.iter().try_for_each(|link| self.link(link))?;
         execution.before.observations().iter().try_for_each(|one| self.observation(one))
+    }
+
+    /// An experience. Which pool it may be in, and so with which primitive, is for evidence to say.
+    pub(crate) fn experience(&self, experience: &Experience) -> Checked {
+        let Experience { primitive: _, parameters, before, after, sensed } = experience;
+        before.iter().chain(after.iter()).try_for_each(|one| self.observation(one))?;
+        declared(parameters.iter().flatten().all(|value| self.vocabulary.knows_value(*value)))?;
+        let types = self.vocabulary.types().len();
+        sensed.iter().try_for_each(|kind| within("observation type", usize::from(kind.0), types))?;
+        let ordered = [before, after].iter().all(|list| list.is_sorted_by(|a, b| a < b));
+        if ordered && sensed.is_sorted_by(|a, b| a < b) {
+            return Ok(());
+        }
+        Err(ContentError::new("the lists of an experience are out of order"))
     }
 
     fn link(&self, link: &ChainLink) -> Checked {

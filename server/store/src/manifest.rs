@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, ErrorKind};
 
+use pschema_learner::mechanisms::Mechanisms;
 use serde::{Deserialize, Serialize};
 
 use crate::codec;
@@ -182,6 +183,18 @@ fn shown(value: Option<&toml::Value>) -> String {
         Some(toml::Value::Table(_)) => "something".to_owned(),
         Some(value) => value.to_string(),
     }
+}
+
+/// The name of the profile in which these mechanisms are on; the names of the mechanisms where no profile is so.
+pub(crate) fn profile(mechanisms: Mechanisms) -> String {
+    if mechanisms == Mechanisms::PAPER {
+        return "paper".to_owned();
+    }
+    if mechanisms == Mechanisms::FULL {
+        return "full".to_owned();
+    }
+    let on = mechanisms.named().into_iter().filter_map(|(name, on)| on.then_some(name));
+    on.collect::<Vec<_>>().join(", ")
 }
 
 /// Whether two settings are the same, by the bytes that would be kept.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pschema_learner::Learner;
+use pschema_learner::effect::Effect;
 
 use crate::archivist::Archive;
 use crate::codec;
@@ -14,7 +15,7 @@ use crate::format::mirror::list;
 use crate::format::v1::{self, Setting};
 use crate::journal::{self, Journal, Sizes};
 use crate::lock;
-use crate::manifest::{self, Manifest};
+use crate::manifest::{self, Manifest, profile};
 use crate::options::Options;
 use crate::recovery;
 use crate::retention;
@@ -39,7 +40,7 @@ pub struct Opened {
     pub seed: u64,
     /// Whether no memory was found, so that one was begun.
     pub begun: bool,
-    /// Whether the memory goes on under other parameters or another curriculum from here.
+    /// Whether the memory goes on under other parameters, other mechanisms or another curriculum from here.
     pub changed: bool,
     /// Where each change of the memory is to be handed to.
     pub store: Store,
@@ -141,12 +142,18 @@ pub(crate) fn open_in(
     let recovery::Recovery { replay, end, found, batches, damaged, .. } =
         recovery::recover(&*storage, base, None)?;
     let mut setting = replay.setting;
-    let changed = options.setting_given && !manifest::same(&setting, &given)?;
+    // The first start may have been killed before the mechanisms were in the journal.
+    let unlived = snapshot.is_none() && found.frames == 0;
+    let mechanisms = replay.memory.content().mechanisms;
+    let switched = !unlived && mechanisms != options.mechanisms;
+    let changed = options.setting_given && (switched || !manifest::same(&setting, &given)?);
     if changed && !options.change {
-        return Err(StoreError::OtherSetting {
-            path: storage.path(""),
-            differences: manifest::differences(&setting, &given),
-        });
+        let mut differences = manifest::differences(&setting, &given);
+        if switched {
+            let (kept, given) = (profile(mechanisms), profile(options.mechanisms));
+            differences.insert(0, ("profile".to_owned(), kept, given));
+        }
+        return Err(StoreError::OtherSetting { path: storage.path(""), differences });
     }
     // An empty directory does not come through git, object stores and archives of files.
     durable::create_all(&*storage, &snapshot::DIRECTORIES)?;
@@ -167,7 +174,16 @@ pub(crate) fn open_in(
     journal.read_before(&end.segments).map_err(disk("read", journal::DIRECTORY))?;
     if changed {
         setting = given;
-        change(&mut learner, &mut journal, &setting, &options)?;
+        let mut effects = learner.change(options.parameters.clone(), options.curriculum.clone())?;
+        effects.extend(learner.set_mechanisms(options.mechanisms));
+        let cause = v1::Cause::Changed(Box::new(setting.clone()));
+        order(&learner, &mut journal, cause, &effects, options.at_unix_ms)?;
+    } else if unlived {
+        let effects = learner.set_mechanisms(options.mechanisms);
+        if !effects.is_empty() {
+            let cause = v1::Cause::Order(format!("profile {}", profile(options.mechanisms)));
+            order(&learner, &mut journal, cause, &effects, options.at_unix_ms)?;
+        }
     }
     let kept = retention::kept(&*storage)?;
     let shared = Arc::new(Shared::new(found.step, snapshot, kept));
@@ -199,21 +215,16 @@ pub(crate) fn open_in(
     Ok(Opened { learner, seed: manifest.seed, begun, changed, store })
 }
 
-/// Makes memory go on under `setting`, and makes that durable.
-fn change(
-    learner: &mut Learner,
+/// Writes the effects that a start had on the memory of `learner`, and makes them durable.
+fn order(
+    learner: &Learner,
     journal: &mut Journal,
-    setting: &Setting,
-    options: &Options<'_>,
+    cause: v1::Cause,
+    effects: &[Effect],
+    at_unix_ms: u64,
 ) -> Result<(), StoreError> {
-    let effects = learner.change(options.parameters.clone(), options.curriculum.clone())?;
     let step = learner.memory().content().step;
-    let record = v1::Record::Batch {
-        step,
-        at_unix_ms: options.at_unix_ms,
-        cause: v1::Cause::Changed(Box::new(setting.clone())),
-        effects: list(&effects),
-    };
+    let record = v1::Record::Batch { step, at_unix_ms, cause, effects: list(effects) };
     let written = journal.append(&codec::encode(&record)?, step).and_then(|_| journal.sync());
     written.map_err(StoreError::disk("write", journal.path()))
 }

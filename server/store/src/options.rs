@@ -1,6 +1,7 @@
 //! What a memory is begun with or found again with, and how it is kept.
 
 use pschema_learner::curriculum::Curriculum;
+use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::parameters::Parameters;
 
 use crate::change::Durability;
@@ -15,14 +16,16 @@ pub struct Options<'a> {
     pub seed: u64,
     /// The learner's numbers and switches.
     pub parameters: &'a Parameters,
+    /// The mechanisms beyond the paper that are on.
+    pub mechanisms: Mechanisms,
     /// The curriculum that it is led through.
     pub curriculum: &'a Curriculum,
     /// Whether somebody asked for this seed: a memory that was begun with another seed is then refused.
     pub seed_given: bool,
-    /// Whether somebody asked for these parameters and this curriculum: a memory that lives under others is then refused,
-    /// unless `change` is set.
+    /// Whether somebody asked for these parameters, mechanisms and this curriculum: a memory that lives under others is then
+    /// refused, unless `change` is set.
     pub setting_given: bool,
-    /// Whether a memory that lives under other parameters or another curriculum goes on under these.
+    /// Whether a memory that lives under other parameters, mechanisms or another curriculum goes on under these.
     pub change: bool,
     /// The time now, in milliseconds since 1970. It is for people who want to know when a memory was changed.
     pub at_unix_ms: u64,
@@ -34,13 +37,14 @@ pub struct Options<'a> {
 
 impl<'a> Options<'a> {
     /// A memory of this learner that is begun with this seed and this setting, or found again with the same, and is durable at
-    /// every step.
+    /// every step. The learner is that of the paper.
     #[must_use]
     pub fn new(learner: &'a str, seed: u64, parameters: &'a Parameters, curriculum: &'a Curriculum) -> Self {
         Self {
             learner,
             seed,
             parameters,
+            mechanisms: Mechanisms::PAPER,
             curriculum,
             seed_given: true,
             setting_given: true,

@@ -8,10 +8,9 @@ use pschema_learner::curriculum::{
     Afterwards, Argument, Curriculum, Habituation, Lift, NamedObservation, Pool, Saturation, SceneCommand,
     Stage,
 };
-use pschema_learner::parameters::Parameters;
 use pschema_protocol::client::{Client, ClientError};
 use pschema_protocol::prelude::*;
-use pschema_server::Setup;
+use pschema_server::{LearnerSettings, Setup};
 
 /// Asks a daemon, or gives it an order.
 pub(crate) fn ask<Q: Ask>(client: &mut Client, asked: Q) -> Result<Q::Answer, AskError<ClientError>> {
@@ -149,5 +148,5 @@ pub(crate) fn free() -> Curriculum {
 
 pub(crate) fn setup(seed: u64, curriculum: Curriculum) -> Setup {
     println!("seed {seed}");
-    Setup { seed, parameters: Parameters::default(), curriculum }
+    Setup { seed, learner: LearnerSettings::default(), curriculum }
 }

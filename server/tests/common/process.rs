@@ -11,7 +11,6 @@ use std::time::{Duration, Instant};
 
 use pschema_inspect::{Status, StatusQuery};
 use pschema_learner::memory::Memory;
-use pschema_learner::parameters::Parameters;
 use pschema_protocol::body::{Body, Outcome, RunOptions, Senses};
 use pschema_protocol::client::Client;
 use pschema_protocol::description::{Action, Description};
@@ -185,14 +184,14 @@ pub(crate) fn directory() -> Home {
 }
 
 pub(crate) fn setup(seed: u64) -> Setup {
-    let (curriculum, parameters) = config::lesson("free", Parameters::default(), &[]).unwrap();
-    Setup { seed, parameters, curriculum }
+    let (curriculum, learner) = config::lesson("free", Default::default(), &[]).unwrap();
+    Setup { seed, learner, curriculum }
 }
 
 /// Memory as the disk has it.
 pub(crate) fn recovered(data: &Path, seed: u64) -> Memory {
-    let Setup { seed, parameters, curriculum } = setup(seed);
-    let options = Options::new("one", seed, &parameters, &curriculum);
+    let Setup { seed, learner, curriculum } = setup(seed);
+    let options = Options::new("one", seed, &learner.parameters, &curriculum);
     pschema_store::open(data, options, || ()).unwrap().learner.into_memory()
 }
 

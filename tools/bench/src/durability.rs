@@ -168,15 +168,14 @@ fn filled(length: u64) -> Vec<u8> {
 }
 
 fn setup() -> Result<Setup, Failure> {
-    let parameters = config::parameters(None).map_err(Failure::of)?;
-    let (curriculum, parameters) = config::lesson("free", parameters, &[]).map_err(Failure::of)?;
-    Ok(Setup { seed: 1, parameters, curriculum })
+    let (curriculum, learner) = config::lesson("free", Default::default(), &[]).map_err(Failure::of)?;
+    Ok(Setup { seed: 1, learner, curriculum })
 }
 
 /// A frame, and the action that is durable: what a daemon does between the two, without the shared memory.
 fn in_process(directory: &Path, rounds: u32, stop: &Stop, bar: &Bar) -> Result<DurableTimes, Failure> {
-    let Setup { seed, parameters, curriculum } = setup()?;
-    let options = Options::new("bench", seed, &parameters, &curriculum);
+    let Setup { seed, learner, curriculum } = setup()?;
+    let options = Options::new("bench", seed, &learner.parameters, &curriculum);
     let me = thread::current();
     let opened =
         pschema_store::open(&directory.join("in-process"), options, move || me.unpark()).map_err(disk)?;

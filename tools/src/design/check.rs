@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use pschema_learner::parameters::Parameters;
 use pschema_server::config::{Mistake, lesson};
 
 use super::place::Places;
@@ -57,7 +56,7 @@ pub(super) fn check(design: &Design, values: &BTreeMap<String, f64>, text: &str)
     }
     swept(design, values, &places)?;
     let lesson = |curriculum: &str, settings: &[String], place: Range<usize>| {
-        let known = lesson(curriculum, Parameters::default(), settings);
+        let known = lesson(curriculum, Default::default(), settings);
         known.map(drop).map_err(|error| Mistake::new(place, error.to_string()))
     };
     if let Some(earlier) = &design.after {

@@ -9,7 +9,6 @@ mod table;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use pschema_learner::parameters::Parameters;
 use pschema_server::config::{BUILT_IN, ConfigError, Source, lesson, named};
 use serde::Deserialize;
 
@@ -83,7 +82,7 @@ pub(crate) fn design(name: &str) -> Result<Design, DesignError> {
     let (source_name, text) = named(name)?;
     let source = Source::new(&source_name, &text);
     // A mistake elsewhere in the file should be said now, not later.
-    lesson(name, Parameters::default(), &[])?;
+    lesson(name, Default::default(), &[])?;
     let file: CurriculumFile = source.parse()?;
     let mut design = file.experiment.ok_or_else(|| DesignError::NoExperiment { name: name.to_owned() })?;
     (design.name, design.curriculum) = (file.name, name.to_owned());

@@ -1,6 +1,7 @@
 //! Runs as a report shows them: by experiment, and by condition.
 
-use pschema_server::config;
+use pschema_learner::mechanisms::Mechanisms;
+use pschema_server::{LearnerSettings, config};
 
 use crate::design::Design;
 use crate::render::statistics::{Summary, summary};
@@ -51,11 +52,16 @@ impl<'a> Group<'a> {
 }
 
 fn parameters(condition: &Condition) -> String {
-    let defaults = config::parameters(None);
-    let lesson = defaults.and_then(|d| config::lesson(&condition.curriculum, d, &condition.settings));
-    let learner = lesson.map_or_else(|error| error.to_string(), |(_, parameters)| format!("{parameters:#?}"));
+    let lesson = config::lesson(&condition.curriculum, Default::default(), &condition.settings);
+    let learner = lesson.map_or_else(|error| error.to_string(), |(_, learner)| told(&learner));
     let noise = condition.noise.iter().map(|(name, value)| format!("\nnoise of the body: {name} = {value}"));
     learner + &noise.collect::<String>()
+}
+
+/// The parameters, and the mechanisms where the learner does more than the paper's.
+fn told(LearnerSettings { parameters, mechanisms }: &LearnerSettings) -> String {
+    let beyond = (*mechanisms != Mechanisms::PAPER).then(|| format!("\n{mechanisms:#?}"));
+    format!("{parameters:#?}") + &beyond.unwrap_or_default()
 }
 
 impl<'a> Section<'a> {

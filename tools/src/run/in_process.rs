@@ -65,7 +65,8 @@ fn begun(condition: &Condition, seed: u64, stop: &Stop) -> Result<InProcess<AnyB
         return Err(stuck(&report));
     }
     let mut learner = first.into_learner();
-    learner.change(setup.parameters, setup.curriculum).map_err(Failure::of)?;
+    learner.change(setup.learner.parameters, setup.curriculum).map_err(Failure::of)?;
+    learner.set_mechanisms(setup.learner.mechanisms);
     InProcess::going_on(body, learner, seed).map_err(Failure::of)
 }
 

@@ -1,7 +1,7 @@
 //! Motor babbling: the drive to try what no schema covers here (the first stage of the paper's list).
 
 use crate::memory::Memory;
-use crate::nouns::schema::{ObservationId, SchemaId};
+use crate::nouns::schema::{ObservationId, Schema, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 
 /// Concrete schemas that `body` can execute where just `holding` holds, which is ordered; by number.
@@ -31,7 +31,13 @@ pub(crate) fn executable(memory: &Memory, body: BodyId, holding: &[ObservationId
 pub(crate) fn uncovered(memory: &Memory, body: BodyId, executable: &[SchemaId]) -> Vec<PrimitiveId> {
     let content = memory.content();
     let mut covered = vec![false; content.vocabulary.primitives().len()];
-    for outline in executable.iter().filter_map(|id| memory.index().outline(*id)) {
+    // With claims, nothing may be known yet of what came of an action that was tried once: whether it was the action's doing.
+    let says = |id: &&SchemaId| {
+        let known = content.schema(**id).filter(|_| content.mechanisms.claims);
+        let silent = |s: &Schema| s.executions.trials < 2 && s.concrete().is_some_and(|c| c.post.is_empty());
+        !known.is_some_and(silent)
+    };
+    for outline in executable.iter().filter(says).filter_map(|id| memory.index().outline(*id)) {
         if let Some(covered) = covered.get_mut(outline.action.0 as usize) {
             *covered = true;
         }

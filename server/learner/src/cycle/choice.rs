@@ -6,6 +6,7 @@ use std::cell::OnceCell;
 
 use crate::cycle::babbling;
 use crate::cycle::chaining::{Access, Achievement, Reach, achieve};
+use crate::cycle::claims;
 use crate::cycle::excitation::{self, LawExcitation, PairCounts, Percepts, Resemblance};
 use crate::cycle::match_cache::MatchCache;
 use crate::memory::Memory;
@@ -304,6 +305,9 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
                 law.target_under(&binding).and_then(|target| achieve(memory, reach, body, &target));
             let Some(Achievement { carrier, access }) = achieved else { continue };
             let Some(action) = index.outline(carrier).map(|outline| outline.action) else { continue };
+            if memory.content().mechanisms.claims && !claims::makes(memory, action, world, law) {
+                continue;
+            }
             let groups = index.groups();
             let known = || groups.exact(groups.with_pre(&seen.ids(&places)?)?, action);
             if access.preceding == 0 && known().is_some() {

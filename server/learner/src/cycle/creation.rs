@@ -1,12 +1,13 @@
 //! Schema creation (paper, II-D and figure 1): what was not predicted is remembered.
 
+use crate::cycle::claims::Expectation;
 use crate::memory::Memory;
 use crate::memory::draft::Draft;
 use crate::memory::instance::Instance;
 use crate::nouns::effect::{Effect, Score};
 use crate::nouns::execution::Execution;
 use crate::nouns::observation::{Observation, Substitution, TypeId};
-use crate::nouns::schema::{POST_CONDITIONS_MAX, SchemaId};
+use crate::nouns::schema::{POST_CONDITIONS_MAX, PostCondition, SchemaId};
 use crate::nouns::world_state::WorldState;
 
 /// What happened that the executed schema does not know.
@@ -16,8 +17,24 @@ pub(crate) struct Surprise {
     pub(crate) appeared: Vec<Observation>,
     /// Part of the context before, gone now, and its loss was not predicted.
     pub(crate) vanished: Vec<Observation>,
-    /// Whether something predicted did not happen.
-    pub(crate) missing: bool,
+    /// Predicted, each as observed or as absent, and it did not come about.
+    pub(crate) missing: Vec<(Observation, bool)>,
+}
+
+impl Surprise {
+    /// The part of it that is to be expected from now on. The rest is noise, or not known to be of this action yet.
+    fn believed(&self, expectation: &Expectation) -> Self {
+        let Self { appeared, vanished, missing } = self;
+        let appears = |o: &&Observation| expectation.observed.contains(o);
+        // It failed once, and is to be expected all the same.
+        let still = |(o, absent): &&(Observation, bool)| expectation.observed.contains(o) == *absent;
+        let vanishes = |o: &&Observation| expectation.vanished.contains(o);
+        Self {
+            appeared: appeared.iter().filter(appears).cloned().collect(),
+            vanished: vanished.iter().filter(vanishes).cloned().collect(),
+            missing: missing.iter().filter(still).cloned().collect(),
+        }
+    }
 }
 
 /// Compares `after` with `before` and the schema's predictions.
@@ -45,9 +62,10 @@ pub(crate) fn surprise(
         .filter(|o| rules.of(o.kind()).precondition && !after.contains(o) && !known(o, true))
         .cloned()
         .collect();
-    let missing = bound.is_some_and(|b| {
-        b.predicted(memory.parameters()).any(|p| lifted(p.what.kind()) && after.contains(&p.what) == p.absent)
-    });
+    let missed =
+        |p: &&PostCondition<Observation>| lifted(p.what.kind()) && after.contains(&p.what) == p.absent;
+    let predicted = bound.into_iter().flat_map(|b| b.predicted(memory.parameters()));
+    let missing = predicted.filter(missed).map(|p| (p.what.clone(), p.absent)).collect();
     Surprise { appeared, vanished, missing }
 }
 
@@ -67,13 +85,16 @@ pub(crate) fn create(
     draft: &mut Draft<'_>,
     execution: &Execution,
     surprise: &Surprise,
+    expectation: Option<&Expectation>,
     after: &WorldState,
     lifted: &dyn Fn(TypeId) -> bool,
 ) -> Creation {
+    let believed = expectation.map(|expectation| surprise.believed(expectation));
+    let surprise = believed.as_ref().unwrap_or(surprise);
     let memory = draft.memory();
     let contradicts = execution
         .schema
-        .filter(|executed| surprise.missing && memory.content().generalised(*executed).is_some());
+        .filter(|executed| !surprise.missing.is_empty() && memory.content().generalised(*executed).is_some());
     let nothing_new = surprise.appeared.is_empty() && surprise.vanished.is_empty() && contradicts.is_none();
     if execution.schema.is_some() && nothing_new {
         return Creation::default();
@@ -82,6 +103,7 @@ pub(crate) fn create(
     // pre-conditions to the schema then the new outcome is added" (II-D). What a generalised schema did
     // not predict concerns this binding only, so it always goes to a concrete schema.
     let context = execution.before.context(memory.rules());
+    let context = expectation.map_or(context, |expectation| expectation.relied_on.clone());
     let pre: Vec<_> = context.observations().iter().collect();
     if let Some(existing) = memory.index().exact(&pre, execution.action) {
         if execution.schema == Some(existing) {
@@ -97,9 +119,11 @@ pub(crate) fn create(
     }
     let seen = after.observations().iter();
     let post = match execution.schema {
-        Some(_) => outcome(memory, &context, after, seen),
+        Some(_) if expectation.is_none() => outcome(memory, &context, after, seen),
         // The first schema of a primitive that no schema covered here is about what is new in this context.
-        None => {
+        _ => {
+            let seen =
+                seen.filter(|o| expectation.is_none_or(|expectation| expectation.observed.contains(o)));
             let lasting = execution.before.lasting(memory.rules());
             outcome(memory, &context, after, seen.filter(|o| !lasting.contains(o) || context.contains(o)))
         }

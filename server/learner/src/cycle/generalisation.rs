@@ -226,7 +226,7 @@ impl From<&Generalised> for Hypothesis {
 
 impl Hypothesis {
     /// Whether the same is in memory, in use or retired.
-    fn is_known(&self, memory: &Memory) -> bool {
+    pub(crate) fn is_known(&self, memory: &Memory) -> bool {
         let post = self.post.iter().map(|(what, absent)| (what, *absent));
         let alike = memory.index().with_shape(&Shape::new(&self.pre, &self.target, post));
         alike.iter().any(|id| {
@@ -241,7 +241,7 @@ impl Hypothesis {
     }
 
     /// Whether the two are one but for the names of variables and the order of conditions.
-    fn equals(&self, generalised: &Generalised) -> bool {
+    pub(crate) fn equals(&self, generalised: &Generalised) -> bool {
         let other = Hypothesis::from(generalised);
         let sizes = |l: &Hypothesis| (l.pre.len(), l.target.len(), l.post.len());
         // Renaming is a binding between variables: a ground instance with a value of its own for each

@@ -7,6 +7,7 @@ use crate::memory::draft::Draft;
 use crate::nouns::curriculum::{Curriculum, CurriculumError};
 use crate::nouns::effect::Effect;
 use crate::nouns::frame::{Frame, Step};
+use crate::nouns::mechanisms::Mechanisms;
 use crate::nouns::observation::{Pattern, SymbolId};
 use crate::nouns::parameters::{ParameterError, Parameters};
 use crate::nouns::progress::{StageCommand, StageCommandError, StageEffect};
@@ -248,6 +249,16 @@ impl Learner {
         }
         let mut draft = Draft::new(&mut self.memory);
         draft.emit(Effect::Full(full));
+        draft.effects()
+    }
+
+    /// Switches the mechanisms beyond the paper. No effect is returned if nothing changes.
+    pub fn set_mechanisms(&mut self, mechanisms: Mechanisms) -> Vec<Effect> {
+        if self.memory.content().mechanisms == mechanisms {
+            return Vec::new();
+        }
+        let mut draft = Draft::new(&mut self.memory);
+        draft.emit(Effect::Mechanisms(mechanisms));
         draft.effects()
     }
 

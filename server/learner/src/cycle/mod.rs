@@ -6,6 +6,7 @@ mod babbling;
 mod carrier;
 mod chaining;
 mod choice;
+mod claims;
 mod creation;
 mod excitation;
 mod generalisation;

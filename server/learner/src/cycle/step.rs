@@ -12,6 +12,7 @@ use crate::cycle::attention::attend;
 use crate::cycle::babbling::executable;
 use crate::cycle::chaining::Reach;
 use crate::cycle::choice::{self, Choice, Situation};
+use crate::cycle::claims;
 use crate::cycle::creation::{self, Creation};
 use crate::cycle::excitation::PairCounts;
 use crate::cycle::generalisation;
@@ -145,6 +146,12 @@ fn lift(memory: &Memory, curriculum: &Curriculum, frame: &Frame) -> (WorldState,
 fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifted: &[bool]) -> Novelty {
     let lifted = |kind: TypeId| is_lifted(lifted, kind);
     let before = &execution.before;
+    let claims = draft.memory().content().mechanisms.claims;
+    if claims && !draft.memory().is_full() {
+        let experience = claims::experience(draft.memory(), execution, after, &lifted);
+        draft.emit(experience);
+    }
+    let expectation = claims.then(|| claims::expectation(draft.memory(), execution.action, before));
     let none = Substitution::new();
     let executed: Vec<(SchemaId, &Substitution)> = execution
         .schema
@@ -165,7 +172,7 @@ fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifte
     }
     // 4. Create.
     let Creation { created, updated, counter_example } =
-        creation::create(draft, execution, &surprise, after, &lifted);
+        creation::create(draft, execution, &surprise, expectation.as_ref(), after, &lifted);
     // 5. Associate.
     let happened = happened(draft.memory(), before, after);
     draft.emit_all(happened);
@@ -186,11 +193,19 @@ fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifte
     draft.emit_all(attended);
     // 7. Generalise on every new schema, and retire what has failed too often.
     let before_generalising = draft.memory().content().generalised_count;
-    if let Some(seed) = created.filter(|_| draft.memory().parameters().generalisation) {
+    let known = created.or(updated).or(execution.carrier).or(execution.schema);
+    if let Some((expectation, parent)) = expectation.as_ref().zip(known) {
+        let concrete = draft.memory().content().concrete(parent).is_some();
+        let law =
+            concrete.then(|| claims::generalise(draft.memory(), execution, expectation, parent)).flatten();
+        draft.emit_all(law);
+    } else if let Some(seed) = created.filter(|_| draft.memory().parameters().generalisation) {
         let generalised = generalisation::generalise(draft.memory(), seed);
         draft.emit_all(generalised);
     }
-    if let Some(generalised) = execution.schema.filter(|id| generalisation::refuted(draft.memory(), *id)) {
+    // Where a claim is in force no more its law is no candidate; it is not taken out of use for good.
+    let refuted = execution.schema.filter(|id| !claims && generalisation::refuted(draft.memory(), *id));
+    if let Some(generalised) = refuted {
         draft.emit(Effect::Retired { generalised });
     }
     Novelty {

@@ -151,6 +151,10 @@ impl Memory {
                 self.content.step += 1;
             }
             Effect::Full(full) => self.content.full = *full,
+            Effect::Mechanisms(mechanisms) => self.content.mechanisms = *mechanisms,
+            Effect::Experienced(experience) => {
+                self.content.evidence.experience(&self.content.vocabulary, experience);
+            }
             Effect::Described { body, text } => {
                 let descriptions = &mut self.content.descriptions;
                 descriptions.resize(self.content.vocabulary.bodies().len(), None);

@@ -10,6 +10,7 @@ use crate::nouns::curriculum::UTTERANCES_MAX;
 use crate::nouns::effect::Effect;
 use crate::nouns::effect_error::EffectError;
 use crate::nouns::execution::{ChainLink, Execution};
+use crate::nouns::experience::Experience;
 use crate::nouns::observation::{Observation, Pattern, Substitution};
 use crate::nouns::parameters::CHAIN_LENGTH_MAX;
 use crate::nouns::progress::{Progress, StageEffect};
@@ -78,12 +79,26 @@ impl Check<'_> {
                 self.body(*body)?;
                 pending.as_ref().map_or(Ok(()), |execution| self.execution(execution))
             }
-            Effect::Full(_) => Ok(()),
+            Effect::Full(_) | Effect::Mechanisms(_) => Ok(()),
+            Effect::Experienced(experience) => self.experience(experience),
             Effect::Described { body, text } => {
                 self.body(*body)?;
                 at_most("bytes of a description", text.len(), DESCRIPTION_BYTES_MAX)
             }
         }
+    }
+
+    fn experience(&self, experience: &Experience) -> Result<(), EffectError> {
+        let Experience { primitive, parameters, before, after, sensed } = experience;
+        self.primitive(*primitive)?;
+        self.known(before.iter().chain(after.iter()))?;
+        let vocabulary = &self.content.vocabulary;
+        let declared = parameters.iter().flatten().all(|value| vocabulary.knows_value(*value))
+            && sensed.iter().all(|kind| usize::from(kind.0) < vocabulary.types().len());
+        declared.then_some(()).ok_or(EffectError::Undeclared)?;
+        let ordered = [before, after].iter().all(|list| list.is_sorted_by(|a, b| a < b))
+            && sensed.is_sorted_by(|a, b| a < b);
+        ordered.then_some(()).ok_or(EffectError::Order)
     }
 
     fn schema(&self, id: SchemaId) -> Result<&Schema, EffectError> {

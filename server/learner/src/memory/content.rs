@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use crate::memory::chunks::Chunks;
+use crate::memory::evidence::Evidence;
 use crate::nouns::execution::Execution;
+use crate::nouns::mechanisms::Mechanisms;
 use crate::nouns::observation::Observation;
 use crate::nouns::probability::Count;
 use crate::nouns::progress::Progress;
@@ -45,6 +47,10 @@ pub struct Content {
     pub descriptions: Vec<Option<Arc<str>>>,
     /// Whether memory has come to the limit that its host sets: then nothing new is taken in.
     pub full: bool,
+    /// The mechanisms that are on.
+    pub mechanisms: Mechanisms,
+    /// The experiences that claims grow from, and the claims.
+    pub evidence: Evidence,
 }
 
 impl Content {

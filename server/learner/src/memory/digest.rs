@@ -3,6 +3,8 @@
 use crate::memory::chunks::ChunkDigest;
 use crate::memory::content::Content;
 use crate::nouns::execution::{ChainLink, Execution};
+use crate::nouns::experience::Experience;
+use crate::nouns::mechanisms::Mechanisms;
 use crate::nouns::observation::{Observation, Pattern, Substitution, Term, Value};
 use crate::nouns::probability::Count;
 use crate::nouns::pursuit::{Ending, PlanCause};
@@ -34,7 +36,30 @@ pub fn digest(content: &Content) -> String {
     if content.full {
         sink.flag(true);
     }
+    // A memory that does nothing beyond the paper has the digest that it had before it could.
+    if content.mechanisms != Mechanisms::PAPER || !content.evidence.is_empty() {
+        for (name, on) in content.mechanisms.named() {
+            sink.text(name);
+            sink.flag(on);
+        }
+        for (pool, one) in content.evidence.kept() {
+            sink.number(pool.map_or(0, |action| action as u64 + 1));
+            experience(&mut sink, one);
+        }
+    }
     sink.0.finalize().to_hex().to_string()
+}
+
+/// Claims follow from the experiences, in their order.
+fn experience(sink: &mut Sink, experience: &Experience) {
+    sink.number(u64::from(experience.primitive.0));
+    sink.each(&experience.parameters, |sink, parameter| {
+        sink.flag(parameter.is_some());
+        parameter.iter().for_each(|known| value(sink, *known));
+    });
+    sink.each(&experience.before, observation);
+    sink.each(&experience.after, observation);
+    sink.each(&experience.sensed, |sink, kind| sink.number(u64::from(kind.0)));
 }
 
 /// The lists that grow: the digests of their chunks, which they remember, so that this costs what changed.

@@ -7,6 +7,7 @@ pub mod chunks;
 pub(crate) mod content;
 pub mod digest;
 pub(crate) mod draft;
+pub mod evidence;
 pub(crate) mod groups;
 pub(crate) mod index;
 pub(crate) mod instance;

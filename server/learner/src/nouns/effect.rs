@@ -4,6 +4,8 @@
 use std::sync::Arc;
 
 use crate::nouns::execution::Execution;
+use crate::nouns::experience::Experience;
+use crate::nouns::mechanisms::Mechanisms;
 use crate::nouns::observation::{Observation, Pattern};
 use crate::nouns::progress::StageEffect;
 use crate::nouns::pursuit::PursuitEffect;
@@ -118,6 +120,10 @@ pub enum Effect {
         /// The description, at most [`DESCRIPTION_BYTES_MAX`](crate::vocabulary::limits::DESCRIPTION_BYTES_MAX) bytes.
         text: String,
     },
+    /// These mechanisms are on from here, and no others.
+    Mechanisms(Mechanisms),
+    /// What an action was carried out in, and what was there afterwards: evidence for claims.
+    Experienced(Box<Experience>),
 }
 
 /// Whether something held after an execution.

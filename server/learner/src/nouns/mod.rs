@@ -1,12 +1,15 @@
 //! The things that learning is about, as plain data: what is perceived, what can be done, schemas, and where the curriculum
 //! and a goal stand. Nothing here knows a memory.
 
+pub mod claim;
 pub mod curriculum;
 pub mod decision;
 pub mod effect;
 pub mod effect_error;
 pub mod execution;
+pub mod experience;
 pub mod frame;
+pub mod mechanisms;
 pub mod observation;
 pub mod parameters;
 pub mod probability;

@@ -7,6 +7,8 @@ use proptest::option;
 use proptest::prelude::*;
 use pschema_learner::effect::{Effect, Score};
 use pschema_learner::execution::{ChainLink, Execution};
+use pschema_learner::experience::Experience;
+use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Content;
 use pschema_learner::observation::{
     Observation, Pattern, PropertyId, Substitution, SymbolId, Term, TypeId, Value, Variable,
@@ -219,7 +221,22 @@ fn any_effect() -> impl Strategy<Value = Effect> {
         }),
         1 => any::<bool>().prop_map(Effect::Full),
         1 => (body(), ".*").prop_map(|(body, text)| Effect::Described { body, text }),
+        1 => any::<bool>().prop_map(|claims| Effect::Mechanisms(Mechanisms { claims })),
+        6 => experience().prop_map(|experience| Effect::Experienced(Box::new(experience))),
     ]
+}
+
+fn experience() -> impl Strategy<Value = Experience> {
+    let parameters = vec(option::of(value()), 0..3);
+    (primitive(), parameters, observations(), observations(), vec(kind(), 0..4)).prop_map(
+        |(primitive, parameters, before, after, sensed)| Experience {
+            primitive,
+            parameters: parameters.into(),
+            before: before.into(),
+            after: after.into(),
+            sensed: sensed.into(),
+        },
+    )
 }
 
 /// Any effect, and whether it is to be mended so that it says more of what memory may be told.
@@ -245,6 +262,17 @@ pub(crate) fn mended(effect: &Effect, content: &Content) -> Effect {
             pre.dedup();
             post.sort_unstable();
             post.dedup();
+        }
+        Effect::Experienced(experience) => {
+            let ordered = |list: &Arc<[Observation]>| -> Arc<[Observation]> {
+                WorldState::new(list.iter().cloned()).observations().into()
+            };
+            experience.before = ordered(&experience.before);
+            experience.after = ordered(&experience.after);
+            let mut sensed = experience.sensed.to_vec();
+            sensed.sort_unstable();
+            sensed.dedup();
+            experience.sensed = sensed.into();
         }
         Effect::Stage(StageEffect::TrialBegun { drawn }) => {
             let pools = content.progress.pools.iter().enumerate();

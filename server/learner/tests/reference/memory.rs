@@ -138,6 +138,8 @@ impl Memory {
             Effect::Full(full) => self.full = *full,
             // It decides nothing.
             Effect::Described { .. } => (),
+            // It is the learner of the paper, and is given no others.
+            Effect::Mechanisms(_) | Effect::Experienced(_) => (),
         }
     }
 

@@ -14,6 +14,7 @@ use crate::format::mirror::Mirror;
 use crate::format::v1::{Cause, Record};
 use crate::frame::HEAD_LEN;
 use crate::journal::{JournalFrame, segment_name};
+use crate::manifest::profile;
 use crate::storage::Storage;
 
 /// What one step, one order or one attachment changed.
@@ -152,6 +153,8 @@ pub(super) fn kind(effect: &Effect) -> &'static str {
         Effect::StepEnded { .. } => "step_ended",
         Effect::Full(_) => "full",
         Effect::Described { .. } => "described",
+        Effect::Mechanisms(_) => "mechanisms",
+        Effect::Experienced(_) => "experienced",
     }
 }
 
@@ -268,6 +271,11 @@ impl Wording {
             Effect::Full(false) => "memory has room again".to_owned(),
             Effect::Described { body, text } => {
                 format!("body {} describes itself: {}", self.body(*body), text.trim_end().replace('\n', "; "))
+            }
+            Effect::Mechanisms(mechanisms) => format!("the learner has the profile {}", profile(*mechanisms)),
+            Effect::Experienced(experience) => {
+                let action = notation::primitive(&self.0, experience.primitive);
+                format!("evidence is taken in of {action}")
             }
         }
     }

@@ -13,7 +13,7 @@ mod relearn;
 mod repair;
 mod scan;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod verify;
 
 pub use entry::{Batch, BatchCause, EffectCount, EffectText};

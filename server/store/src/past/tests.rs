@@ -39,7 +39,7 @@ impl Life {
     }
 }
 
-pub(super) fn past(twin: &Twin) -> Past {
+pub(crate) fn past(twin: &Twin) -> Past {
     Past::of(Arc::new(twin.clone()), PathBuf::from("twin")).unwrap()
 }
 

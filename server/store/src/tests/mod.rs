@@ -5,6 +5,7 @@ mod golden;
 mod journal;
 mod keeping;
 mod places;
+mod profile;
 mod sizes;
 mod slow;
 pub(crate) mod store;

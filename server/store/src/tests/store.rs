@@ -5,6 +5,7 @@ use std::sync::Arc;
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
+use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::random::Random;
@@ -100,6 +101,7 @@ pub(crate) fn options<'a>(seed: u64, parameters: &'a Parameters, curriculum: &'a
         learner: "test",
         seed,
         parameters,
+        mechanisms: Mechanisms::PAPER,
         curriculum,
         seed_given: true,
         setting_given: true,
@@ -306,6 +308,7 @@ fn effects_come_back_as_they_were() {
     let mut world = World::new(9);
     let mut learner = Learner::new(9, Parameters::default(), curriculum()).unwrap();
     let (_, mut effects) = learner.declare(declaration()).unwrap();
+    effects.extend(learner.set_mechanisms(Mechanisms::FULL));
     let mut last = world.frame();
     for _ in 0..500 {
         last = world.frame();

@@ -13,7 +13,8 @@ use pschema_learner::schema::{PreConditionInterner, SCHEMAS_MAX};
 use pschema_learner::vocabulary::{self as live, BodyId, ValueKind, Vocabulary, VocabularyLists, limits};
 
 use super::item::{
-    BodyDescription, End, Generator, Item, Kind, KnownObservation, Outline, Pending, Primitive, Property,
+    BodyDescription, End, Generator, Item, KeptExperience, Kind, KnownObservation, Outline, Pending,
+    Primitive, Property,
 };
 use super::schema::Schema;
 use super::setting::Setting;
@@ -27,6 +28,9 @@ use crate::format::mirror::Mirror;
 const STEPS_MAX: u64 = 1 << 53;
 /// Pools of a curriculum: far more than any has.
 const POOLS_MAX: usize = 65_536;
+
+/// Kinds of which a memory has one item at most, beside the first and the last.
+const SINGLE: [Kind; 5] = [Kind::Progress, Kind::Goal, Kind::Generator, Kind::Full, Kind::Mechanisms];
 
 type Taken = Result<(), ContentError>;
 
@@ -154,6 +158,11 @@ impl Assembly {
                 Ok(())
             }
             Item::Description(described) => self.description(described),
+            Item::Mechanisms(mechanisms) => {
+                self.content.mechanisms = mechanisms.live();
+                Ok(())
+            }
+            Item::Experience(kept) => self.experience(*kept),
             // All others were taken before.
             item => Err(ContentError::second(item.kind().name())),
         }
@@ -192,7 +201,7 @@ impl Assembly {
                 "`{item}` stands after `{before}`: something is missing, or out of order"
             )));
         }
-        if kind == before && [Kind::Progress, Kind::Goal, Kind::Generator, Kind::Full].contains(&kind) {
+        if kind == before && SINGLE.contains(&kind) {
             return Err(ContentError::second(kind.name()));
         }
         if before < Kind::Progress && kind > Kind::Progress {
@@ -313,6 +322,19 @@ impl Assembly {
             }
             _ => Err(ContentError::second(Kind::Description.name())),
         }
+    }
+
+    fn experience(&mut self, KeptExperience { pool, experience }: KeptExperience) -> Taken {
+        let (pool, experience) = (pool.live(), experience.live());
+        let extent = self.extent()?;
+        extent.experience(&experience)?;
+        let vocabulary = extent.vocabulary.clone();
+        if self.content.evidence.keep(&vocabulary, pool, experience) {
+            return Ok(());
+        }
+        Err(ContentError::new(
+            "this experience is in a pool that is full, or that is not the one of its action",
+        ))
     }
 
     fn pending(&mut self, Pending { body, execution }: Pending) -> Taken {

@@ -3,6 +3,7 @@
 use pschema_learner::effect as live;
 
 use super::execution::Execution;
+use super::experience::{Experience, Mechanism};
 use super::goal::PursuitEffect;
 use super::observation::{Observation, Pattern};
 use super::stage::StageEffect;
@@ -49,5 +50,7 @@ mirror! {
         StepEnded { body: u16, random: u64, pending: Option<Box<Execution>> },
         Full(full: bool),
         Described { body: u16, text: String },
+        Mechanisms(mechanisms: Vec<Mechanism>),
+        Experienced(experience: Box<Experience>),
     }
 }

@@ -1,12 +1,14 @@
 //! The items of a memory. A snapshot's blocks hold them in bincode, and an export has one to a line in JSON; both have the
 //! same items in the same order.
 
+use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Content;
 use pschema_learner::observation::PropertyId;
 use pschema_learner::vocabulary::{ValueKind as LiveKind, Vocabulary};
 use serde::{Deserialize, Serialize};
 
 use super::execution::Execution;
+use super::experience::{Experience, Mechanism};
 use super::goal::Pursuit;
 use super::observation::{Count, Observation};
 use super::schema::Schema;
@@ -88,6 +90,10 @@ items! {
     Full(bool) = "full",
     /// How a body described itself; it stands before the end.
     Description(BodyDescription) = "description",
+    /// The mechanisms beyond the paper that are on; it stands before the end, and only when there are any.
+    Mechanisms(Vec<Mechanism>) = "mechanisms",
+    /// An experience that is kept; it stands before the end.
+    Experience(Box<KeptExperience>) = "experience",
 }
 
 /// What a memory lives under, and how much of it follows.
@@ -160,6 +166,17 @@ pub(crate) struct Pending {
 pub(crate) struct BodyDescription {
     pub(crate) body: u16,
     pub(crate) text: String,
+}
+
+/// An experience that is kept in a pool, after those that were made before it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct KeptExperience {
+    /// The number of the action whose pool it is; `null` for the background.
+    pub(crate) pool: Option<u64>,
+    /// The experience.
+    pub(crate) experience: Experience,
 }
 
 /// The state of the generator, from which all later random numbers follow.
@@ -242,6 +259,14 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
     let descriptions = (0..).zip(&content.descriptions).filter_map(|(body, text)| {
         Some(Item::Description(BodyDescription { body, text: text.as_ref()?.to_string() }))
     });
+    let mechanisms =
+        (content.mechanisms != Mechanisms::PAPER).then(|| Item::Mechanisms(Mirror::of(&content.mechanisms)));
+    let experiences = content.evidence.kept().map(|(pool, experience)| {
+        Item::Experience(Box::new(KeptExperience {
+            pool: Mirror::of(&pool),
+            experience: Mirror::of(experience),
+        }))
+    });
     pools
         .chain(stages)
         .chain([stands])
@@ -250,4 +275,6 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
         .chain([generator])
         .chain(full)
         .chain(descriptions)
+        .chain(mechanisms)
+        .chain(experiences)
 }

@@ -4,6 +4,7 @@
 mod assembly;
 mod effect;
 mod execution;
+mod experience;
 mod goal;
 mod item;
 mod observation;

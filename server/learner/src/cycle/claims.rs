@@ -1,0 +1,319 @@
+//! What claims say of schemas: which observations a schema's conditions are, what it brings about, and which laws hold.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::cycle::generalisation::Hypothesis;
+use crate::memory::Memory;
+use crate::memory::evidence::{Foretold, View, parameters};
+use crate::nouns::claim::{Change, Condition, Expression, Reference, Sketch};
+use crate::nouns::effect::Effect;
+use crate::nouns::execution::Execution;
+use crate::nouns::experience::Experience;
+use crate::nouns::observation::{Observation, Pattern, PropertyId, Term, TypeId, Value, Variable};
+use crate::nouns::schema::{Generalised, SchemaId};
+use crate::nouns::vocabulary::PrimitiveId;
+use crate::nouns::world_state::WorldState;
+
+/// The part of a world state that claims may ask for: what lasts and does not come from others.
+fn context(memory: &Memory, world: &WorldState) -> WorldState {
+    world.filter(|o| !memory.rules().of(o.kind()).transient && !memory.rules().of(o.kind()).heard)
+}
+
+/// What an execution that was carried out teaches, as evidence.
+pub(crate) fn experience(
+    memory: &Memory,
+    execution: &Execution,
+    after: &WorldState,
+    lifted: &dyn Fn(TypeId) -> bool,
+) -> Effect {
+    let vocabulary = &memory.content().vocabulary;
+    let types = 0..u16::try_from(vocabulary.types().len()).unwrap_or(u16::MAX);
+    let sensed = types.map(TypeId).filter(|kind| lifted(*kind) && !memory.rules().of(*kind).heard);
+    let after = after.filter(|o| !memory.rules().of(o.kind()).heard);
+    Effect::Experienced(Box::new(Experience {
+        primitive: execution.action,
+        parameters: parameters(vocabulary, execution.action),
+        before: context(memory, &execution.before).observations().into(),
+        after: after.observations().into(),
+        sensed: sensed.collect(),
+    }))
+}
+
+/// What claims say of an action in one world state.
+pub(crate) struct Expectation {
+    /// The observations that are foretold, in canonical order.
+    pub(crate) observed: WorldState,
+    /// The observations that are there before and not foretold to be there after.
+    pub(crate) vanished: WorldState,
+    /// The observations that the claims in force rely on.
+    pub(crate) relied_on: WorldState,
+    foretold: Vec<Foretold>,
+}
+
+/// What is expected of `primitive` in `before`: of each facet the outcome that follows often enough to be predicted.
+pub(crate) fn expectation(memory: &Memory, primitive: PrimitiveId, before: &WorldState) -> Expectation {
+    let content = memory.content();
+    let context = context(memory, before);
+    let foretold = content.evidence.foretell(&content.vocabulary, primitive, context.observations());
+    let share = memory.parameters().prediction_ratio_min;
+    let likely = foretold.into_iter().filter(|foretold| {
+        let most = foretold.outcomes.first();
+        foretold.attributed
+            && most.is_some_and(|(_, count)| f64::from(*count) >= share * f64::from(foretold.trials))
+    });
+    let foretold: Vec<_> = likely.collect();
+    let mut relied_on = Vec::new();
+    let (mut observed, mut vanished) = (Vec::new(), Vec::new());
+    for facet in &foretold {
+        let Some((after, _)) = facet.outcomes.first() else { continue };
+        let of_facet = |o: &&Observation| facet.kinds.binary_search(&o.kind()).is_ok();
+        if context.observations().iter().filter(of_facet).eq(after.iter()) {
+            continue;
+        }
+        observed.extend(after.iter().cloned());
+        let gone = context.observations().iter().filter(of_facet).filter(|o| !after.contains(o));
+        vanished.extend(gone.cloned());
+        relied_on.extend(facet.relied_on.iter().cloned());
+    }
+    let relied_on = WorldState::new(relied_on).context(memory.rules());
+    let (observed, vanished) = (WorldState::new(observed), WorldState::new(vanished));
+    Expectation { observed, vanished, relied_on, foretold }
+}
+
+impl Expectation {
+    /// The law that the general claims in force are, if they name what they are about by the action's own effect; with none of the
+    /// values given that they need not give.
+    pub(crate) fn law(
+        &self,
+        memory: &Memory,
+        primitive: PrimitiveId,
+        before: &WorldState,
+    ) -> Option<Hypothesis> {
+        let general = self.foretold.iter().filter(|facet| facet.view == View::General);
+        let claims: Vec<_> = general.filter_map(|facet| facet.claim.as_ref()).collect();
+        let effect = memory.content().evidence.effect(&memory.content().vocabulary, primitive)?;
+        let context = context(memory, before);
+        let mut law = Lifting {
+            context: &context,
+            effect,
+            parameters: parameters(&memory.content().vocabulary, primitive),
+            count: 0,
+            named: BTreeMap::new(),
+            pre: Vec::new(),
+        };
+        let conditional = claims.iter().any(|(conditions, _)| !conditions.is_empty());
+        for (conditions, _) in &claims {
+            conditions.iter().try_for_each(|condition| law.condition(condition))?;
+        }
+        let mut post = Vec::new();
+        for (_, change) in &claims {
+            law.change(change, &mut post)?;
+        }
+        let target = law.target()?;
+        law.subsume(&target);
+        post.sort_unstable();
+        post.dedup();
+        let pre = law.pre;
+        let told = post.iter().any(|(what, absent)| !absent && !target.contains(what));
+        (conditional && told && !target.is_empty()).then_some(Hypothesis { pre, target, post })
+    }
+}
+
+/// A law in the making.
+struct Lifting<'a> {
+    context: &'a WorldState,
+    effect: &'a [Observation],
+    parameters: Arc<[Option<Value>]>,
+    /// How many variables there are.
+    count: u8,
+    named: BTreeMap<Reference, Variable>,
+    pre: Vec<Pattern>,
+}
+
+impl Lifting<'_> {
+    /// A variable that is nowhere else.
+    fn fresh(&mut self) -> Option<Variable> {
+        let next = Variable(self.count);
+        self.count = self.count.checked_add(1)?;
+        Some(next)
+    }
+
+    /// The observation that the action brings about of itself of this type.
+    fn brought(&self, kind: TypeId) -> Option<&Observation> {
+        self.effect.iter().rfind(|o| o.kind() == kind)
+    }
+
+    /// The value of a parameter, as one that the action brings about.
+    fn brings_about(&self, parameter: u8) -> Option<Reference> {
+        let value = (*self.parameters.get(usize::from(parameter))?)?;
+        self.effect.iter().find_map(|o| {
+            let (property, _) = o.properties().iter().find(|(_, brought)| *brought == value)?;
+            Some(Reference::Effect(o.kind(), *property))
+        })
+    }
+
+    /// The target: what the action brings about of itself, as far as conditions speak of it. What they do not speak of is as it is here.
+    fn target(&self) -> Option<Vec<Pattern>> {
+        let mut kinds: Vec<_> = self
+            .named
+            .keys()
+            .filter_map(|reference| match reference {
+                Reference::Effect(kind, _) => Some(*kind),
+                _ => None,
+            })
+            .collect();
+        kinds.dedup();
+        let pattern = |kind: TypeId| {
+            let terms = self.brought(kind)?.properties().iter().map(|(property, value)| {
+                let variable = self.named.get(&Reference::Effect(kind, *property));
+                (*property, variable.map_or(Term::Constant(*value), |variable| Term::Variable(*variable)))
+            });
+            Some(Pattern::new(kind, terms))
+        };
+        kinds.into_iter().map(pattern).collect()
+    }
+
+    /// The variable of a reference, with what binds it: the target, or a pre-condition.
+    fn variable(&mut self, reference: Reference) -> Option<Variable> {
+        if let Some(known) = self.named.get(&reference) {
+            return Some(*known);
+        }
+        match reference {
+            // Which parameter has the value is known of the primitive that was carried out; a target needs what it brings about.
+            Reference::Parameter(at) => {
+                let brought = self.brings_about(at)?;
+                let variable = self.variable(brought)?;
+                self.named.insert(reference, variable);
+            }
+            Reference::Effect(..) => {
+                let variable = self.fresh()?;
+                self.named.insert(reference, variable);
+            }
+            Reference::Only(kind, _) => {
+                let one = self.context.observations().iter().find(|o| o.kind() == kind)?.clone();
+                let pattern = self.whole(&one, |property| Reference::Only(kind, property))?;
+                self.pre.push(pattern);
+            }
+            Reference::Tied { from, kind, at, to } => {
+                let anchor = self.variable(from.into())?;
+                let variable = self.fresh()?;
+                self.named.insert(reference, variable);
+                let given = vec![(at, Term::Variable(anchor)), (to, Term::Variable(variable))];
+                let pattern = self.completed(kind, given)?;
+                self.pre.push(pattern);
+            }
+        }
+        self.named.get(&reference).copied()
+    }
+
+    /// An observation with a variable for each of its properties, by the reference to it.
+    fn whole(&mut self, one: &Observation, reference: impl Fn(PropertyId) -> Reference) -> Option<Pattern> {
+        let mut terms = Vec::new();
+        for (property, _) in one.properties() {
+            let variable = self.fresh()?;
+            self.named.insert(reference(*property), variable);
+            terms.push((*property, Term::Variable(variable)));
+        }
+        Some(Pattern::new(one.kind(), terms))
+    }
+
+    /// A pattern of these terms, with a variable of its own for each other property of the type.
+    fn completed(&mut self, kind: TypeId, mut terms: Vec<(PropertyId, Term)>) -> Option<Pattern> {
+        let one = self.context.observations().iter().find(|o| o.kind() == kind)?.clone();
+        for (property, _) in one.properties() {
+            if !terms.iter().any(|(known, _)| known == property) {
+                terms.push((*property, Term::Variable(self.fresh()?)));
+            }
+        }
+        Some(Pattern::new(kind, terms))
+    }
+
+    /// The term in a condition, or in what follows.
+    fn term(&mut self, expression: Expression, condition: bool) -> Option<Term> {
+        match expression {
+            Expression::Named(reference @ Reference::Effect(kind, property), 0)
+                if !condition && !self.named.contains_key(&reference) =>
+            {
+                let brought =
+                    self.brought(kind)?.properties().iter().find(|(known, _)| *known == property)?;
+                Some(Term::Constant(brought.1))
+            }
+            Expression::Constant(value) => Some(Term::Constant(value)),
+            Expression::Named(reference, 0) => self.variable(reference).map(Term::Variable),
+            Expression::Named(..) => None,
+        }
+    }
+
+    fn terms(&mut self, sketch: &Sketch, condition: bool) -> Option<Vec<(PropertyId, Term)>> {
+        sketch.properties.iter().map(|(property, e)| Some((*property, self.term(*e, condition)?))).collect()
+    }
+
+    fn condition(&mut self, condition: &Condition) -> Option<()> {
+        let Condition::Observed(sketch) = condition else { return None };
+        let terms = self.terms(sketch, true)?;
+        let pattern = self.completed(sketch.kind, terms)?;
+        self.pre.push(pattern);
+        Some(())
+    }
+
+    fn change(&mut self, change: &Change, post: &mut Vec<(Pattern, bool)>) -> Option<()> {
+        for (sketches, absent) in
+            [(&change.becomes, false), (&change.appears, false), (&change.vanishes, true)]
+        {
+            for sketch in sketches {
+                post.push((Pattern::new(sketch.kind, self.terms(sketch, false)?), absent));
+            }
+        }
+        Some(())
+    }
+
+    /// Drops each pre-condition that another says with more constants or names: both are of one observation.
+    fn subsume(&mut self, target: &[Pattern]) {
+        let shared: Vec<_> = self.pre.clone();
+        let counts = |variable: Variable| {
+            let terms = shared.iter().chain(target).flat_map(Pattern::terms);
+            terms.filter(|(_, term)| *term == Term::Variable(variable)).count()
+        };
+        let loose = |term: &Term| matches!(term, Term::Variable(v) if counts(*v) == 1);
+        let says = |a: &Pattern, b: &Pattern| {
+            a.kind() == b.kind()
+                && a.terms().iter().zip(b.terms()).all(|((p, x), (q, y))| p == q && (x == y || loose(y)))
+        };
+        let mut kept: Vec<Pattern> = Vec::new();
+        for (at, pattern) in shared.iter().enumerate() {
+            let others = shared.iter().enumerate().filter(|(other, _)| *other != at);
+            let said = others
+                .into_iter()
+                .any(|(other, more)| says(more, pattern) && (!says(pattern, more) || other < at));
+            if !said {
+                kept.push(pattern.clone());
+            }
+        }
+        self.pre = kept;
+    }
+}
+
+/// Whether a law is what the claims in force make of an action here: where others are in force, others are "selected instead".
+pub(crate) fn makes(memory: &Memory, action: PrimitiveId, world: &WorldState, law: &Generalised) -> bool {
+    let made = expectation(memory, action, world).law(memory, action, world);
+    made.is_some_and(|made| made.equals(law))
+}
+
+/// The law that is made of the claims in force, if it is new.
+pub(crate) fn generalise(
+    memory: &Memory,
+    execution: &Execution,
+    expectation: &Expectation,
+    parent: SchemaId,
+) -> Option<Effect> {
+    if memory.is_full() || !memory.parameters().generalisation {
+        return None;
+    }
+    let law = expectation.law(memory, execution.action, &execution.before)?;
+    if law.is_known(memory) {
+        return None;
+    }
+    let Hypothesis { pre, target, post } = law;
+    Some(Effect::Generalised { pre, target, post, parent, examples: vec![parent] })
+}

@@ -1,0 +1,113 @@
+//! Evidence: the experiences that claims grow from, and the claims. One rule says which claim is in force where, and what it
+//! foretells.
+
+mod columns;
+mod facet;
+mod growth;
+mod pool;
+mod price;
+mod scene;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use pool::Pool;
+pub use pool::{Foretold, View};
+
+use crate::memory::evidence::facet::ANYTHING;
+use crate::nouns::experience::Experience;
+use crate::nouns::observation::{Observation, Value};
+use crate::nouns::vocabulary::{PrimitiveId, Vocabulary, value_of};
+
+/// The experiences with each action, by its number in the vocabulary, and the claims that they make. A clone shares all of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Evidence {
+    pools: BTreeMap<usize, Arc<Pool>>,
+    /// The same experiences, as if all had been with one action: what is to be expected whatever is done.
+    background: Arc<Pool>,
+}
+
+/// The number of the action that a primitive is one of.
+fn action(vocabulary: &Vocabulary, primitive: PrimitiveId) -> Option<usize> {
+    Some(vocabulary.primitives().get(primitive.0 as usize)?.action)
+}
+
+/// The values of a primitive's parameters, as they are compared with what is observed.
+pub(crate) fn parameters(vocabulary: &Vocabulary, primitive: PrimitiveId) -> Arc<[Option<Value>]> {
+    let known = vocabulary.primitives().get(primitive.0 as usize);
+    let declared = known.and_then(|known| vocabulary.actions().get(known.action));
+    let values = known.into_iter().flat_map(|known| &known.parameters);
+    let kinds = declared.into_iter().flat_map(|declared| &declared.parameters);
+    values.zip(kinds).map(|(given, declared)| value_of(given, &declared.kind, vocabulary)).collect()
+}
+
+impl Evidence {
+    /// Takes an experience in.
+    pub fn experience(&mut self, vocabulary: &Vocabulary, experience: &Experience) {
+        let Some(action) = action(vocabulary, experience.primitive) else { return };
+        Arc::make_mut(self.pools.entry(action).or_default()).experience(Arc::new(experience.clone()));
+        let anything = Experience { primitive: ANYTHING, parameters: [].into(), ..experience.clone() };
+        Arc::make_mut(&mut self.background).experience(Arc::new(anything));
+    }
+
+    /// The experiences that are kept, pool by pool in the order in which they were made, each with the action whose pool it is in; none
+    /// is the background. Each put back into its pool in this order ([`Evidence::keep`]), they make the same evidence.
+    pub fn kept(&self) -> impl Iterator<Item = (Option<usize>, &Experience)> {
+        let of_actions = self.pools.iter().map(|(action, pool)| (Some(*action), pool));
+        let pools = of_actions.chain([(None, &self.background)]);
+        pools.flat_map(|(action, pool)| pool.experiences().map(move |experience| (action, experience)))
+    }
+
+    /// Puts an experience that was kept back into its pool. Returns whether it belongs there: the pool is that of the experience's
+    /// action, or the experience is one of the background, and the pool has room for it.
+    pub fn keep(&mut self, vocabulary: &Vocabulary, pool: Option<usize>, experience: Experience) -> bool {
+        let belongs = match pool {
+            Some(_) => action(vocabulary, experience.primitive) == pool,
+            None => experience.primitive == ANYTHING && experience.parameters.is_empty(),
+        };
+        if !belongs {
+            return false;
+        }
+        let pool = match pool {
+            Some(action) => self.pools.entry(action).or_default(),
+            None => &mut self.background,
+        };
+        Arc::make_mut(pool).keep(Arc::new(experience), vocabulary.primitives().len())
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.pools.is_empty()
+    }
+
+    /// What a primitive brings about of itself, whatever the context, in canonical order; none while it was never carried out.
+    #[must_use]
+    pub fn effect(&self, vocabulary: &Vocabulary, primitive: PrimitiveId) -> Option<&[Observation]> {
+        let pool = self.pools.get(&action(vocabulary, primitive)?)?;
+        Some(pool.effect(primitive))
+    }
+
+    /// What a primitive will bring about in a context of lasting observations in canonical order; nothing where nothing is known of
+    /// its action.
+    #[must_use]
+    pub fn foretell(
+        &self,
+        vocabulary: &Vocabulary,
+        primitive: PrimitiveId,
+        context: &[Observation],
+    ) -> Vec<Foretold> {
+        let pool = action(vocabulary, primitive).and_then(|action| self.pools.get(&action));
+        let Some(pool) = pool else { return Vec::new() };
+        let mut foretold = pool.foretell(primitive, &parameters(vocabulary, primitive), context);
+        // What always happens to who can do one thing only is put down to that.
+        if vocabulary.primitives().len() > 1 {
+            let background = self.background.foretell(ANYTHING, &[], context);
+            let among = foretold.len();
+            foretold.iter_mut().for_each(|facet| facet.attributed = facet.is_attributed(&background, among));
+        }
+        foretold
+    }
+}

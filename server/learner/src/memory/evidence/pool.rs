@@ -1,0 +1,467 @@
+//! The experiences with one action, and the claims that they make.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
+
+use crate::memory::evidence::columns::Column;
+use crate::memory::evidence::facet::{ANYTHING, Conditions, Examples, Facet, Grown, conditions, path};
+use crate::memory::evidence::price::Likelihood;
+use crate::memory::evidence::scene::Scene;
+use crate::nouns::claim::{Change, Condition, Sketch};
+use crate::nouns::experience::Experience;
+use crate::nouns::observation::{Observation, TypeId, Value};
+use crate::nouns::vocabulary::PrimitiveId;
+
+/// Experiences with one action that are kept. Beyond it the oldest of the claim with the most make room, a quarter at a time.
+const EXPERIENCES_MAX: usize = 1_024;
+/// ln of the odds at which it is held that something differs or belongs together: 20 to 1, as an interval of 95 % says elsewhere.
+const CERTAIN: f64 = 2.995_732_273_553_991;
+/// How far an earlier success of a view at foretelling counts, at each experience since.
+const SCORE_KEPT: f64 = 0.97;
+/// Primitives whose own effect is looked at again with each experience of another.
+const DOUBTS_MAX: usize = 4;
+/// The share of a primitive's experiences in which an observation must come about to be an effect of its own.
+const EFFECT_SHARE: (usize, usize) = (3, 4);
+
+/// The examples that a foretold distribution rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum View {
+    /// All experiences with the action, whatever its parameters.
+    General,
+    /// Those with the primitive alone.
+    Particular,
+    /// Those with the primitive in the very same context.
+    Remembered,
+}
+
+/// What is foretold of observations that change together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Foretold {
+    /// Their types, in order.
+    pub kinds: Vec<TypeId>,
+    /// The observations of these types after the action, in canonical order, each with how often it came to that, the most frequent
+    /// first.
+    pub outcomes: Vec<(Vec<Observation>, u32)>,
+    /// How often the claim was in force; more often than the outcomes add up to where some can't be said here.
+    pub trials: u32,
+    /// The examples that this rests on.
+    pub view: View,
+    /// The observations that the claim in force asks for; all of the context where it is remembered.
+    pub relied_on: Vec<Observation>,
+    /// The conditions of the claim in force with its most frequent change; none where the context is remembered.
+    pub claim: Option<(Vec<Condition>, Change)>,
+    /// Whether the most frequent outcome is put down to the action: it is foretold better than by what is to be expected whatever is
+    /// done.
+    pub attributed: bool,
+}
+
+impl Foretold {
+    /// Whether the most frequent outcome is the action's doing. It is if the claim names a value of the action, for then it was shown to
+    /// be otherwise with another. Else how often it came is compared with how often it is to be expected whatever is done (marginal
+    /// attribution); `among` so many facets.
+    pub(super) fn is_attributed(&self, background: &[Self], among: usize) -> bool {
+        let Some((after, count)) = self.outcomes.first() else { return false };
+        let names = |(conditions, change): &(Vec<Condition>, Change)| {
+            conditions.iter().any(Condition::is_of_action) || change.sketches().any(Sketch::is_of_action)
+        };
+        if self.claim.as_ref().is_some_and(names) {
+            return true;
+        }
+        let anyway: f64 = background.iter().map(|facet| facet.share_with(&self.kinds, after)).product();
+        differs(*count as usize, self.trials as usize, anyway) > libm::log(among as f64)
+    }
+
+    /// The probability that what it foretells agrees with `after` in the types `kinds`, with room for what was never seen.
+    fn share_with(&self, kinds: &[TypeId], after: &[Observation]) -> f64 {
+        let common =
+            |kind: TypeId| kinds.binary_search(&kind).is_ok() && self.kinds.binary_search(&kind).is_ok();
+        if !self.kinds.iter().any(|kind| common(*kind)) {
+            return 1.0;
+        }
+        let part = |observations: &[Observation]| -> Vec<_> {
+            observations.iter().filter(|o| common(o.kind())).cloned().collect()
+        };
+        let wanted = part(after);
+        let agreeing = self.outcomes.iter().filter(|(outcome, _)| part(outcome) == wanted);
+        let agreeing: u32 = agreeing.map(|(_, count)| count).sum();
+        let share = 1.0 / (self.outcomes.len() + 1) as f64;
+        (f64::from(agreeing) + share) / (f64::from(self.trials) + 1.0)
+    }
+
+    /// The probability of what came about, with room for each of so many `changes` that may come.
+    fn probability(&self, after: &[Observation], changes: usize) -> f64 {
+        let share = 1.0 / (changes + 1) as f64;
+        let seen = self.outcomes.iter().find(|(known, _)| known == after).map(|(_, count)| *count);
+        // Where much came that has no form, one more of that kind is to be expected.
+        let formless = self.trials - self.outcomes.iter().map(|(_, count)| count).sum::<u32>();
+        let count = seen.map_or_else(|| f64::from(formless) * share, f64::from);
+        (count + share) / (f64::from(self.trials) + 1.0)
+    }
+}
+
+/// How much better it is told by a share of its own than by that which it has anyway that something came so many times in so many
+/// tries: ln of the odds.
+fn differs(times: usize, tries: usize, anyway: f64) -> f64 {
+    let failed = tries.saturating_sub(times);
+    let own = Likelihood::new(tries, 2).of([times, failed].into_iter());
+    own - times as f64 * libm::log(anyway) - failed as f64 * libm::log(1.0 - anyway)
+}
+
+/// How many experiences a pool keeps that are with so many primitives.
+fn room(primitives: usize) -> usize {
+    EXPERIENCES_MAX.max(2 * primitives)
+}
+
+/// The experiences with one action, with the claims about each facet of what it changes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Pool {
+    examples: Vec<(Arc<Experience>, Scene)>,
+    conditions: Conditions,
+    /// Those of them that name several values.
+    crossed: BTreeSet<Condition>,
+    of_primitive: BTreeMap<PrimitiveId, Column>,
+    /// What each primitive brings about of itself, whatever the context.
+    effects: BTreeMap<PrimitiveId, Vec<Observation>>,
+    /// Those that brought something about once, of which it is not known yet whether that comes anyway.
+    doubtful: BTreeSet<PrimitiveId>,
+    /// After how many of the experiences each lasting observation was there.
+    came: BTreeMap<Observation, usize>,
+    /// The same for each primitive, with whether it was ever not there before.
+    brought: BTreeMap<PrimitiveId, BTreeMap<Observation, (usize, bool)>>,
+    /// The experiences with each primitive in the very same context.
+    alike: BTreeMap<PrimitiveId, BTreeMap<Arc<[Observation]>, Vec<usize>>>,
+    facets: Vec<Facet>,
+}
+
+impl Pool {
+    /// Takes an experience in. What the pool knows follows from the experiences that it keeps, in their order.
+    pub(super) fn experience(&mut self, experience: Arc<Experience>) {
+        if self.examples.len() >= room(self.of_primitive.len()) {
+            self.make_room();
+        }
+        self.learn(experience);
+    }
+
+    /// Puts back an experience that was kept, where there are so many primitives; returns whether there is room for it.
+    pub(super) fn keep(&mut self, experience: Arc<Experience>, primitives: usize) -> bool {
+        let fits = self.examples.len() < room(primitives);
+        if fits {
+            self.learn(experience);
+        }
+        fits
+    }
+
+    fn learn(&mut self, experience: Arc<Experience>) {
+        let primitive = experience.primitive;
+        if primitive != ANYTHING {
+            self.score(&experience);
+        }
+        let at = self.examples.len();
+        let of_primitive = self.of_primitive.entry(primitive).or_default();
+        of_primitive.insert(at);
+        let particular = primitive != ANYTHING;
+        if particular {
+            let brought = self.brought.entry(primitive).or_default();
+            for observation in experience.after.iter() {
+                *self.came.entry(observation.clone()).or_default() += 1;
+                let (times, new) = brought.entry(observation.clone()).or_default();
+                *times += 1;
+                *new |= experience.before.binary_search(observation).is_err();
+            }
+            let alike = self.alike.entry(primitive).or_default();
+            alike.entry(experience.before.clone()).or_default().push(at);
+        }
+        let scene = Scene::new(&experience.before, &experience.parameters, self.effect(primitive));
+        self.examples.push((experience, scene));
+        let renamed = particular && self.update_effect(primitive);
+        let others: Vec<_> = self.doubtful.iter().copied().filter(|other| *other != primitive).collect();
+        let others = others.into_iter().take(DOUBTS_MAX).filter(|other| self.update_effect(*other));
+        let others: Vec<_> = others.collect();
+        if !renamed {
+            self.enter(at);
+        }
+        self.add_facets(at);
+        for number in 0..self.facets.len() {
+            let mut facet = std::mem::take(&mut self.facets[number]);
+            let examples = self.examples();
+            if renamed {
+                facet.grow(examples);
+                facet.grow_particular(examples, primitive);
+            } else {
+                facet.learn(examples, at, particular);
+                if !others.is_empty() {
+                    facet.grow(examples);
+                }
+            }
+            self.facets[number] = facet;
+        }
+        self.part_facets();
+        self.join_facets();
+    }
+
+    /// Parts a type that changes by itself from those that it was joined with.
+    fn part_facets(&mut self) {
+        for number in 0..self.facets.len() {
+            let (facet, examples) = (&self.facets[number], self.examples());
+            if facet.general.examples != self.examples.len() {
+                continue;
+            }
+            let Some(stranger) = facet.stranger(examples) else { continue };
+            let rest = facet.kinds.iter().copied().filter(|kind| *kind != stranger).collect();
+            let (rest, alone) = (Facet::new(rest, examples), Facet::new(vec![stranger], examples));
+            self.facets[number] = rest;
+            self.facets.push(alone);
+        }
+    }
+
+    fn examples(&self) -> Examples<'_> {
+        let Self { examples, conditions, of_primitive, .. } = self;
+        Examples { all: examples, conditions, of_primitive }
+    }
+
+    pub(super) fn effect(&self, primitive: PrimitiveId) -> &[Observation] {
+        self.effects.get(&primitive).map_or(&[], Vec::as_slice)
+    }
+
+    /// Enters the example `at` in all columns.
+    fn enter(&mut self, at: usize) {
+        let Some((_, scene)) = self.examples.get(at) else { return };
+        for condition in scene.conditions() {
+            let Some(column) = self.conditions.get_mut(&condition) else {
+                let mut column = Column::default();
+                column.insert(at);
+                if condition.names() > 1 {
+                    // Such a condition is asked for in the first names that values have; in earlier examples others came first.
+                    let earlier = self.examples.iter().enumerate().take(at);
+                    let holding = earlier.filter(|(_, (_, scene))| scene.holds(&condition));
+                    holding.for_each(|(at, _)| column.insert(at));
+                    self.crossed.insert(condition.clone());
+                }
+                self.conditions.insert(condition, column);
+                continue;
+            };
+            column.insert(at);
+        }
+        for condition in self.crossed.iter().filter(|condition| scene.holds(condition)) {
+            if let Some(column) = self.conditions.get_mut(condition) {
+                column.insert(at);
+            }
+        }
+        for facet in &mut self.facets {
+            facet.enter(&self.examples, at);
+        }
+    }
+
+    /// What a primitive brings about of itself, by its experiences; whether that changed. Then they are named and entered anew.
+    fn update_effect(&mut self, primitive: PrimitiveId) -> bool {
+        let Some(column) = self.of_primitive.get(&primitive) else { return false };
+        let Some(came) = self.brought.get(&primitive) else { return false };
+        let tries = column.count();
+        let others = self.examples.len() - tries;
+        let price = libm::log(came.values().filter(|(_, new)| *new).count() as f64);
+        let own = |observation: &Observation, times: usize| {
+            let elsewhere = self.came.get(observation).copied().unwrap_or(0) - times;
+            let anyway = (elsewhere as f64 + 0.5) / (others as f64 + 1.0);
+            times * EFFECT_SHARE.1 >= tries * EFFECT_SHARE.0 && differs(times, tries, anyway) > price
+        };
+        let effect = came.iter().filter(|(observation, (times, new))| *new && own(observation, *times));
+        let effect: Vec<_> = effect.map(|(observation, _)| observation.clone()).collect();
+        if effect.is_empty() && tries == 1 {
+            self.doubtful.insert(primitive);
+        } else {
+            self.doubtful.remove(&primitive);
+        }
+        if self.effect(primitive) == effect {
+            return false;
+        }
+        let renamed: Vec<_> = column.iter().collect();
+        self.effects.insert(primitive, effect.clone());
+        for at in renamed {
+            if let Some((experience, scene)) = self.examples.get_mut(at) {
+                *scene = Scene::new(&experience.before, &experience.parameters, &effect);
+            }
+            self.conditions.values_mut().for_each(|column| column.remove(at));
+            self.enter(at);
+        }
+        true
+    }
+
+    /// A facet of its own for each type that is met for the first time.
+    fn add_facets(&mut self, at: usize) {
+        let Some((experience, _)) = self.examples.get(at) else { return };
+        let mut kinds: Vec<_> =
+            experience.before.iter().chain(experience.after.iter()).map(Observation::kind).collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        kinds.retain(|kind| !self.facets.iter().any(|facet| facet.kinds.contains(kind)));
+        for kind in kinds {
+            let facet = Facet::new(vec![kind], self.examples());
+            self.facets.push(facet);
+        }
+    }
+
+    /// Joins two facets that depend on each other, if there are any.
+    fn join_facets(&mut self) {
+        while self.join_two() {}
+    }
+
+    fn join_two(&mut self) -> bool {
+        let grown = |facet: &Facet| facet.general.examples == self.examples.len();
+        let count = self.facets.len();
+        let examples = self.examples();
+        for one in 0..count {
+            for other in one + 1..count {
+                let (a, b) = (&self.facets[one], &self.facets[other]);
+                if (grown(a) || grown(b)) && a.varies() && b.varies() && a.dependence(b, examples) > 0.0 {
+                    let mut kinds = [&a.kinds[..], &b.kinds[..]].concat();
+                    kinds.sort_unstable();
+                    let joined = Facet::new(kinds, examples);
+                    self.facets.remove(other);
+                    self.facets[one] = joined;
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// Each view of each facet is scored by what it foretold of this experience, before it is learnt from.
+    fn score(&mut self, experience: &Experience) {
+        let primitive = experience.primitive;
+        let scene = Scene::new(&experience.before, &experience.parameters, self.effect(primitive));
+        let mut facets = std::mem::take(&mut self.facets);
+        for facet in &mut facets {
+            let views = self.views(facet, primitive, &scene);
+            let unsaid = 1.0 / (facet.changes.len() + 1) as f64;
+            let after = facet.part(&experience.after);
+            let scores = facet.scores.entry(primitive).or_default();
+            for (score, view) in scores.iter_mut().zip(&views) {
+                // Where a view says nothing, it is as if it had said anything alike.
+                let probability = view
+                    .as_ref()
+                    .map_or(unsaid, |foretold| foretold.probability(&after, facet.changes.len()));
+                *score = *score * SCORE_KEPT + libm::log(probability);
+            }
+        }
+        self.facets = facets;
+    }
+
+    fn views(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> [Option<Foretold>; 3] {
+        let general = self.claimed(facet, &facet.general, scene, View::General);
+        let particular = facet.particular.get(&primitive);
+        let particular = particular.and_then(|grown| self.claimed(facet, grown, scene, View::Particular));
+        let remembered = self.remembered(facet, primitive, scene).or_else(|| particular.clone());
+        [general, particular, remembered]
+    }
+
+    fn claimed(&self, facet: &Facet, grown: &Grown, scene: &Scene, view: View) -> Option<Foretold> {
+        let (at, claim) = path(&grown.claim, scene);
+        let conditions: Vec<_> = conditions(&grown.claim, &at).cloned().collect();
+        let relied_on =
+            conditions.iter().filter_map(|condition| scene.relied_on(condition)).cloned().collect();
+        let most = claim.outcomes.first().map(|(change, _)| (conditions, change.clone()));
+        let mut outcomes: Vec<(Vec<Observation>, u32)> = Vec::new();
+        for (change, count) in &claim.outcomes {
+            let Some(after) = scene.after(change, &facet.kinds) else { continue };
+            match outcomes.iter_mut().find(|(known, _)| *known == after) {
+                Some((_, known)) => *known += count,
+                None => outcomes.push((after, *count)),
+            }
+        }
+        outcomes.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        let (kinds, trials) = (facet.kinds.clone(), claim.trials);
+        (trials > 0).then_some(Foretold {
+            kinds,
+            outcomes,
+            trials,
+            view,
+            relied_on,
+            claim: most,
+            attributed: true,
+        })
+    }
+
+    fn remembered(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
+        let mut outcomes: Vec<(Vec<Observation>, u32)> = Vec::new();
+        for at in self.alike.get(&primitive)?.get(&scene.context[..])? {
+            let Some((experience, _)) = self.examples.get(*at) else { continue };
+            if !facet.kinds.iter().all(|kind| experience.sensed.binary_search(kind).is_ok()) {
+                continue;
+            }
+            let after = facet.part(&experience.after);
+            match outcomes.iter_mut().find(|(known, _)| *known == after) {
+                Some((_, count)) => *count += 1,
+                None => outcomes.push((after, 1)),
+            }
+        }
+        let trials = outcomes.iter().map(|(_, count)| count).sum();
+        outcomes.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        (trials > 0).then(|| Foretold {
+            kinds: facet.kinds.clone(),
+            outcomes,
+            trials,
+            view: View::Remembered,
+            relied_on: scene.context.clone(),
+            claim: None,
+            attributed: true,
+        })
+    }
+
+    pub(super) fn foretell(
+        &self,
+        primitive: PrimitiveId,
+        parameters: &[Option<Value>],
+        context: &[Observation],
+    ) -> Vec<Foretold> {
+        let scene = Scene::new(context, parameters, self.effect(primitive));
+        let foretell = |facet: &Facet| {
+            let scores = facet.scores.get(&primitive).copied().unwrap_or_default();
+            let [general, particular, remembered] = self.views(facet, primitive, &scene);
+            let claims = if particular.is_some() && (general.is_none() || scores[1] > scores[0] + CERTAIN) {
+                particular.map(|foretold| (foretold, scores[1]))
+            } else {
+                general.map(|foretold| (foretold, scores[0]))
+            };
+            match (claims, remembered) {
+                (Some((_, score)), Some(remembered)) if scores[2] > score + CERTAIN => Some(remembered),
+                (claims, remembered) => claims.map(|(foretold, _)| foretold).or(remembered),
+            }
+        };
+        self.facets.iter().filter_map(foretell).collect()
+    }
+
+    /// Forgets the oldest experiences of the claim in force in most of them, a quarter of all; the newest of each primitive stays.
+    /// What is known then is what the rest makes, one after another.
+    fn make_room(&mut self) {
+        let mut cells: BTreeMap<Vec<Vec<usize>>, VecDeque<usize>> = BTreeMap::new();
+        for (at, (_, scene)) in self.examples.iter().enumerate() {
+            let paths = self.facets.iter().map(|facet| path(&facet.general.claim, scene).0);
+            cells.entry(paths.collect()).or_default().push_back(at);
+        }
+        let newest: BTreeSet<_> =
+            self.of_primitive.values().filter_map(|column| column.iter().last()).collect();
+        cells.values_mut().for_each(|cell| cell.retain(|at| !newest.contains(at)));
+        let mut forgotten = Column::default();
+        for _ in 0..self.examples.len() / 4 {
+            let most = cells.values_mut().max_by_key(|cell| cell.len());
+            let Some(oldest) = most.and_then(VecDeque::pop_front) else { break };
+            forgotten.insert(oldest);
+        }
+        let kept = std::mem::take(&mut self.examples).into_iter().enumerate();
+        *self = Self::default();
+        for (_, (experience, _)) in kept.filter(|(at, _)| !forgotten.contains(*at)) {
+            self.learn(experience);
+        }
+    }
+
+    /// The experiences that are kept, in order.
+    pub(super) fn experiences(&self) -> impl Iterator<Item = &Experience> {
+        self.examples.iter().map(|(experience, _)| &**experience)
+    }
+
+    /// Whether no claims are kept of any one primitive.
+    #[cfg(test)]
+    pub(super) fn is_background(&self) -> bool {
+        self.facets.iter().all(|facet| facet.particular.is_empty())
+    }
+}

@@ -1,0 +1,348 @@
+//! A scene: a context in which an action is taken, with the values that can be named in it. What holds in it, and what a change
+//! makes of it, is said here and nowhere else.
+
+use crate::memory::evidence::price::anchor;
+use crate::nouns::claim::{Anchor, Change, Condition, Expression, Reference, Sketch};
+use crate::nouns::observation::{Observation, PropertyId, TypeId, Value};
+
+/// Values that are named in one scene; more are not, so that a crowd can't make a step slow.
+const NAMES_MAX: usize = 96;
+
+/// A context, its observations in canonical order, and what can be named in it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Scene {
+    pub(super) context: Vec<Observation>,
+    /// The names with their values, the most direct first.
+    names: Vec<(Reference, Value)>,
+}
+
+/// The runs of observations of one type.
+fn runs(context: &[Observation]) -> impl Iterator<Item = &[Observation]> {
+    context.chunk_by(|a, b| a.kind() == b.kind())
+}
+
+/// The observations of one type.
+pub(super) fn of_kind(observations: &[Observation], kind: TypeId) -> &[Observation] {
+    let from = observations.partition_point(|o| o.kind() < kind);
+    let rest = observations.get(from..).unwrap_or_default();
+    rest.get(..rest.partition_point(|o| o.kind() == kind)).unwrap_or_default()
+}
+
+fn property(observation: &Observation, property: PropertyId) -> Option<Value> {
+    let properties = observation.properties();
+    properties.binary_search_by_key(&property, |(p, _)| *p).ok().map(|at| properties[at].1)
+}
+
+/// How much more one number is than another of its kind.
+fn difference(value: Value, from: Value) -> Option<i64> {
+    match (value, from) {
+        (Value::Integer(a), Value::Integer(b)) | (Value::Bin(a), Value::Bin(b)) => a.checked_sub(b),
+        _ => None,
+    }
+}
+
+fn more(value: Value, by: i64) -> Option<Value> {
+    match value {
+        _ if by == 0 => Some(value),
+        Value::Integer(n) => n.checked_add(by).map(Value::Integer),
+        Value::Bin(n) => n.checked_add(by).map(Value::Bin),
+        Value::Symbol(_) | Value::Boolean(_) => None,
+    }
+}
+
+pub(super) fn number(value: Value) -> Option<i64> {
+    match value {
+        Value::Integer(n) | Value::Bin(n) => Some(n),
+        Value::Symbol(_) | Value::Boolean(_) => None,
+    }
+}
+
+impl Scene {
+    /// `context` in which an action with these parameters, and with this effect of its own, is taken.
+    pub(super) fn new(context: &[Observation], parameters: &[Option<Value>], effect: &[Observation]) -> Self {
+        let mut names: Vec<(Reference, Value)> = Vec::new();
+        let places = parameters.iter().zip(0..=u8::MAX);
+        names.extend(places.filter_map(|(value, at)| Some((Reference::Parameter(at), (*value)?))));
+        for observation in effect {
+            let named =
+                |(p, value): &(PropertyId, Value)| (Reference::Effect(observation.kind(), *p), *value);
+            names.extend(observation.properties().iter().map(named));
+        }
+        for run in runs(context) {
+            if let [only] = run {
+                let named = |(p, value): &(PropertyId, Value)| (Reference::Only(only.kind(), *p), *value);
+                names.extend(only.properties().iter().map(named));
+            }
+        }
+        names.sort_unstable();
+        names.dedup_by_key(|(reference, _)| *reference);
+        names.truncate(NAMES_MAX);
+        let tied: Vec<_> = names.iter().flat_map(|(from, value)| tied(context, *from, *value)).collect();
+        names.extend(tied);
+        names.truncate(NAMES_MAX);
+        Self { context: context.to_vec(), names }
+    }
+
+    /// The value of a reference.
+    pub(super) fn value(&self, reference: Reference) -> Option<Value> {
+        self.names.iter().find(|(known, _)| *known == reference).map(|(_, value)| *value)
+    }
+
+    /// The numbers that can be named directly.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = (Anchor, i64)> + '_ {
+        self.names.iter().filter_map(|(reference, value)| Some((anchor(*reference)?, number(*value)?)))
+    }
+
+    /// Whether a condition holds.
+    pub(super) fn holds(&self, condition: &Condition) -> bool {
+        match condition {
+            Condition::Is(anchor, value) => self.value((*anchor).into()) == Some(*value),
+            Condition::AtLeast(anchor, least) => {
+                self.value((*anchor).into()).and_then(number).is_some_and(|n| n >= *least)
+            }
+            Condition::Observed(sketch) => {
+                let mut wanted = Vec::with_capacity(sketch.properties.len());
+                for (p, expression) in &sketch.properties {
+                    let Some(value) = self.express(*expression) else { return false };
+                    wanted.push((*p, value));
+                }
+                let fits = |o: &Observation| wanted.iter().all(|(p, value)| property(o, *p) == Some(*value));
+                of_kind(&self.context, sketch.kind).iter().any(fits)
+            }
+        }
+    }
+
+    /// The observation by which a condition holds.
+    pub(super) fn relied_on(&self, condition: &Condition) -> Option<&Observation> {
+        match condition {
+            Condition::Is(Anchor::Only(kind, _), _) | Condition::AtLeast(Anchor::Only(kind, _), _) => {
+                of_kind(&self.context, *kind).first()
+            }
+            Condition::Is(..) | Condition::AtLeast(..) => None,
+            Condition::Observed(sketch) => of_kind(&self.context, sketch.kind).iter().find(|o| {
+                let has = |(p, e): &(PropertyId, Expression)| {
+                    self.express(*e).is_some_and(|v| property(o, *p) == Some(v))
+                };
+                sketch.properties.iter().all(has)
+            }),
+        }
+    }
+
+    fn express(&self, expression: Expression) -> Option<Value> {
+        match expression {
+            Expression::Constant(value) => Some(value),
+            Expression::Named(reference, by) => more(self.value(reference)?, by),
+        }
+    }
+
+    /// The observation that a sketch of all its properties stands for.
+    fn observation(&self, sketch: &Sketch) -> Option<Observation> {
+        let properties: Option<Vec<_>> =
+            sketch.properties.iter().map(|(p, e)| Some((*p, self.express(*e)?))).collect();
+        Some(Observation::new(sketch.kind, properties?))
+    }
+
+    /// The observations of `kinds` after a change; none where the change can't be.
+    pub(super) fn after(&self, change: &Change, kinds: &[TypeId]) -> Option<Vec<Observation>> {
+        let of_kinds = |o: &&Observation| kinds.binary_search(&o.kind()).is_ok();
+        let mut after: Vec<_> = self.context.iter().filter(of_kinds).cloned().collect();
+        for sketch in &change.vanishes {
+            let gone = self.observation(sketch)?;
+            let at = after.binary_search(&gone).ok()?;
+            after.remove(at);
+        }
+        for sketch in &change.becomes {
+            let new = self.observation(sketch)?;
+            let mut same = after.iter().enumerate().filter(|(_, o)| o.kind() == new.kind()).map(|(at, _)| at);
+            match (same.next(), same.next()) {
+                (Some(at), None) => drop(after.remove(at)),
+                (None, _) => (),
+                (Some(_), Some(_)) => return None,
+            }
+            after.push(new);
+            after.sort_unstable();
+        }
+        for sketch in &change.appears {
+            let new = self.observation(sketch)?;
+            let at = after.binary_search(&new).err()?;
+            after.insert(at, new);
+        }
+        Some(after)
+    }
+
+    /// The conditions that hold here and may be asked for, each once and in order.
+    pub(super) fn conditions(&self) -> Vec<Condition> {
+        let mut found = Vec::new();
+        for observation in &self.context {
+            self.observed(observation, &mut found);
+        }
+        for (reference, value) in &self.names {
+            if let Some(anchor @ (Anchor::Parameter(_) | Anchor::Effect(..))) = anchor(*reference) {
+                found.push(Condition::Is(anchor, *value));
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// That there is such an observation; with one of its values given; with one of them named, and with a value given besides; with
+    /// all of them given; and with all named that can be.
+    fn observed(&self, observation: &Observation, found: &mut Vec<Condition>) {
+        let kind = observation.kind();
+        let mut push = |mut properties: Vec<(PropertyId, Expression)>| {
+            properties.sort_unstable();
+            found.push(Condition::Observed(Sketch { kind, properties: properties.into() }));
+        };
+        let properties = observation.properties();
+        let given = |(p, value): &(PropertyId, Value)| (*p, Expression::Constant(*value));
+        push(Vec::new());
+        properties.iter().for_each(|one| push(vec![given(one)]));
+        if properties.len() > 1 {
+            push(properties.iter().map(given).collect());
+        }
+        let mut first_names = Vec::new();
+        for (p, value) in properties {
+            // That the only thing of its kind has the value that it has says nothing.
+            let own = |reference: &Reference| matches!(reference, Reference::Only(k, _) if *k == kind);
+            let names = self.names.iter().filter(|(r, named)| named == value && !own(r));
+            for (at, (reference, _)) in names.enumerate() {
+                let named = (*p, Expression::Named(*reference, 0));
+                push(vec![named]);
+                properties.iter().filter(|(q, _)| q != p).for_each(|one| push(vec![named, given(one)]));
+                first_names.extend((at == 0).then_some(named));
+            }
+        }
+        if first_names.len() > 1 {
+            push(first_names);
+        }
+    }
+
+    /// The changes that make `after` of what there is of `kinds`, each in other words, shortest names first. Some may be the same.
+    pub(super) fn changes(&self, after: &[Observation], kinds: &[TypeId]) -> Vec<Change> {
+        let of_kinds = |o: &&Observation| kinds.binary_search(&o.kind()).is_ok();
+        let gone: Vec<_> = self.context.iter().filter(of_kinds).filter(|o| !after.contains(o)).collect();
+        let new: Vec<_> = after.iter().filter(|o| self.context.binary_search(o).is_err()).collect();
+        let mut changes = Vec::new();
+        for wording in [Wording::Named, Wording::Differing, Wording::Seen, Wording::Given] {
+            for single in [true, false] {
+                let change = self.change(&gone, &new, after, wording, single);
+                if !changes.contains(&change) {
+                    changes.push(change);
+                }
+            }
+        }
+        changes
+    }
+
+    fn change(
+        &self,
+        gone: &[&Observation],
+        new: &[&Observation],
+        after: &[Observation],
+        wording: Wording,
+        single: bool,
+    ) -> Change {
+        let mut replaced = vec![false; gone.len()];
+        let (mut becomes, mut appears) = (Vec::new(), Vec::new());
+        for observation in new {
+            // What it was before, most likely: that of its type which shares most with it.
+            let shared = |o: &Observation| o.shared(observation);
+            let before = (0..gone.len())
+                .filter(|at| gone[*at].kind() == observation.kind() && !replaced[*at])
+                .max_by_key(|at| (shared(gone[*at]), std::cmp::Reverse(*at)));
+            let sketch = self.sketch(observation, before.map(|at| gone[at]), wording);
+            let kind = observation.kind();
+            if single && of_kind(&self.context, kind).len() <= 1 && of_kind(after, kind).len() == 1 {
+                before.into_iter().for_each(|at| replaced[at] = true);
+                becomes.push(sketch);
+            } else {
+                appears.push(sketch);
+            }
+        }
+        let left = gone.iter().zip(&replaced).filter(|(_, replaced)| !**replaced);
+        let mut vanishes: Vec<_> = left.map(|(o, _)| self.sketch(o, None, wording)).collect();
+        vanishes.sort_unstable();
+        appears.sort_unstable();
+        Change { becomes: becomes.into(), vanishes: vanishes.into(), appears: appears.into() }
+    }
+
+    /// An observation in one wording; `before` is what it was.
+    fn sketch(&self, observation: &Observation, before: Option<&Observation>, wording: Wording) -> Sketch {
+        let kind = observation.kind();
+        let expression = |(p, value): &(PropertyId, Value)| {
+            let name = |allowed: fn(Reference) -> bool| {
+                let named = self.names.iter().find(|(r, known)| known == value && allowed(*r));
+                named.map(|(reference, _)| Expression::Named(*reference, 0))
+            };
+            let named = match wording {
+                Wording::Given => None,
+                Wording::Named => name(|_| true),
+                Wording::Seen => name(|r| !matches!(r, Reference::Parameter(_) | Reference::Effect(..))),
+                Wording::Differing => {
+                    let old = before.and_then(|before| property(before, *p));
+                    old.and_then(|old| self.from(kind, *p, old, *value)).or_else(|| name(|_| true))
+                }
+            };
+            (*p, named.unwrap_or(Expression::Constant(*value)))
+        };
+        Sketch { kind, properties: observation.properties().iter().map(expression).collect() }
+    }
+
+    /// `value` as what the property of the observation was before, and so much more.
+    fn from(&self, kind: TypeId, property: PropertyId, old: Value, value: Value) -> Option<Expression> {
+        let by = if old == value { 0 } else { difference(value, old)? };
+        let itself = Reference::Only(kind, property);
+        let reference = if self.value(itself) == Some(old) {
+            itself
+        } else {
+            self.names.iter().find(|(_, known)| *known == old)?.0
+        };
+        Some(Expression::Named(reference, by))
+    }
+}
+
+/// The words in which a change is put.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wording {
+    /// A value by its most direct name.
+    Named,
+    /// A number by its difference from the one before.
+    Differing,
+    /// A value by a name that is no part of the action.
+    Seen,
+    /// A value as it is.
+    Given,
+}
+
+/// The values in observations that are tied to `value` and to nothing else of their kind.
+fn tied(
+    context: &[Observation],
+    from: Reference,
+    value: Value,
+) -> impl Iterator<Item = (Reference, Value)> + '_ {
+    let anchored = anchor(from);
+    let runs = runs(context).filter(move |run| {
+        let kind = run.first().map(Observation::kind);
+        // The only one of its kind needs no other name.
+        run.first().is_some_and(|o| o.properties().len() > 1)
+            && !matches!(from, Reference::Only(k, _) if Some(k) == kind)
+    });
+    runs.flat_map(move |run| {
+        let kind = run.first().map_or(TypeId(0), Observation::kind);
+        let at: Vec<_> =
+            run.first().map_or(&[][..], Observation::properties).iter().map(|(p, _)| *p).collect();
+        at.into_iter()
+            .filter_map(move |at| {
+                let mut having = run.iter().filter(|o| property(o, at) == Some(value));
+                let one = having.next()?;
+                having.next().is_none().then_some((at, one))
+            })
+            .flat_map(move |(at, one)| {
+                let others = one.properties().iter().filter(move |(p, _)| *p != at);
+                others.filter_map(move |(to, value)| {
+                    Some((Reference::Tied { from: anchored?, kind, at, to: *to }, *value))
+                })
+            })
+    })
+}

@@ -1,0 +1,229 @@
+//! Claims against a plain search, and evidence within its bounds.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::columns::Column;
+use super::facet::ANYTHING;
+use super::growth::Ground;
+use super::pool::Pool;
+use super::price::{Likelihood, Tier};
+use super::scene::Scene;
+use crate::nouns::claim::{Change, Claim, Condition};
+use crate::nouns::experience::Experience;
+use crate::nouns::observation::{Observation, PropertyId, TypeId, Value};
+use crate::nouns::random::Random;
+use crate::nouns::vocabulary::PrimitiveId;
+
+const LIGHT: TypeId = TypeId(0);
+const PLACE: TypeId = TypeId(1);
+const BELL: TypeId = TypeId(2);
+const NUMBER: PropertyId = PropertyId(0);
+const SIDE: PropertyId = PropertyId(1);
+
+fn light(number: i64, side: i64) -> Observation {
+    Observation::new(LIGHT, [(NUMBER, Value::Integer(number)), (SIDE, Value::Integer(side))])
+}
+
+/// The primitive goes to a place. A bell rings, mostly, if a light of that number is there; lights change as they like.
+fn experience(random: &mut Random, primitives: usize) -> Experience {
+    let primitive = random.below(primitives);
+    let number = |random: &mut Random| i64::try_from(random.below(4)).unwrap();
+    let lights = |random: &mut Random| [light(number(random), 0), light(number(random), 1)];
+    let place = |number: i64| Observation::new(PLACE, [(NUMBER, Value::Integer(number))]);
+    let at = i64::try_from(primitive).unwrap();
+    let (before, after) = (lights(random), lights(random));
+    let rings = before.iter().any(|o| o.properties()[0].1 == Value::Integer(at)) && random.below(8) > 0;
+    let sorted = |mut list: Vec<Observation>| -> Arc<[Observation]> {
+        list.sort_unstable();
+        list.dedup();
+        list.into()
+    };
+    let was = place(number(random));
+    let bell = rings.then(|| Observation::new(BELL, []));
+    Experience {
+        primitive: PrimitiveId(u32::try_from(primitive).unwrap()),
+        parameters: [Some(Value::Integer(at))].into(),
+        before: sorted([&before[..], &[was]].concat()),
+        after: sorted(after.into_iter().chain([place(at)]).chain(bell).collect()),
+        sensed: [LIGHT, PLACE, BELL].into(),
+    }
+}
+
+/// The claims of the plain search: sets of numbers instead of columns, and every likelihood worked out anew.
+fn plain(
+    scenes: &[Scene],
+    made: &dyn Fn(&Change, usize) -> bool,
+    changes: &[Change],
+    conditions: &[Condition],
+    examples: Vec<usize>,
+    depth: usize,
+    outcomes: usize,
+) -> (Vec<(Condition, Claim)>, Vec<usize>) {
+    let part = |examples: &[usize]| {
+        let mut rest = examples.to_vec();
+        let mut parts: Vec<Vec<usize>> = Vec::new();
+        loop {
+            let best = changes.iter().enumerate().max_by_key(|(at, change)| {
+                let count = rest.iter().filter(|example| made(change, **example)).count();
+                (count, std::cmp::Reverse(change.constants()), std::cmp::Reverse(*at))
+            });
+            let Some((_, change)) = best else { break };
+            let (hit, left): (Vec<_>, Vec<_>) = rest.iter().partition(|example| made(change, **example));
+            if hit.is_empty() {
+                break;
+            }
+            parts.push(hit);
+            rest = left;
+        }
+        parts.push(rest);
+        parts
+    };
+    let told = |counts: Vec<usize>| Likelihood::new(counts.iter().sum(), outcomes).of(counts.into_iter());
+    let (mut exceptions, mut examples) = (Vec::new(), examples);
+    loop {
+        let parts = part(&examples);
+        if depth == 8 || parts.iter().filter(|part| !part.is_empty()).count() < 2 {
+            break;
+        }
+        let mut seen: Vec<Vec<usize>> = Vec::new();
+        let mut choices = Vec::new();
+        for condition in conditions {
+            let holding: Vec<_> =
+                examples.iter().copied().filter(|at| scenes[*at].holds(condition)).collect();
+            if holding.is_empty() || holding.len() == examples.len() || seen.contains(&holding) {
+                continue;
+            }
+            seen.push(holding.clone());
+            let inside = |part: &Vec<usize>| part.iter().filter(|at| holding.contains(at)).count();
+            let inside: Vec<_> = parts.iter().map(inside).collect();
+            let outside = parts.iter().zip(&inside).map(|(part, inside)| part.len() - inside).collect();
+            let gain = told(inside) + told(outside) - told(parts.iter().map(Vec::len).collect());
+            choices.push((condition, holding, gain));
+        }
+        let among = |tier| choices.iter().filter(|(condition, ..)| Tier::of(condition) == tier).count();
+        let mut best: Option<(f64, &Condition, &Vec<usize>)> = None;
+        for (condition, holding, gain) in &choices {
+            let tier = Tier::of(condition);
+            let net = gain - tier.price(among(tier));
+            if net > best.map_or(1e-9, |(best, ..)| best + 1e-9) {
+                best = Some((net, condition, holding));
+            }
+        }
+        let Some((_, condition, holding)) = best else { break };
+        let (condition, holding) = (condition.clone(), holding.clone());
+        examples.retain(|at| !holding.contains(at));
+        let (below, left) = plain(scenes, made, changes, conditions, holding.clone(), depth + 1, outcomes);
+        let exceptions_below = below.into_iter().map(|(_, claim)| claim).collect();
+        let trials = u32::try_from(left.len()).unwrap();
+        let claim = Claim {
+            condition: Some(condition.clone()),
+            exceptions: exceptions_below,
+            outcomes: Vec::new(),
+            trials,
+        };
+        exceptions.push((condition, claim));
+    }
+    (exceptions, examples)
+}
+
+fn bare(claim: &Claim) -> Claim {
+    let exceptions = claim.exceptions.iter().map(bare).collect();
+    Claim { condition: claim.condition.clone(), exceptions, outcomes: Vec::new(), trials: claim.trials }
+}
+
+/// The fast growth is the plain search, on random examples. Numbers are left out of it: no bounds are asked for.
+#[test]
+fn claims_grow_as_a_plain_search_finds_them() {
+    let mut grown = 0;
+    for seed in 0..40 {
+        let mut random = Random::from_seed(seed);
+        let experiences: Vec<_> = (0..60).map(|_| experience(&mut random, 3)).collect();
+        let named = |e: &Experience| Scene::new(&e.before, &[], &[]);
+        let scenes: Vec<_> = experiences.iter().map(named).collect();
+        let kinds = [BELL];
+        let bell = |e: &Experience| e.after.iter().filter(|o| o.kind() == BELL).cloned().collect::<Vec<_>>();
+        let mut changes: Vec<Change> = Vec::new();
+        for (scene, experience) in scenes.iter().zip(&experiences) {
+            for change in scene.changes(&bell(experience), &kinds) {
+                if !changes.contains(&change) {
+                    changes.push(change);
+                }
+            }
+        }
+        let made =
+            |change: &Change, at: usize| scenes[at].after(change, &kinds) == Some(bell(&experiences[at]));
+        let mut columns: BTreeMap<Condition, Column> = BTreeMap::new();
+        for condition in scenes.iter().flat_map(Scene::conditions) {
+            let column = columns.entry(condition.clone()).or_default();
+            (0..scenes.len()).filter(|at| scenes[*at].holds(&condition)).for_each(|at| column.insert(at));
+        }
+        let mut conditions: Vec<_> = columns.iter().collect();
+        conditions.sort_by_key(|(condition, _)| Tier::of(condition));
+        let of_change = |change: &Change| {
+            let mut column = Column::default();
+            (0..scenes.len()).filter(|at| made(change, *at)).for_each(|at| column.insert(at));
+            (change.clone(), column)
+        };
+        let with_examples: Vec<_> = changes.iter().map(of_change).collect();
+        let mut all = Column::default();
+        (0..scenes.len()).for_each(|at| all.insert(at));
+        let nothing = Scene::new(&[], &[], &[]);
+        let ground = Ground { conditions: &conditions, changes: &with_examples, scene: &|_| &nothing };
+        let fast = bare(&ground.grow(all));
+        let ordered: Vec<_> = conditions.iter().map(|(condition, _)| (*condition).clone()).collect();
+        let outcomes = changes.iter().filter(|change| (0..scenes.len()).any(|at| made(change, at))).count();
+        // Two outcomes: the bell rings, or it does not.
+        let outcomes = outcomes.min(2) + 1;
+        let everything = (0..scenes.len()).collect();
+        let (exceptions, left) = plain(&scenes, &made, &changes, &ordered, everything, 0, outcomes);
+        let slow = Claim {
+            condition: None,
+            exceptions: exceptions.into_iter().map(|(_, claim)| claim).collect(),
+            outcomes: Vec::new(),
+            trials: u32::try_from(left.len()).unwrap(),
+        };
+        assert_eq!(fast, slow, "seed {seed}");
+        grown += fast.exceptions.len();
+    }
+    assert!(grown > 0, "no claim had an exception");
+}
+
+/// A long life is kept within bounds, and what is known is what the experiences that are kept make.
+#[test]
+fn a_pool_forgets_the_oldest_and_stays_what_its_experiences_make_of_it() {
+    let mut random = Random::from_seed(3);
+    let mut pool = Pool::default();
+    for _ in 0..1_100 {
+        pool.experience(Arc::new(experience(&mut random, 4)));
+    }
+    let kept: Vec<_> = pool.experiences().cloned().collect();
+    assert!((768..=1_024).contains(&kept.len()), "{} are kept", kept.len());
+    let mut again = Pool::default();
+    kept.into_iter().for_each(|experience| again.experience(Arc::new(experience)));
+    assert_eq!(again, pool);
+    // The law of the bell is still known: the light tells, and the place that is gone to.
+    for at in 0..4 {
+        let context = [light(at, 0), light(at, 1)];
+        let primitive = PrimitiveId(u32::try_from(at).unwrap());
+        let told = pool.foretell(primitive, &[Some(Value::Integer(at))], &context);
+        let bell = told.iter().find(|facet| facet.kinds == [BELL]).unwrap();
+        let rings = bell.outcomes.iter().find(|(after, _)| !after.is_empty()).map_or(0, |(_, count)| *count);
+        assert!(f64::from(rings) > 0.75 * f64::from(bell.trials), "{at}: {rings} of {}", bell.trials);
+    }
+}
+
+/// Where all actions are looked at as one, nothing is kept of any one of them.
+#[test]
+fn the_background_has_no_primitives() {
+    let mut random = Random::from_seed(4);
+    let mut pool = Pool::default();
+    for _ in 0..50 {
+        pool.experience(Arc::new(Experience {
+            primitive: ANYTHING,
+            parameters: [].into(),
+            ..experience(&mut random, 3)
+        }));
+    }
+    assert!(pool.is_background());
+}

@@ -1,0 +1,159 @@
+//! Claims: under these conditions, an action changes the world in one of these ways, so often. A condition and a change may name a
+//! value by its part in the action instead of giving it, and then speak of all places alike.
+
+use crate::nouns::observation::{PropertyId, TypeId, Value};
+
+/// A value named by its part in what is done, or by its tie to a value that has such a part ("the thing under the one picked up").
+/// References are ordered by how direct they are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Reference {
+    /// The value of the action's parameter of this place.
+    Parameter(u8),
+    /// The value that the primitive brings about of itself: in the last observation of this type that its own effect has.
+    Effect(TypeId, PropertyId),
+    /// The value in the only observation of this type.
+    Only(TypeId, PropertyId),
+    /// The value of the property `to` in the only observation of type `kind` that has the value of `from` in its property `at`.
+    Tied {
+        /// The value that it is tied to.
+        from: Anchor,
+        /// The type of the observation.
+        kind: TypeId,
+        /// The property that has the value of `from`.
+        at: PropertyId,
+        /// The property whose value is meant.
+        to: PropertyId,
+    },
+}
+
+/// A reference that others may be tied to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Anchor {
+    /// See [`Reference::Parameter`].
+    Parameter(u8),
+    /// See [`Reference::Effect`].
+    Effect(TypeId, PropertyId),
+    /// See [`Reference::Only`].
+    Only(TypeId, PropertyId),
+}
+
+impl From<Anchor> for Reference {
+    fn from(anchor: Anchor) -> Self {
+        match anchor {
+            Anchor::Parameter(at) => Self::Parameter(at),
+            Anchor::Effect(kind, property) => Self::Effect(kind, property),
+            Anchor::Only(kind, property) => Self::Only(kind, property),
+        }
+    }
+}
+
+impl Reference {
+    /// Whether it is a value of the action, or tied to one.
+    #[must_use]
+    pub fn is_of_action(self) -> bool {
+        match self {
+            Self::Parameter(_) | Self::Effect(..) => true,
+            Self::Only(..) => false,
+            Self::Tied { from, .. } => !matches!(from, Anchor::Only(..)),
+        }
+    }
+}
+
+/// The value of a property in a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Expression {
+    /// What the reference names, and this much more; 0 for values that are not numbers. Of a real the difference is in bins.
+    Named(Reference, i64),
+    /// This value.
+    Constant(Value),
+}
+
+/// An observation in a claim: a type with some of its properties. Those left out may have any value.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Sketch {
+    /// The type.
+    pub kind: TypeId,
+    /// The properties, ordered.
+    pub properties: Box<[(PropertyId, Expression)]>,
+}
+
+/// A condition of a claim.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Condition {
+    /// Such an observation is made.
+    Observed(Sketch),
+    /// The reference names this value.
+    Is(Anchor, Value),
+    /// The reference names a number that is at least this one; of a real, a bin.
+    AtLeast(Anchor, i64),
+}
+
+impl Sketch {
+    /// Whether it names a value of the action.
+    pub(crate) fn is_of_action(&self) -> bool {
+        let named =
+            |(_, e): &(PropertyId, Expression)| matches!(e, Expression::Named(r, _) if r.is_of_action());
+        self.properties.iter().any(named)
+    }
+}
+
+impl Condition {
+    /// Whether it names a value of the action, so that it holds of one action and not of another.
+    pub(crate) fn is_of_action(&self) -> bool {
+        match self {
+            Self::Observed(sketch) => sketch.is_of_action(),
+            Self::Is(anchor, _) | Self::AtLeast(anchor, _) => Reference::from(*anchor).is_of_action(),
+        }
+    }
+
+    /// How many values it names.
+    pub(crate) fn names(&self) -> usize {
+        let Self::Observed(sketch) = self else { return 0 };
+        sketch.properties.iter().filter(|(_, e)| matches!(e, Expression::Named(..))).count()
+    }
+}
+
+/// How observations change. What it does not mention stays as it is; events are over with their frame.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Change {
+    /// The only observation of its type becomes this one, or this one appears where there is none of its type.
+    pub becomes: Box<[Sketch]>,
+    /// These are observed no longer.
+    pub vanishes: Box<[Sketch]>,
+    /// These are observed besides.
+    pub appears: Box<[Sketch]>,
+}
+
+impl Change {
+    /// All that it mentions.
+    pub fn sketches(&self) -> impl Iterator<Item = &Sketch> {
+        self.becomes.iter().chain(&self.vanishes).chain(&self.appears)
+    }
+
+    /// How many values it gives instead of naming them.
+    pub(crate) fn constants(&self) -> usize {
+        let given = |(_, e): &&(PropertyId, Expression)| matches!(e, Expression::Constant(_));
+        self.sketches().flat_map(|sketch| sketch.properties.iter()).filter(given).count()
+    }
+}
+
+/// A claim with those that are exceptions to it. Of the claims whose conditions hold, the one in force is found from the top: the
+/// first exception whose condition holds, and so on within it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Claim {
+    /// The condition that it has besides those of the claim that it is an exception to; none at the top.
+    pub condition: Option<Condition>,
+    /// The exceptions, in their order.
+    pub exceptions: Vec<Claim>,
+    /// The changes that followed where it was in force and no exception was, each with how often, the most frequent first.
+    pub outcomes: Vec<(Change, u32)>,
+    /// How often it was in force; more often than the outcomes add up to where some followed no form.
+    pub trials: u32,
+}
+
+impl Claim {
+    /// This claim and all exceptions below it, the claim before its exceptions.
+    pub fn all(&self) -> Box<dyn Iterator<Item = &Self> + '_> {
+        Box::new(std::iter::once(self).chain(self.exceptions.iter().flat_map(Self::all)))
+    }
+}

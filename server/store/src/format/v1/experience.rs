@@ -1,0 +1,51 @@
+//! Experiences, from which claims are grown, and the mechanisms of a learner beyond the paper.
+
+use pschema_learner::experience as live;
+use pschema_learner::mechanisms::Mechanisms;
+use serde::{Deserialize, Serialize};
+
+use super::observation::{Observation, Value};
+use crate::format::mirror::{Mirror, mirror};
+
+mirror! {
+    /// One action that was carried out, with the world before and after it.
+    struct Experience = live::Experience {
+        /// The number of the primitive; 4294967295 in the background, where all experiences are as if with one action.
+        primitive: u32,
+        /// The values of its parameters, as they are compared with observations; `null` where nothing can be the same.
+        parameters: Vec<Option<Value>>,
+        /// The lasting observations before it, in canonical order.
+        before: Vec<Observation>,
+        /// The observations after it, in canonical order.
+        after: Vec<Observation>,
+        /// The numbers of the observation types that were sensed, in order.
+        sensed: Vec<u16>,
+    }
+}
+
+/// A mechanism beyond the paper. A release that does not know one by this name can't go on with the memory, and refuses it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Mechanism {
+    /// Claims are grown from experiences.
+    Claims,
+}
+
+/// The mechanisms that are on.
+impl Mirror<Mechanisms> for Vec<Mechanism> {
+    fn of(live: &Mechanisms) -> Self {
+        let Mechanisms { claims } = *live;
+        claims.then_some(Mechanism::Claims).into_iter().collect()
+    }
+
+    fn live(self) -> Mechanisms {
+        let mut live = Mechanisms::PAPER;
+        for mechanism in self {
+            match mechanism {
+                Mechanism::Claims => live.claims = true,
+            }
+        }
+        live
+    }
+}

@@ -1,0 +1,155 @@
+//! A memory whose learner does more than the paper's: its evidence is found again, and its profile is kept.
+
+use pschema_learner::digest::digest;
+use pschema_learner::mechanisms::Mechanisms;
+use pschema_learner::parameters::Parameters;
+use pschema_learner::random::Random;
+use pschema_learner::vocabulary::PrimitiveId;
+use pschema_learner::{Frame, Learner};
+
+use crate::error::StoreError;
+use crate::past::{BatchCause, export};
+use crate::storage::Storage;
+use crate::tests::store::{World, attach, curriculum, opened_as, options, settled, step};
+use crate::tests::twin::Twin;
+use crate::{Options, RecoveryReport, Retention, Store, past};
+
+/// Opens a memory; `change` alters what is asked for.
+fn opened(
+    twin: &Twin,
+    change: impl FnOnce(&mut Options<'_>),
+) -> Result<(Learner, Store, RecoveryReport), StoreError> {
+    let (parameters, curriculum) = (Parameters::default(), curriculum());
+    let retention = Retention { snapshot_bytes: 1_000_000, history_bytes: None };
+    let mut options =
+        Options { retention, mechanisms: Mechanisms::FULL, ..options(5, &parameters, &curriculum) };
+    change(&mut options);
+    opened_as(twin, options)
+}
+
+/// The next steps of a learner that is not changed by them, with what it foretold before each.
+fn future(learner: &Learner, world: &World) -> Vec<impl PartialEq + std::fmt::Debug + use<>> {
+    let (mut learner, mut world) = (learner.clone(), world.clone());
+    let next = |_| {
+        let Frame { observations, .. } = world.frame();
+        let content = learner.memory().content();
+        let foretell = |primitive| {
+            content.evidence.foretell(&content.vocabulary, PrimitiveId(primitive), &observations[..1])
+        };
+        let foretold: Vec<_> = (0..12).map(foretell).collect();
+        let taken = learner.step(&world.frame());
+        world.follow(&taken.output);
+        (foretold, taken)
+    };
+    (0..12).map(next).collect()
+}
+
+/// Several lives, ended as they should or by a loss of power; then the memory is what it would be without an end.
+#[test]
+fn evidence_is_found_again_and_foretells_alike() {
+    let (twin, mut world, mut random) = (Twin::new(), World::new(5), Random::from_seed(5));
+    let mut lived: Option<Learner> = None;
+    for life in 0..4 {
+        let (mut learner, mut store, recovered) = opened(&twin, |_| ()).unwrap();
+        if let Some(lived) = &lived {
+            let (now, then) = (learner.memory().content(), lived.memory().content());
+            assert_eq!(digest(now), digest(then), "life {life}");
+            assert_eq!(now.evidence, then.evidence, "life {life}");
+            assert_eq!((now.mechanisms, recovered.snapshot_step.is_some()), (Mechanisms::FULL, life > 0));
+            assert_eq!(future(&learner, &world), future(lived, &world), "life {life}");
+        }
+        attach(&mut learner, &mut store).unwrap();
+        for _ in 0..120 {
+            let frame = world.frame();
+            let taken = learner.step(&frame);
+            let batch = store.append(&step(&frame, &taken), learner.memory().content()).unwrap();
+            settled(&store, batch).unwrap();
+            world.follow(&taken.output);
+        }
+        if life % 2 == 0 {
+            store.finish(learner.memory()).unwrap();
+        } else {
+            drop(store);
+            twin.lose_power(&mut random);
+        }
+        lived = Some(learner);
+    }
+    let lived = lived.unwrap();
+    let content = lived.memory().content();
+    assert!(content.evidence.kept().count() > 600 && content.generalised_count > 0);
+    // The journal alone tells the same, each step can be learnt again, and an export brings the memory back.
+    let past = past::tests::past(&twin);
+    assert!(past.verify(true, &mut |_| ()).unwrap().sound);
+    let (first, _) = past.batches(None, Some(0), 10, true).unwrap();
+    assert_eq!(first[0].cause, BatchCause::Order { order: "profile full".to_owned() });
+    assert_eq!(first[0].told[0].text, "the learner has the profile full");
+    let mut bytes = Vec::new();
+    past.export(&past.moment(None).unwrap(), &mut bytes, |_| ()).unwrap();
+    let imported = export::read(&mut &*bytes, |_| ()).unwrap();
+    assert_eq!((digest(&imported.content), &imported.content.evidence), (digest(content), &content.evidence));
+    // A number out of range is refused, with the line that it is in.
+    let text = String::from_utf8(bytes).unwrap();
+    for (number, forged, says) in [
+        ("{\"experience\":{\"pool\":0", "{\"experience\":{\"pool\":7", "that is not the one of its action"),
+        (
+            "{\"experience\":{\"pool\":0",
+            "{\"experience\":{\"pool\":null",
+            "that is not the one of its action",
+        ),
+        (
+            "\"experience\":{\"primitive\":",
+            "\"experience\":{\"primitive\":9",
+            "that is not the one of its action",
+        ),
+        ("\"sensed\":[0,1,2]", "\"sensed\":[0,2,1]", "out of order"),
+        ("\"sensed\":[0,1,2]", "\"sensed\":[0,1,9]", "it refers to observation type 9"),
+        ("\"before\":[{\"kind\":", "\"before\":[{\"kind\":9", "was never declared"),
+        ("{\"mechanisms\":[\"claims\"]}", "{\"mechanisms\":[\"magic\"]}", "unknown variant `magic`"),
+    ] {
+        let forged = match text.split_once("{\"mechanisms\"") {
+            Some((before, after)) => {
+                format!("{before}{}", format!("{{\"mechanisms\"{after}").replacen(number, forged, 1))
+            }
+            None => panic!("the export does not tell the mechanisms"),
+        };
+        assert_ne!(forged, text, "{number}");
+        let error = export::read(&mut forged.as_bytes(), |_| ()).unwrap_err().to_string();
+        assert!(error.starts_with("line ") && error.contains(says), "{says}: {error}");
+    }
+}
+
+/// A memory goes on under its own profile; another one that is asked for is refused, or journalled.
+#[test]
+fn a_profile_is_kept_until_another_is_asked_for() {
+    let twin = Twin::new();
+    let paper = |options: &mut Options<'_>| options.mechanisms = Mechanisms::PAPER;
+    // The first start was killed before its profile was durable: the next one says it again.
+    let (_, store, _) = opened(&twin, paper).unwrap();
+    drop(store);
+    let (mut learner, mut store, _) = opened(&twin, |_| ()).unwrap();
+    attach(&mut learner, &mut store).unwrap();
+    store.finish(learner.memory()).unwrap();
+    let error = opened(&twin, paper).unwrap_err().to_string();
+    assert!(error.contains("\n  profile: full there, paper given\n"), "{error}");
+    let unasked = |options: &mut Options<'_>| {
+        paper(options);
+        options.setting_given = false;
+    };
+    let (learner, store, _) = opened(&twin, unasked).unwrap();
+    assert_eq!(learner.memory().content().mechanisms, Mechanisms::FULL);
+    store.finish(learner.memory()).unwrap();
+    let changing = |options: &mut Options<'_>| {
+        paper(options);
+        options.change = true;
+    };
+    let (learner, store, _) = opened(&twin, changing).unwrap();
+    assert_eq!(learner.memory().content().mechanisms, Mechanisms::PAPER);
+    drop(store);
+    // It is in the journal, and from there in the snapshots.
+    for _ in 0..2 {
+        let (learner, store, _) = opened(&twin, paper).unwrap();
+        assert_eq!(learner.memory().content().mechanisms, Mechanisms::PAPER);
+        store.finish(learner.memory()).unwrap();
+    }
+    assert_eq!(twin.list("snapshot").unwrap().len(), 2);
+}
