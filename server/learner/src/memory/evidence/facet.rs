@@ -105,12 +105,34 @@ pub(super) struct Examples<'a> {
     pub(super) of_primitive: &'a BTreeMap<PrimitiveId, Column>,
 }
 
+/// The types of what was there before the first experience with observations of `kind`, in order.
+fn company(kind: TypeId, examples: &[(std::sync::Arc<Experience>, Scene)]) -> Vec<TypeId> {
+    let has = |observations: &[Observation]| !of_kind(observations, kind).is_empty();
+    let first = examples.iter().find(|(e, _)| has(&e.before) || has(&e.after));
+    let mut company: Vec<_> = first
+        .into_iter()
+        .flat_map(|(experience, _)| experience.before.iter().map(Observation::kind))
+        .collect();
+    company.dedup();
+    company
+}
+
+/// Whether an experience tells if anything of `kind` was there. It does if the type was sensed. It also does if neither the type
+/// could be sensed nor some of the `company` that it first came in: then it is held to come with that company, and both to have been
+/// absent. Senses are withheld at first so that what is learnt without them stands on its own (paper, II-C).
+fn tells(experience: &Experience, kind: TypeId, company: &[TypeId]) -> bool {
+    let sensed = |kind: &TypeId| experience.sensed.binary_search(kind).is_ok();
+    sensed(&kind) || !company.iter().all(sensed)
+}
+
 /// Types that change together, with the claims about them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Facet {
     /// The types, in order.
     pub(super) kinds: Vec<TypeId>,
-    /// The examples in which all of them were sensed.
+    /// Of each, the types of what was there before the experience that it first came with, in order.
+    company: Vec<Vec<TypeId>>,
+    /// The examples that tell whether any of them were there.
     sensed: Column,
     /// The changes seen, in all wordings, each with the examples that it makes.
     pub(super) changes: Vec<(Change, Column)>,
@@ -125,7 +147,8 @@ pub(crate) struct Facet {
 impl Facet {
     /// The facet of these types, with claims grown from all examples.
     pub(super) fn new(kinds: Vec<TypeId>, examples: Examples<'_>) -> Self {
-        let mut facet = Self { kinds, ..Self::default() };
+        let company = kinds.iter().map(|kind| company(*kind, examples.all)).collect();
+        let mut facet = Self { kinds, company, ..Self::default() };
         (0..examples.all.len()).for_each(|at| facet.enter(examples.all, at));
         facet.grow_all(examples);
         facet
@@ -145,7 +168,7 @@ impl Facet {
     /// Enters the example `at` in the columns, anew if it was there.
     pub(super) fn enter(&mut self, examples: &[(std::sync::Arc<Experience>, Scene)], at: usize) {
         let Some((experience, scene)) = examples.get(at) else { return };
-        if !self.kinds.iter().all(|kind| experience.sensed.binary_search(kind).is_ok()) {
+        if !self.is_told_by(experience) {
             return;
         }
         self.sensed.insert(at);
@@ -169,6 +192,11 @@ impl Facet {
             }
             self.changes.push((change, makes));
         }
+    }
+
+    /// Whether an experience tells which observations of its types were there.
+    pub(super) fn is_told_by(&self, experience: &Experience) -> bool {
+        self.kinds.iter().zip(&self.company).all(|(kind, company)| tells(experience, *kind, company))
     }
 
     /// What of these observations is of its types.

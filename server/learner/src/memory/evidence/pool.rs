@@ -187,7 +187,7 @@ impl Pool {
             if renamed {
                 facet.grow(examples);
                 facet.grow_particular(examples, primitive);
-            } else {
+            } else if facet.general.examples <= at {
                 facet.learn(examples, at, particular);
                 if !others.is_empty() {
                     facet.grow(examples);
@@ -385,7 +385,7 @@ impl Pool {
         let mut outcomes: Vec<(Vec<Observation>, u32)> = Vec::new();
         for at in self.alike.get(&primitive)?.get(&scene.context[..])? {
             let Some((experience, _)) = self.examples.get(*at) else { continue };
-            if !facet.kinds.iter().all(|kind| experience.sensed.binary_search(kind).is_ok()) {
+            if !facet.is_told_by(experience) {
                 continue;
             }
             let after = facet.part(&experience.after);

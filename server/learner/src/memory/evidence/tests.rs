@@ -227,3 +227,49 @@ fn the_background_has_no_primitives() {
     }
     assert!(pool.is_background());
 }
+
+/// Eight moves with these senses, then one with all of them that meets a light and rings; what is foretold of the bell for another
+/// move, to a light or past it: how often it rings, of how many.
+fn after_one_ring(senses: &[TypeId], light_there: bool) -> [(u32, u32); 2] {
+    let place = |number: i64| Observation::new(PLACE, [(NUMBER, Value::Integer(number))]);
+    let moved = |to: i64, sensed: &[TypeId], light: Option<i64>, rings: bool| {
+        let light = light.map(|number| Observation::new(LIGHT, [(NUMBER, Value::Integer(number))]));
+        let bell = rings.then(|| Observation::new(BELL, []));
+        let mut after: Vec<_> = light.iter().cloned().chain([place(to)]).chain(bell).collect();
+        after.sort_unstable();
+        Arc::new(Experience {
+            primitive: PrimitiveId(u32::try_from(to).unwrap()),
+            parameters: [Some(Value::Integer(to))].into(),
+            before: light.into_iter().collect(),
+            after: after.into(),
+            sensed: sensed.into(),
+        })
+    };
+    let mut pool = Pool::default();
+    for to in 0..8 {
+        pool.experience(moved(to, senses, light_there.then_some(to), false));
+    }
+    pool.experience(moved(3, &[LIGHT, PLACE, BELL], Some(3), true));
+    [5, 6].map(|light| {
+        let context = [Observation::new(LIGHT, [(NUMBER, Value::Integer(light))])];
+        let foretold = pool.foretell(PrimitiveId(5), &[Some(Value::Integer(5))], &context);
+        let bell = foretold.iter().find(|facet| facet.kinds == [BELL]).unwrap();
+        let rings = bell.outcomes.iter().filter(|(after, _)| !after.is_empty()).map(|(_, count)| count).sum();
+        (rings, bell.trials)
+    })
+}
+
+/// What was learnt without a sense stands for a world without it.
+#[test]
+fn what_comes_with_a_new_sense_comes_of_what_the_sense_shows() {
+    let [to_light, past_it] = after_one_ring(&[PLACE], false);
+    assert_eq!(to_light, (1, 1), "the bell rings for a light at the place that is moved to");
+    assert_eq!(past_it.0, 0, "and is silent where the light is elsewhere");
+}
+
+/// All was there before, but for the sense: then the moves without it tell nothing.
+#[test]
+fn what_could_not_be_sensed_is_not_held_against_what_could_be_seen() {
+    let [to_light, _] = after_one_ring(&[LIGHT, PLACE], true);
+    assert_eq!(to_light, (1, 1));
+}
