@@ -7,6 +7,7 @@ mod life;
 mod student;
 
 use clap::Args;
+use pschema_learner::mechanisms::Mechanisms;
 use pschema_process::say;
 use pschema_tools::kit::{Columns, Failure, Seeds, Summary, interval, show, summary};
 use serde::Serialize;
@@ -83,12 +84,15 @@ struct TaskFigures {
     actions: usize,
     figure: &'static str,
     ours: FigureSummary,
+    paper: FigureSummary,
     bound: f64,
     nothing_changes: f64,
     first_order: FigureSummary,
     schemas: f64,
     laws: f64,
     step_us: f64,
+    paper_schemas: f64,
+    paper_step_us: f64,
     course: Vec<Stand>,
 }
 
@@ -106,8 +110,10 @@ pub(crate) fn run(args: &TasksArgs, quiet: bool) -> Result<(), Failure> {
         if !quiet {
             say(&format!("{}: {} lives of {} actions", task.title(), seeds.len(), task.actions));
         }
-        let lives = seeds.iter().map(|seed| life::live(&task, *seed)).collect::<Result<Vec<_>, _>>()?;
-        rows.extend(figures(&task, &lives));
+        let lives = |mechanisms| -> Result<Vec<_>, Failure> {
+            seeds.iter().map(|seed| life::live(&task, *seed, mechanisms)).collect()
+        };
+        rows.extend(figures(&task, &lives(Mechanisms::FULL)?, &lives(Mechanisms::PAPER)?));
     }
     show(args.json, &TasksMeasurement { seeds: seeds.len(), rows }, text)
 }
@@ -123,37 +129,45 @@ fn chosen(world: Option<&str>) -> Vec<Task<'_>> {
     }
 }
 
-/// The figures of a task; none when there was no life.
-fn figures(task: &Task<'_>, lives: &[Life]) -> Option<TaskFigures> {
-    let over =
-        |figure: &dyn Fn(&Life) -> f64| summary(lives.iter().map(figure).collect()).map(FigureSummary::from);
-    let median = |figure: &dyn Fn(&Life) -> f64| over(figure).map(|figure| figure.median);
+/// The figures of a task, by lives under the full profile and `of_the_paper`; none when there was no life.
+fn figures(task: &Task<'_>, lives: &[Life], of_the_paper: &[Life]) -> Option<TaskFigures> {
+    let over = |lives: &[Life], figure: &dyn Fn(&Life) -> f64| {
+        summary(lives.iter().map(figure).collect()).map(FigureSummary::from)
+    };
+    let median = |lives, figure: &dyn Fn(&Life) -> f64| over(lives, figure).map(|figure| figure.median);
     let course = (0..lives.first()?.course.len()).map(|at| {
-        let stand =
-            |figure: fn(&Distances) -> f64| over(&|life: &Life| life.course.get(at).map_or(0.0, figure));
+        let stand = |figure: fn(&Distances) -> f64| {
+            over(lives, &|life: &Life| life.course.get(at).map_or(0.0, figure))
+        };
         let actions = lives.first()?.course.get(at)?.actions;
         Some(Stand { actions, ours: stand(|d| d.ours)?, first_order: stand(|d| d.first_order)? })
     });
-    let last = |figure: fn(&Distances) -> f64| over(&|life: &Life| life.course.last().map_or(0.0, figure));
+    let last = |lives, figure: fn(&Distances) -> f64| {
+        over(lives, &|life: &Life| life.course.last().map_or(0.0, figure))
+    };
     Some(TaskFigures {
         world: task.world.to_owned(),
         tested_in: task.tested.unwrap_or(task.world).to_owned(),
         actions: task.actions,
         figure: lives.first()?.figure,
-        ours: last(|d| d.ours)?,
-        bound: last(|d| d.bound)?.median,
-        nothing_changes: last(|d| d.nothing_changes)?.median,
-        first_order: last(|d| d.first_order)?,
-        schemas: median(&|life: &Life| life.schemas as f64)?,
-        laws: median(&|life: &Life| life.laws as f64)?,
-        step_us: median(&|life: &Life| life.step_us)?,
+        ours: last(lives, |d| d.ours)?,
+        paper: last(of_the_paper, |d| d.ours)?,
+        bound: last(lives, |d| d.bound)?.median,
+        nothing_changes: last(lives, |d| d.nothing_changes)?.median,
+        first_order: last(lives, |d| d.first_order)?,
+        schemas: median(lives, &|life: &Life| life.schemas as f64)?,
+        laws: median(lives, &|life: &Life| life.laws as f64)?,
+        step_us: median(lives, &|life: &Life| life.step_us)?,
+        paper_schemas: median(of_the_paper, &|life: &Life| life.schemas as f64)?,
+        paper_step_us: median(of_the_paper, &|life: &Life| life.step_us)?,
         course: course.collect::<Option<_>>()?,
     })
 }
 
 fn text(measurement: &TasksMeasurement) -> String {
-    let headings = ["world", "ours", "interval", "best", "same", "table", "schemas", "laws", "us"];
-    let mut table = Columns::new(&headings).figures(&[1, 2, 3, 4, 5, 6, 7, 8]);
+    let headings =
+        ["world", "ours", "interval", "paper", "best", "same", "table", "schemas", "of", "us", "of"];
+    let mut table = Columns::new(&headings).figures(&[1, 2, 3, 4, 5, 6, 7, 8, 9, 10]);
     // None is above 1: without the 0 before the point a table fits a terminal.
     let share = |figure: f64| format!("{figure:.3}").trim_start_matches('0').to_owned();
     for row in &measurement.rows {
@@ -161,19 +175,22 @@ fn text(measurement: &TasksMeasurement) -> String {
             row.tested_in.clone(),
             share(row.ours.median),
             format!("{}-{}", share(row.ours.low), share(row.ours.high)),
+            share(row.paper.median),
             share(row.bound),
             share(row.nothing_changes),
             share(row.first_order.median),
             format!("{:.0}", row.schemas),
-            format!("{:.0}", row.laws),
+            format!("{:.0}", row.paper_schemas),
             format!("{:.0}", row.step_us),
+            format!("{:.0}", row.paper_step_us),
         ]);
     }
     format!(
         "{}Total variation from the truth; in flip and float/reset the share of wrong predictions. 0 is perfect.\n\
-        ours: the learner, median of {} seeds, with {}\n\
+        ours: the learner under the full profile, median of {} seeds, with {}; paper: under the paper's\n\
+        schemas, us: without laws, and of a step; each of ours, and of the paper's\n\
         best: the truth itself; same: nothing ever changes; table: what came of an action after the same observations\n",
-        table.text(&[1, 2, 3, 4, 5, 6, 7, 8]),
+        table.text(&[1, 2, 3, 4, 5, 6, 7, 8, 9, 10]),
         measurement.seeds,
         interval(measurement.seeds)
     )

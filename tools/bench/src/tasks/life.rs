@@ -3,6 +3,7 @@
 use fastrand::Rng;
 use pschema_exact::declaration::Primitive;
 use pschema_exact::{Distribution, Situation, chances, open};
+use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::vocabulary::PrimitiveId;
 use pschema_learner::world_state::WorldState;
 use pschema_tools::kit::Failure;
@@ -107,14 +108,14 @@ struct Knowledge {
     table: FirstOrder,
 }
 
-/// Lives through `task`. In a world with hidden states each next observation is foretold as it comes; elsewhere random states are
+/// Lives through `task` with these mechanisms. In a world with hidden states each next observation is foretold as it comes; elsewhere random states are
 /// tested whenever the life is looked at.
-pub(crate) fn live(task: &Task<'_>, seed: u64) -> Result<Life, Failure> {
+pub(crate) fn live(task: &Task<'_>, seed: u64, mechanisms: Mechanisms) -> Result<Life, Failure> {
     let mut world = open(task.world, seed).map_err(Failure::of)?;
     let tested = || open(task.tested.unwrap_or(task.world), TESTS_SEED).map_err(Failure::of);
     let declaration = tested()?.declaration().clone();
     let led = task.manner != Manner::Own;
-    let student = Student::new(&declaration, seed, led)?;
+    let student = Student::new(&declaration, seed, led, mechanisms)?;
     let mut known = Knowledge { student, table: FirstOrder::default() };
     let spell = if task.manner == Manner::Scattered { Some(1) } else { world.spell() };
     // Not the generator of the world, which begins with the seed itself.

@@ -9,6 +9,7 @@ use pschema_exact::declaration::Declaration;
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::effect::Effect;
 use pschema_learner::execution::Execution;
+use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::observation::{Observation, Substitution};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::schema::{Concrete, SchemaId};
@@ -39,9 +40,15 @@ pub(crate) struct Student {
 impl Student {
     /// A learner that knows nothing in a world that is declared so. If others choose its actions it is held, as an operator holds it: it goes
     /// on learning, and chooses nothing.
-    pub(crate) fn new(declaration: &Declaration, seed: u64, led: bool) -> Result<Self, Failure> {
+    pub(crate) fn new(
+        declaration: &Declaration,
+        seed: u64,
+        led: bool,
+        mechanisms: Mechanisms,
+    ) -> Result<Self, Failure> {
         let mut learner =
             Learner::new(seed, Parameters::default(), Curriculum::free("exact")).map_err(Failure::of)?;
+        learner.set_mechanisms(mechanisms);
         let (body, _) = learner.declare(declared(declaration)).map_err(Failure::of)?;
         let lexicon = Lexicon::new(declaration, &mut learner);
         if led {
@@ -131,10 +138,42 @@ impl Student {
     }
 }
 
-/// The foretelling of the learner: of the schema with the most pre-conditions that holds, each outcome by itself, by its counts. A law says
-/// nothing of what its carrier does besides, so the outcomes of the carrier are added.
+/// The foretelling of the learner: of its claims if it has the mechanism, else of its schemas.
 impl Foretelling for Student {
     fn foretell(&self, world: &WorldState, primitive: PrimitiveId) -> Distribution<WorldState> {
+        if self.learner.memory().content().mechanisms.claims {
+            self.claimed(world, primitive)
+        } else {
+            self.by_schemas(world, primitive)
+        }
+    }
+}
+
+impl Student {
+    /// What the claims in force foretell: each facet by itself, and what no facet is about stays.
+    fn claimed(&self, world: &WorldState, primitive: PrimitiveId) -> Distribution<WorldState> {
+        let content = self.learner.memory().content();
+        let lasting = self.lexicon.lasting(world);
+        let facets = content.evidence.foretell(&content.vocabulary, primitive, lasting.observations());
+        let mut all = vec![(BTreeSet::from_iter(lasting.observations().iter().cloned()), 1.0)];
+        for facet in &facets {
+            let mut split = Vec::with_capacity(all.len() * facet.outcomes.len());
+            for (mut world, share) in all {
+                world.retain(|o| facet.kinds.binary_search(&o.kind()).is_err());
+                for (after, count) in &facet.outcomes {
+                    let world: BTreeSet<_> = world.iter().chain(after).cloned().collect();
+                    split.push((world, share * f64::from(*count) / f64::from(facet.trials)));
+                }
+            }
+            most_probable(&mut split);
+            all = split;
+        }
+        all.into_iter().map(|(world, share)| (WorldState::new(world), share)).collect()
+    }
+
+    /// What schemas foretell: that with the most pre-conditions that holds, each outcome by itself, by its counts. A law says nothing of
+    /// what its carrier does besides, so the outcomes of the carrier are added.
+    fn by_schemas(&self, world: &WorldState, primitive: PrimitiveId) -> Distribution<WorldState> {
         let memory = self.learner.memory();
         let content = memory.content();
         let mut outcomes: Vec<(Observation, bool, f64)> = Vec::new();
@@ -162,6 +201,13 @@ impl Foretelling for Student {
     }
 }
 
+/// Keeps as many alternatives as one foretelling may have.
+fn most_probable(alternatives: &mut Vec<(BTreeSet<Observation>, f64)>) {
+    alternatives.retain(|(_, share)| *share > 0.0);
+    alternatives.sort_by(|a, b| b.1.total_cmp(&a.1));
+    alternatives.truncate(ALTERNATIVES_MAX);
+}
+
 /// The worlds that may follow `lasting` when each of these changes comes with its probability, whatever the others do.
 fn independent(
     lasting: BTreeSet<Observation>,
@@ -183,9 +229,7 @@ fn independent(
             split.push((changed, share * probability));
             split.push((world, share * (1.0 - probability)));
         }
-        split.retain(|(_, share)| *share > 0.0);
-        split.sort_by(|a, b| b.1.total_cmp(&a.1));
-        split.truncate(ALTERNATIVES_MAX);
+        most_probable(&mut split);
         all = split;
     }
     all.into_iter().map(|(world, share)| (WorldState::new(world), share)).collect()
