@@ -1,6 +1,7 @@
 //! Answers to the questions of tools. Pure: a view of the learner in, an answer out. Lists are filtered, ordered and cut
 //! here, so that no answer is longer than a tool asked for.
 
+mod claims;
 mod explain;
 mod goals;
 mod graph;

@@ -237,6 +237,7 @@ fn name(verdict: &Verdict) -> &'static str {
         Verdict::PreConditions { .. } => "pre-conditions",
         Verdict::TargetNotAchievable { .. } => "target-not-achievable",
         Verdict::StoodInFor { .. } => "stood-in-for",
+        Verdict::OtherClaims { .. } => "other-claims",
         Verdict::NotExciting => "not-exciting",
         Verdict::LessExciting { .. } => "less-exciting",
         Verdict::LotFellOnAnother => "lot-fell-on-another",
@@ -269,7 +270,10 @@ fn agrees(told: &Explanation, why: &WhyNot) {
                 assert!(one.nearest.as_ref().is_none_or(|nearest| of_type.contains(&nearest)), "{why:?}");
             }
         }
-        Verdict::StoodInFor { .. } | Verdict::NotExciting | Verdict::TargetNotAchievable { .. } => {
+        Verdict::StoodInFor { .. }
+        | Verdict::OtherClaims { .. }
+        | Verdict::NotExciting
+        | Verdict::TargetNotAchievable { .. } => {
             assert!(listed.is_empty(), "{why:?}");
         }
         Verdict::ExecutedFor { schema } => assert_eq!(chosen.schema, Some(*schema)),

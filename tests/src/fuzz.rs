@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use pschema_inspect::codec::{self, Reply};
 use pschema_inspect::{
-    AchieveOrder, Ask, CancelOrder, DetailQuery, ExplanationQuery, GraphQuery, LiveQuery, Order, PlanQuery,
-    PredictionQuery, PursuitQuery, Question, ReportQuery, Request, SayOrder, SchemaQuery, SchemaSort,
-    StageOrder, StatusQuery, TraceQuery, WhyNotQuery,
+    AchieveOrder, Ask, CancelOrder, ClaimQuery, DetailQuery, ExplanationQuery, GraphQuery, LiveQuery, Order,
+    PlanQuery, PredictionQuery, PursuitQuery, Question, ReportQuery, Request, SayOrder, SchemaQuery,
+    SchemaSort, StageOrder, StatusQuery, TraceQuery, WhyNotQuery,
 };
 use pschema_protocol::body::{Body, BodyLoop, Senses};
 use pschema_protocol::description::Description;
@@ -386,6 +386,7 @@ pub fn is_answer(bytes: &[u8]) -> bool {
         reads::<StatusQuery>(bytes),
         reads::<SchemaQuery>(bytes),
         reads::<DetailQuery>(bytes),
+        reads::<ClaimQuery>(bytes),
         reads::<ExplanationQuery>(bytes),
         reads::<WhyNotQuery>(bytes),
         reads::<ReportQuery>(bytes),
@@ -609,11 +610,12 @@ fn requests() -> Vec<Vec<u8>> {
         offset: 2,
     };
     let goal = || vec![text("object{colour=blue, field=$x}"), text("touch")];
-    let requests: [Request; 18] = [
+    let requests: [Request; 19] = [
         StatusQuery {}.into(),
         SchemaQuery::default().into(),
         query.into(),
         DetailQuery { id: 3 }.into(),
+        ClaimQuery { action: Some(text("move")), limit: 4, offset: 1 }.into(),
         ExplanationQuery { step: Some(5), candidates_max: 9 }.into(),
         SayOrder { words: vec![text("touch"), text("it")] }.into(),
         StageOrder::Set(text("free")).into(),

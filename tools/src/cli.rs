@@ -7,9 +7,9 @@ use pschema_process::{LevelFilter, Log};
 
 use crate::args::General;
 use crate::commands::{
-    achieve, adept, completions, conformance, demo, doctor, emulator, experiment, explain, export, graph,
-    import, journal, plan, predict, record, repair, replay, say, schemas, server, show, sim, stage, status,
-    verify, view, watch,
+    achieve, adept, claims, completions, conformance, demo, doctor, emulator, experiment, explain, export,
+    graph, import, journal, plan, predict, record, repair, replay, say, schemas, server, show, sim, stage,
+    status, verify, view, watch,
 };
 use crate::failure::Failure;
 
@@ -47,6 +47,8 @@ enum Command {
     Schemas(schemas::SchemasArgs),
     /// One schema whole: statistics, examples, counter-examples, lineage
     Show(show::ShowArgs),
+    /// What it holds to be so of an action, on which evidence: conditions, outcomes, exceptions
+    Claims(claims::ClaimsArgs),
     /// Why the last action (or that of a step) was chosen, term by term
     Explain(explain::ExplainArgs),
     /// The network of schemas as a picture: what enables what, examples and counter-examples, chains
@@ -134,6 +136,7 @@ impl Cli {
             Command::Status(args) => status::run(args, &general),
             Command::Schemas(args) => schemas::run(args, &general),
             Command::Show(args) => show::run(args, &general),
+            Command::Claims(args) => claims::run(args, &general),
             Command::Explain(args) => explain::run(args, &general),
             Command::Graph(args) => graph::run(args, &general),
             Command::View(args) => view::run(args, &general),

@@ -26,13 +26,14 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-const COMMANDS: [&str; 20] = [
+const COMMANDS: [&str; 21] = [
     "demo",
     "server",
     "sim",
     "status",
     "schemas",
     "show",
+    "claims",
     "explain",
     "say",
     "stage",

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::claims::Foretold;
 use crate::closed_set::closed_set;
 use crate::goals::DecisionGoal;
 use crate::notation::{NamedValues, ObservationText, SchemaForm};
@@ -62,6 +63,10 @@ pub struct Explanation {
     pub candidates: Vec<Candidate>,
     /// The goal that the decision follows, when that is the reason.
     pub goal: Option<DecisionGoal>,
+    /// What claims foretold of the action, if memory is at hand as it was then: of the latest decision, and of any step of a memory
+    /// on disk. Else, and where there are none, it is left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub claims: Vec<Foretold>,
 }
 
 /// Something that could have been done.

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::claims::Foretold;
 use crate::closed_set::closed_set;
 use crate::notation::{Condition, ObservationText};
 use crate::schema::SchemaInUse;
@@ -22,8 +23,12 @@ pub struct Prediction {
     pub carried_out: u32,
     /// The schema that predicts it; none when nothing that is known holds here.
     pub schema: Option<SchemaInUse>,
-    /// Each outcome with its count, the rarer ones included.
+    /// Each outcome with its count, the rarer ones included. Where claims are kept, those of a type are counted by what claims
+    /// foretell: an observation occurred as often as all the joint outcomes that have it together.
     pub outcomes: Vec<Condition>,
+    /// What claims foretell; left out where they foretell nothing, or none are kept.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub claims: Vec<Foretold>,
 }
 
 closed_set! {

@@ -10,6 +10,7 @@
 #![deny(missing_docs)]
 
 mod ask;
+mod claims;
 mod closed_set;
 pub mod codec;
 mod decision;
@@ -28,6 +29,7 @@ mod trace;
 mod why_not;
 
 pub use ask::{AskError, ask};
+pub use claims::*;
 pub use decision::*;
 pub use goals::*;
 pub use graph::*;

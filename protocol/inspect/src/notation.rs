@@ -84,9 +84,9 @@ impl<'de> Deserialize<'de> for NamedValues {
     }
 }
 
-/// A value, or a variable that stands for one.
+/// A value, a variable that stands for one, or in a claim a value that is named by its part in the action.
 ///
-/// In JSON a number, a string, `true`, `false`, or for a variable `{"var": "a"}`.
+/// In JSON a number, a string, `true`, `false`; for a variable `{"var": "a"}`, and for a value that is named `{"named": …}`.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(untagged))]
@@ -105,6 +105,88 @@ pub enum ValueText {
         /// Its name, without the `$`.
         var: String,
     },
+    /// A value that is named.
+    Named {
+        /// By what.
+        named: Box<NamedValue>,
+    },
+}
+
+/// A value that is named by its part in an action: the one that the reference names, or so much more.
+///
+/// It prints as its reference does, with the difference behind it: `only(object).field(+1)`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct NamedValue {
+    /// What names it.
+    #[serde(flatten)]
+    pub reference: Reference,
+    /// How much more it is than the value named; left out where it is that value.
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    pub more: f64,
+}
+
+fn is_nothing(more: &f64) -> bool {
+    *more == 0.0
+}
+
+/// What names a value in a claim. No name holds a bracket or `=`, so that what is printed means one reference only, and never a
+/// symbol.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(tag = "by", rename_all = "kebab-case")]
+pub enum Reference {
+    /// The action's parameter of this name. It prints as `param(field)`.
+    Parameter {
+        /// Its name.
+        parameter: String,
+    },
+    /// The value that the action brings about of itself, whatever the context. It prints as `effect(finger).field`.
+    Effect {
+        /// In an observation of this type.
+        #[serde(rename = "type")]
+        kind: String,
+        /// In this property.
+        property: String,
+    },
+    /// The value in the only observation of a type that there is. It prints as `only(object).colour`.
+    Only {
+        /// The type.
+        #[serde(rename = "type")]
+        kind: String,
+        /// The property.
+        property: String,
+    },
+    /// The value in the only observation of a type that has another named value. It prints as `on(above=param(block)).below`.
+    Tied {
+        /// The type.
+        #[serde(rename = "type")]
+        kind: String,
+        /// The property that has the other value.
+        at: String,
+        /// What names the other value.
+        from: Box<Reference>,
+        /// The property whose value is meant.
+        property: String,
+    },
+}
+
+impl fmt::Display for Reference {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Parameter { parameter } => write!(to, "param({parameter})"),
+            Self::Effect { kind, property } => write!(to, "effect({kind}).{property}"),
+            Self::Only { kind, property } => write!(to, "only({kind}).{property}"),
+            Self::Tied { kind, at, from, property } => write!(to, "{kind}({at}={from}).{property}"),
+        }
+    }
+}
+
+impl fmt::Display for NamedValue {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(to, "{}", self.reference)?;
+        if is_nothing(&self.more) { Ok(()) } else { write!(to, "({:+})", self.more) }
+    }
 }
 
 impl ValueText {
@@ -127,6 +209,11 @@ impl Serialize for ValueText {
                 map.serialize_entry("var", var)?;
                 map.end()
             }
+            Self::Named { named } => {
+                let mut map = to.serialize_map(Some(1))?;
+                map.serialize_entry("named", named)?;
+                map.end()
+            }
         }
     }
 }
@@ -139,7 +226,7 @@ impl<'de> Deserialize<'de> for ValueText {
             type Value = ValueText;
 
             fn expecting(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-                to.write_str("a number, a string, true, false, or {\"var\": name}")
+                to.write_str("a number, a string, true, false, {\"var\": name}, or {\"named\": …}")
             }
 
             fn visit_i64<E>(self, number: i64) -> Result<ValueText, E> {
@@ -171,14 +258,14 @@ impl<'de> Deserialize<'de> for ValueText {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ValueText, A::Error> {
-                match map.next_entry::<String, String>()? {
-                    Some((name, var)) if name == "var" && map.next_key::<String>()?.is_none() => {
-                        Ok(ValueText::Variable { var })
-                    }
-                    _ => Err(de::Error::custom(
-                        "an object that is no variable: it has another name than `var`",
-                    )),
-                }
+                let value = match map.next_key::<String>()?.as_deref() {
+                    Some("var") => Some(ValueText::Variable { var: map.next_value()? }),
+                    Some("named") => Some(ValueText::Named { named: map.next_value()? }),
+                    _ => None,
+                };
+                value.filter(|_| matches!(map.next_key::<String>(), Ok(None))).ok_or_else(|| {
+                    de::Error::custom("an object that is no value: its only name is not `var` or `named`")
+                })
             }
         }
 
@@ -237,6 +324,37 @@ pub struct SchemaForm {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Each reference prints in a way of its own, and is read as it was written.
+    #[test]
+    fn a_value_that_is_named_prints_as_its_reference() {
+        let named = |reference, more| ValueText::Named { named: Box::new(NamedValue { reference, more }) };
+        let parameter = || Reference::Parameter { parameter: "block".to_owned() };
+        let tied = Reference::Tied {
+            kind: "on".to_owned(),
+            at: "above".to_owned(),
+            from: Box::new(parameter()),
+            property: "below".to_owned(),
+        };
+        let only = Reference::Only { kind: "cart".to_owned(), property: "x".to_owned() };
+        for (value, text, json) in [
+            (named(parameter(), 0.0), "param(block)", r#"{"named":{"by":"parameter","parameter":"block"}}"#),
+            (
+                named(only, -0.5),
+                "only(cart).x(-0.5)",
+                r#"{"named":{"by":"only","type":"cart","property":"x","more":-0.5}}"#,
+            ),
+            (
+                named(tied, 0.0),
+                "on(above=param(block)).below",
+                r#"{"named":{"by":"tied","type":"on","at":"above","from":{"by":"parameter","parameter":"block"},"property":"below"}}"#,
+            ),
+        ] {
+            assert_eq!(serde_json::to_string(&value).unwrap(), json);
+            assert_eq!(serde_json::from_str::<ValueText>(json).unwrap(), value);
+            assert!(matches!(value, ValueText::Named { named } if named.to_string() == text));
+        }
+    }
 
     #[test]
     fn an_observation_is_an_object_whose_order_is_kept() {

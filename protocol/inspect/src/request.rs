@@ -3,6 +3,7 @@
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::claims::ClaimList;
 use crate::closed_set::closed_set;
 use crate::decision::Explanation;
 use crate::goals::{Plan, Prediction, Pursuit};
@@ -65,6 +66,8 @@ kinds! {
     Schemas(SchemaQuery) -> SchemaList,
     /// One schema whole.
     Show(DetailQuery) -> SchemaDetail,
+    /// The claims about actions.
+    Claims(ClaimQuery) -> ClaimList,
     /// Why an action was chosen.
     Explain(ExplanationQuery) -> Explanation,
     /// Why a schema was not executed.
@@ -173,6 +176,18 @@ closed_set! {
 pub struct DetailQuery {
     /// The number of the schema.
     pub id: u32,
+}
+
+query! {
+    /// Asks for claims. With no `action`, for those about each action and about whatever is done.
+    ClaimQuery {
+        /// Only those about this action, by its name; or about a primitive alone, as it prints.
+        action: Option<String>,
+        /// At most so many trees; 0 for the daemon's limit.
+        limit: u32,
+        /// Leave out so many of the first: those of the pages before.
+        offset: u32,
+    }
 }
 
 query! {

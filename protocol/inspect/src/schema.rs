@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::claims::Foretold;
 use crate::closed_set::closed_set;
 use crate::notation::{Condition, NamedValues, ObservationText};
 
@@ -96,6 +97,10 @@ pub struct SchemaDetail {
     pub counter_examples: Vec<u32>,
     /// The step that made it.
     pub created_step: u64,
+    /// The claims that it rests on: what they foretell of its action under its pre-conditions (of a law, under those of its first
+    /// example), of the types that it tells of. Left out where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub claims: Vec<Foretold>,
 }
 
 /// A schema as it is used in one situation.

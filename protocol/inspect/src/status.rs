@@ -20,6 +20,9 @@ pub struct Status {
     pub step: u64,
     /// The last step known to be on disk; none while memory is kept in RAM only.
     pub durable_step: Option<u64>,
+    /// What the learner does beyond the paper: `paper` for nothing, `full` for all it can, or the names of the mechanisms that
+    /// are on.
+    pub profile: String,
     /// The curriculum.
     pub curriculum: String,
     /// The present stage.

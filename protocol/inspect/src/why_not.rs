@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::claims::Foretold;
 use crate::closed_set::closed_set;
 use crate::decision::{Candidate, Reason};
 use crate::notation::{NamedValues, ObservationText, SchemaForm};
@@ -58,8 +59,8 @@ pub struct WhyNot {
 
 /// What stood in a schema's way.
 ///
-/// In JSON the name of the verdict is `verdict`, and what it says more of is in `other`, `other_kind`, `lacking`, `target`
-/// and `less_by` beside it.
+/// In JSON the name of the verdict is `verdict`, and what it says more of is in `other`, `other_kind`, `lacking`, `target`,
+/// `less_by` and `claims` beside it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "VerdictFields", try_from = "VerdictFields")]
 pub enum Verdict {
@@ -93,6 +94,11 @@ pub enum Verdict {
         /// Whether that one is an example or a counter-example.
         kind: SchemaKind,
     },
+    /// It is a law, and other claims are in force for its action here than those that it is made of.
+    OtherClaims {
+        /// What they foretell of the types that it tells of.
+        claims: Vec<Foretold>,
+    },
     /// Nothing that is perceived resembles anything that it remembers: its excitation is 0.
     NotExciting,
     /// Another was more exciting.
@@ -124,6 +130,8 @@ closed_set! {
         TargetNotAchievable = "target-not-achievable",
         /// The concrete schema `other` is for exactly this case, and is selected instead (paper, IV-A).
         StoodInFor = "stood-in-for",
+        /// It is a law, and other claims are in force for its action here (`claims`).
+        OtherClaims = "other-claims",
         /// Nothing perceived shares a value with what it remembers.
         NotExciting = "not-exciting",
         /// `chosen`, or another, was more exciting, by `less_by`.
@@ -149,6 +157,9 @@ struct VerdictFields {
     target: Vec<ObservationText>,
     /// Of `less-exciting`: by how much.
     less_by: Option<f64>,
+    /// Of `other-claims`: what those that are in force foretell of the types that the law tells of; else left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    claims: Vec<Foretold>,
 }
 
 impl From<Verdict> for VerdictFields {
@@ -160,6 +171,7 @@ impl From<Verdict> for VerdictFields {
             lacking: Vec::new(),
             target: Vec::new(),
             less_by: None,
+            claims: Vec::new(),
         };
         fields.verdict = match from {
             Verdict::Chosen => VerdictKind::Chosen,
@@ -181,6 +193,10 @@ impl From<Verdict> for VerdictFields {
             Verdict::StoodInFor { by, kind } => {
                 (fields.other, fields.other_kind) = (Some(by), Some(kind));
                 VerdictKind::StoodInFor
+            }
+            Verdict::OtherClaims { claims } => {
+                fields.claims = claims;
+                VerdictKind::OtherClaims
             }
             Verdict::NotExciting => VerdictKind::NotExciting,
             Verdict::LessExciting { by } => {
@@ -212,6 +228,7 @@ impl TryFrom<VerdictFields> for Verdict {
                 by: from.other.ok_or_else(|| lacks("other"))?,
                 kind: from.other_kind.ok_or_else(|| lacks("other_kind"))?,
             },
+            VerdictKind::OtherClaims => Self::OtherClaims { claims: from.claims },
             VerdictKind::NotExciting => Self::NotExciting,
             // What is not finite is null.
             VerdictKind::LessExciting => Self::LessExciting { by: from.less_by.unwrap_or(f64::NAN) },

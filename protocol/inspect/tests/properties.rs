@@ -5,18 +5,24 @@
 use proptest::prelude::*;
 use pschema_inspect::codec::{self, Reply};
 use pschema_inspect::{
-    AchieveOrder, NamedValues, ObservationText, Request, SayOrder, SchemaQuery, SchemaSort, StageOrder,
-    Status, UnmetCondition, ValueText, Verdict, WhyNotQuery,
+    AchieveOrder, NamedValue, NamedValues, ObservationText, Reference, Request, SayOrder, SchemaQuery,
+    SchemaSort, StageOrder, Status, UnmetCondition, ValueText, Verdict, WhyNotQuery,
 };
 
+fn finite() -> impl Strategy<Value = f64> {
+    any::<f64>().prop_filter("a figure", |number| number.is_finite())
+}
+
 fn value() -> impl Strategy<Value = ValueText> {
-    let finite = any::<f64>().prop_filter("a figure", |number| number.is_finite());
     prop_oneof![
         any::<i64>().prop_map(ValueText::Integer),
         any::<String>().prop_map(ValueText::Symbol),
         any::<bool>().prop_map(ValueText::Boolean),
-        finite.prop_map(ValueText::Real),
+        finite().prop_map(ValueText::Real),
         any::<String>().prop_map(|var| ValueText::Variable { var }),
+        (any::<String>(), any::<String>(), finite()).prop_map(|(kind, property, more)| ValueText::Named {
+            named: Box::new(NamedValue { reference: Reference::Only { kind, property }, more })
+        }),
     ]
 }
 

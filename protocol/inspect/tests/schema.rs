@@ -8,8 +8,8 @@ use std::path::Path;
 
 use expect_test::expect_file;
 use pschema_inspect::{
-    Explanation, Graph, Live, Plan, Prediction, Pursuit, Report, Request, SchemaDetail, SchemaList, Status,
-    TracePage, WhyNot,
+    ClaimList, Explanation, Graph, Live, Plan, Prediction, Pursuit, Report, Request, SchemaDetail,
+    SchemaList, Status, TracePage, WhyNot,
 };
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
@@ -28,6 +28,7 @@ fn read<T: JsonSchema>() -> Schema {
 fn the_files_are_what_the_types_say() {
     let schemas = [
         ("achieve", written::<Pursuit>()),
+        ("claims", written::<ClaimList>()),
         ("explain", written::<Explanation>()),
         ("graph", written::<Graph>()),
         ("live", written::<Live>()),

@@ -7,12 +7,17 @@ use pschema_learner::memory::Content;
 use pschema_learner::notation;
 
 use super::question::Inspect;
-use super::{goals, text, trace};
+use super::{claims, goals, text, trace};
 use crate::view::View;
 
 impl Inspect for ExplanationQuery {
     fn answer(&self, view: &View) -> Result<Explanation, Problem> {
-        Ok(explanation(&view.content, decision(view, self.step)?, self.candidates_max))
+        let (content, decision) = (&view.content, decision(view, self.step)?);
+        let told = explanation(content, decision, self.candidates_max);
+        // Claims change with each step: those of an earlier one are no longer there.
+        let at_hand = decision.step == content.step;
+        let claims = at_hand.then(|| claims::foretold(content, decision.action, &decision.world));
+        Ok(Explanation { claims: claims.unwrap_or_default(), ..told })
     }
 }
 
@@ -60,6 +65,7 @@ pub(super) fn explanation(content: &Content, decision: &Decision, candidates_max
         candidates_total: u32::try_from(decision.candidates_total).unwrap_or(u32::MAX),
         candidates: candidates.map(|one| candidate(content, one)).collect(),
         goal: decision.goal.as_ref().map(|goal| goals::followed(content, goal)),
+        claims: Vec::new(),
     }
 }
 

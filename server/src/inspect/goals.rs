@@ -19,7 +19,7 @@ use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::world_state::WorldState;
 
 use super::question::Inspect;
-use super::{schemas, text};
+use super::{claims, schemas, text};
 use crate::mind::NO_BODY;
 use crate::view::View;
 
@@ -36,14 +36,17 @@ impl Inspect for PredictionQuery {
         let found = goals::predict(&memory, body, &world, primitive);
         let at = usize::try_from(primitive.0).unwrap_or(usize::MAX);
         let attempts: Count = content.attempts.get(at).copied().unwrap_or_default();
+        let foretold = claims::foretold(content, primitive, &world);
         let outcomes = found.iter().flat_map(|prediction| &prediction.outcomes);
+        let outcomes = outcomes.map(|post| condition(content, post));
         Ok(Prediction {
             body: text::body(content, body),
             action: notation::primitive(vocabulary, primitive),
             world: text::observations(&content.vocabulary, world.observations()),
             attempts: attempts.trials,
             carried_out: attempts.occurrences,
-            outcomes: outcomes.map(|post| condition(content, post)).collect(),
+            outcomes: if foretold.is_empty() { outcomes.collect() } else { claims::singly(&foretold) },
+            claims: foretold,
             schema: found.and_then(|prediction| {
                 let link =
                     ChainLink { schema: prediction.schema, binding: prediction.binding, carrier: None };

@@ -17,6 +17,7 @@ pub fn reply(view: &View, question: &Question) -> Vec<u8> {
         Question::Status(status) => of(view, status),
         Question::Schemas(schemas) => of(view, schemas),
         Question::Show(show) => of(view, show),
+        Question::Claims(claims) => of(view, claims),
         Question::Explain(explain) => of(view, explain),
         Question::WhyNot(why_not) => of(view, why_not),
         Question::Report(report) => of(view, report),

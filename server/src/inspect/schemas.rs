@@ -14,7 +14,7 @@ use pschema_learner::probability::Count;
 use pschema_learner::schema::{Form, ObservationId, Schema, SchemaId};
 
 use super::question::{Inspect, no_schema};
-use super::text;
+use super::{claims, text};
 use crate::view::View;
 
 /// Most schemas in one list.
@@ -273,6 +273,7 @@ fn detail(view: &View, id: u32) -> Option<SchemaDetail> {
             .map_or_else(|| exemplified(content, SchemaId(id)), |known| numbers(&known.examples)),
         counter_examples: generalised.map_or_else(Vec::new, |known| numbers(&known.counter_examples)),
         created_step: schema.created_step,
+        claims: claims::beneath(content, schema),
     })
 }
 

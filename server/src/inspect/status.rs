@@ -34,6 +34,7 @@ pub(super) fn status(view: &View) -> Status {
         step: view.content.step,
         durable_step: view.storage().map(|storage| storage.durable_step),
         storage: view.storage().cloned(),
+        profile: view.content.mechanisms.profile(),
         curriculum: view.setup.curriculum.name.clone(),
         stage: stage_name(view),
         stage_state: view.state(),

@@ -3,7 +3,9 @@
 use pschema_inspect::{Condition, Expectation, NamedValues, ObservationText, SchemaForm, ValueText};
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
-use pschema_learner::observation::{Observation, Pattern, PropertyId, Substitution, Term, Value, Variable};
+use pschema_learner::observation::{
+    Observation, Pattern, PropertyId, Substitution, Term, TypeId, Value, Variable,
+};
 use pschema_learner::probability::Count;
 use pschema_learner::schema::{Form, Generalised, Schema, SchemaId};
 use pschema_learner::vocabulary::{BodyId, ValueKind, Vocabulary, bin_middle};
@@ -23,31 +25,45 @@ pub(super) fn body(content: &Content, body: BodyId) -> String {
 }
 
 pub(super) fn pattern(vocabulary: &Vocabulary, from: &Pattern) -> ObservationText {
-    let kind = vocabulary.types().get(usize::from(from.kind().0));
-    let property = |(property, term): &(PropertyId, Term)| {
-        let name = vocabulary.properties().get(usize::from(property.0));
+    let term = |(known, term): &(PropertyId, Term)| {
         let value = match term {
-            Term::Constant(constant) => value(vocabulary, *property, *constant),
+            Term::Constant(constant) => value(vocabulary, *known, *constant),
             Term::Variable(variable) => ValueText::Variable { var: notation::variable(*variable) },
         };
-        (name.cloned().unwrap_or_default(), value)
+        (property(vocabulary, *known), value)
     };
     ObservationText {
-        kind: kind.map(|kind| kind.declared.name.clone()).unwrap_or_default(),
-        properties: from.terms().iter().map(property).collect(),
+        kind: kind(vocabulary, from.kind()),
+        properties: from.terms().iter().map(term).collect(),
     }
 }
 
 pub(super) fn value(vocabulary: &Vocabulary, property: PropertyId, from: Value) -> ValueText {
+    value_of_kind(vocabulary, vocabulary.property_kind(property), from)
+}
+
+/// A value of a property or parameter of this kind.
+pub(super) fn value_of_kind(vocabulary: &Vocabulary, kind: Option<&ValueKind>, from: Value) -> ValueText {
     match from {
         Value::Integer(number) => ValueText::Integer(number),
         Value::Boolean(truth) => ValueText::Boolean(truth),
-        Value::Symbol(_) => ValueText::Symbol(notation::value(vocabulary, property, from)),
-        Value::Bin(bin) => match vocabulary.property_kind(property) {
+        Value::Symbol(symbol) => ValueText::Symbol(notation::symbol(vocabulary, symbol)),
+        Value::Bin(bin) => match kind {
             Some(ValueKind::Real { resolution }) => ValueText::Real(bin_middle(bin, *resolution)),
             _ => ValueText::Integer(bin),
         },
     }
+}
+
+/// The name of a type.
+pub(super) fn kind(vocabulary: &Vocabulary, kind: TypeId) -> String {
+    let known = vocabulary.types().get(usize::from(kind.0));
+    known.map(|known| known.declared.name.clone()).unwrap_or_default()
+}
+
+/// The name of a property.
+pub(super) fn property(vocabulary: &Vocabulary, property: PropertyId) -> String {
+    vocabulary.properties().get(usize::from(property.0)).cloned().unwrap_or_default()
 }
 
 pub(super) fn condition(observation: ObservationText, absent: bool, count: Count) -> Condition {

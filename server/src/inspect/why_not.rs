@@ -5,12 +5,12 @@ use pschema_inspect::{UnmetCondition, Verdict, WhyNot, WhyNotQuery};
 use pschema_learner::decision::Decision;
 use pschema_learner::memory::{Content, Memory};
 use pschema_learner::notation;
-use pschema_learner::observation::{PropertyId, Term};
-use pschema_learner::schema::SchemaId;
+use pschema_learner::observation::Term;
+use pschema_learner::schema::{Schema, SchemaId};
 use pschema_learner::why_not::{self, Reweighing, WeighError};
 
 use super::question::{Inspect, no_schema};
-use super::{explain, goals, schemas, text, trace};
+use super::{claims, explain, goals, schemas, text, trace};
 use crate::view::View;
 
 impl Inspect for WhyNotQuery {
@@ -55,7 +55,7 @@ fn told(view: &View, decision: &Decision, id: u32, weighed: &Reweighing) -> Opti
         kind: schemas::kind(schema),
         text: notation::schema(content, schema),
         form: text::form(content, schema),
-        verdict: verdict(content, &weighed.verdict)?,
+        verdict: verdict(content, decision, schema, weighed)?,
         binding: text::binding(content, SchemaId(id), &weighed.binding),
         bindings: u32::try_from(weighed.bindings).unwrap_or(u32::MAX),
         candidate: weighed.candidate.as_ref().map(|candidate| explain::candidate(content, candidate)),
@@ -71,8 +71,8 @@ fn told(view: &View, decision: &Decision, id: u32, weighed: &Reweighing) -> Opti
     })
 }
 
-fn verdict(content: &Content, from: &why_not::Verdict) -> Option<Verdict> {
-    Some(match from {
+fn verdict(content: &Content, decision: &Decision, schema: &Schema, weighed: &Reweighing) -> Option<Verdict> {
+    Some(match &weighed.verdict {
         why_not::Verdict::Chosen => Verdict::Chosen,
         why_not::Verdict::ExecutedFor(schema) => Verdict::ExecutedFor { schema: schema.0 },
         why_not::Verdict::NotWeighed => Verdict::NotWeighed,
@@ -86,6 +86,10 @@ fn verdict(content: &Content, from: &why_not::Verdict) -> Option<Verdict> {
         }
         why_not::Verdict::StoodInFor(by) => {
             Verdict::StoodInFor { by: by.0, kind: content.schema(*by).map(schemas::kind)? }
+        }
+        why_not::Verdict::OtherClaims => {
+            let action = weighed.action?;
+            Verdict::OtherClaims { claims: claims::of_schema(content, schema, action, &decision.world) }
         }
         why_not::Verdict::NotExciting => Verdict::NotExciting,
         why_not::Verdict::LessExciting(by) => Verdict::LessExciting { by: *by },
@@ -101,12 +105,11 @@ fn unmet(content: &Content, from: &why_not::UnmetCondition) -> UnmetCondition {
         let value = seen.and_then(|seen| seen.iter().find(|(known, _)| known == property));
         matches!(term, Term::Constant(wanted) if value.map(|(_, value)| value) != Some(wanted))
     });
-    let name = |property: PropertyId| vocabulary.properties().get(usize::from(property.0)).cloned();
     UnmetCondition {
         wanted: text::pattern(vocabulary, &from.wanted),
         nearest: from.nearest.as_ref().map(|seen| text::observation(vocabulary, seen)),
         differs: match seen {
-            Some(_) => differs.filter_map(|(property, _)| name(*property)).collect(),
+            Some(_) => differs.map(|(property, _)| text::property(vocabulary, *property)).collect(),
             None => Vec::new(),
         },
         constrained: from.constrained,

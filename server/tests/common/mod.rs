@@ -37,6 +37,8 @@ pub(crate) struct Row {
     finger: Option<i64>,
     block: Option<(u32, i64)>,
     moved: bool,
+    /// Whether a red block is not felt.
+    only_blue: bool,
 }
 
 impl Row {
@@ -64,7 +66,12 @@ impl Row {
         let object = Property::symbol("object", ["red-block", "blue-block"]);
         let place = ActionType::new("place").parameter(object).parameter(field("position"));
         description.scene_command(place);
-        Self { description, fields, senses, finger: None, block: None, moved: false }
+        Self { description, fields, senses, finger: None, block: None, moved: false, only_blue: false }
+    }
+
+    /// One that does not feel red blocks.
+    pub(crate) fn feeling_blue_alone(name: &str) -> Self {
+        Self { only_blue: true, ..Self::new(name) }
     }
 
     /// With the block in `field` from the beginning.
@@ -86,7 +93,8 @@ impl Body for Row {
         if let Some((colour, field)) = self.block {
             frame.observe(object, (Value::Symbol(colour), field));
         }
-        if self.moved && self.finger.is_some() && self.finger == self.block.map(|(_, field)| field) {
+        let felt = self.block.filter(|(colour, _)| !self.only_blue || *colour == 1);
+        if self.moved && self.finger.is_some() && self.finger == felt.map(|(_, field)| field) {
             frame.observe(touch, ());
         }
     }

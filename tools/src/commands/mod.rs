@@ -2,6 +2,7 @@
 
 pub(crate) mod achieve;
 pub(crate) mod adept;
+pub(crate) mod claims;
 pub(crate) mod completions;
 pub(crate) mod conformance;
 pub(crate) mod demo;

@@ -3,6 +3,7 @@
 use pschema_inspect::{Candidate, ExcitationTerm, Explanation, ObservationText, Reason, TermRole};
 use pschema_learner::notation::side;
 
+use super::claims;
 use super::goals;
 use super::schema::wrapped;
 use super::table::Columns;
@@ -20,6 +21,10 @@ pub fn explanation(e: &Explanation) -> String {
         text.push_str(&format!("\n{}", goals::chain(goal)));
     }
     text.push_str(&others(e));
+    if !e.claims.is_empty() {
+        let foretold = claims::foretold(&e.claims, false);
+        text.push_str(&format!("\nWhat claims foretold of {}:\n{foretold}", plain(&e.action)));
+    }
     text
 }
 

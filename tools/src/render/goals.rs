@@ -6,6 +6,7 @@ use pschema_inspect::{
 };
 use pschema_learner::notation::side;
 
+use super::claims;
 use super::schema::wrapped;
 use super::table::Columns;
 use super::words::{binding, condition, count, figure, notation, plain, probability, with_values};
@@ -13,6 +14,10 @@ use super::words::{binding, condition, count, figure, notation, plain, probabili
 /// A prediction.
 pub(crate) fn prediction(p: &Prediction) -> String {
     let (body, action) = (plain(&p.body), plain(&p.action));
+    if !p.claims.is_empty() {
+        let text = wrapped(&format!("{action} of {body}, as claims foretell it:"), "");
+        return format!("{text}{}\n{}{}", claims::foretold(&p.claims, false), here(&p.world), carried_out(p));
+    }
     let Some(schema) = &p.schema else {
         let text = format!("Nothing that is known says what {action} of {body} would do here.");
         return wrapped(&text, "") + &here(&p.world) + &carried_out(p);

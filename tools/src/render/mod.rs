@@ -1,5 +1,6 @@
 //! Turns answers of a daemon into text for people, pictures and metrics. Pure: values in, text out.
 
+pub(crate) mod claims;
 pub(crate) mod explanation;
 pub(crate) mod goals;
 pub(crate) mod graph;

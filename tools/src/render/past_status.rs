@@ -29,6 +29,9 @@ pub(crate) struct PastStatus<'a> {
     oldest_step: u64,
     /// Bytes of the journal.
     journal_bytes: u64,
+    /// What the learner did beyond the paper: `paper` for nothing, `full` for all it can, or the names of the mechanisms that were
+    /// on.
+    profile: &'a str,
     /// The curriculum.
     curriculum: &'a str,
     /// The stage of the curriculum.
@@ -75,6 +78,7 @@ impl<'a> PastStatus<'a> {
             at_unix_ms,
             oldest_step: files.oldest_step,
             journal_bytes: files.segments.iter().map(|segment| segment.bytes).sum(),
+            profile: &status.profile,
             curriculum: &status.curriculum,
             stage: &status.stage,
             stage_state: &status.stage_state,

@@ -3,6 +3,7 @@
 use pschema_inspect::{Condition, SchemaDetail, SchemaList};
 use pschema_learner::notation::side;
 
+use super::claims;
 use super::table::{Columns, WIDTH};
 use super::words::{
     capitalised, condition, count, notation, plain, probability, schema_sentence, summary_notation,
@@ -61,6 +62,9 @@ pub(crate) fn detail(s: &SchemaDetail) -> String {
     text.push_str(&facts.text(&[0]));
     text.push_str(&conditions("post-condition", &s.post));
     text.push_str(&conditions("associated", &s.associated));
+    if !s.claims.is_empty() {
+        text.push_str(&format!("\nIt rests on these claims:\n{}", claims::foretold(&s.claims, true)));
+    }
     text
 }
 

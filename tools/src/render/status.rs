@@ -66,6 +66,7 @@ pub(crate) fn state(state: &StageState) -> String {
 /// Adds the stage of the curriculum and the numbers of schemas to a table.
 pub(crate) fn learnt(s: &Status, facts: &mut Columns) {
     let mut fact = |name: &str, value: String| facts.fact(name, value);
+    fact("profile", plain(&s.profile));
     fact("stage", format!("{} ({}) of {}", plain(&s.stage), state(&s.stage_state), plain(&s.curriculum)));
     if let Some(told) = &s.trial {
         fact("trial", trial(told));

@@ -2,7 +2,7 @@
 
 use pschema_inspect::*;
 
-use super::{explanation, goals, schema, status, why_not};
+use super::{claims, explanation, goals, schema, status, why_not};
 use crate::golden::{check, check_json, check_text};
 use crate::report::figures;
 use crate::run::tests::{report, stage};
@@ -41,6 +41,7 @@ pub(super) fn a_status() -> Status {
         uptime_s: 12.34,
         step: 345,
         durable_step: None,
+        profile: "paper".to_owned(),
         curriculum: "exp1-s1".to_owned(),
         stage: "probe".to_owned(),
         stage_state: StageState::Acting,
@@ -170,6 +171,7 @@ fn a_schema() -> SchemaDetail {
         examples: vec![224, 225],
         counter_examples: vec![227],
         created_step: 231,
+        claims: Vec::new(),
     }
 }
 
@@ -242,6 +244,7 @@ fn an_explanation() -> Explanation {
         candidates_total: 224,
         candidates: vec![touching, reaching],
         goal: None,
+        claims: Vec::new(),
     }
 }
 
@@ -308,6 +311,12 @@ fn why_not_as_text_and_json() {
     says(Verdict::Retired, "It failed too often");
     says(Verdict::NotInRepertoire, "sim can't do its action");
     says(Verdict::NotExciting, "its excitation is 0");
+    let claims = claims_foretold();
+    says(
+        Verdict::OtherClaims { claims },
+        "in force for its action here, because object{field=effect(finger).field}.",
+    );
+    says(Verdict::OtherClaims { claims: Vec::new() }, "none of the conditions that it needs");
     says(Verdict::LotFellOnAnother, "the lot fell on schema 226");
     says(Verdict::StoodInFor { by: 9, kind: SchemaKind::CounterExample }, "schema 9, a counter-example");
     says(
@@ -383,12 +392,17 @@ fn schemas_as_table_and_json() {
 fn one_schema_as_text_and_json() {
     check_text("show.txt", &schema::detail(&a_schema()));
     check_json("show.json", &a_schema());
+    let resting = SchemaDetail { claims: claims_foretold(), ..a_schema() };
+    check_text("show-claims.txt", &schema::detail(&resting));
 }
 
 #[test]
 fn an_explanation_as_text_and_json() {
     check_text("explain.txt", &explanation::explanation(&an_explanation()));
     check_json("explain.json", &an_explanation());
+    let foretold = Explanation { claims: claims_foretold(), ..an_explanation() };
+    let told = explanation::explanation(&foretold);
+    assert!(told.contains("What claims foretold of move(j1=0.43, j2=0.84):"), "{told}");
     let mut other = an_explanation();
     other.chosen = 9;
     assert!(
@@ -471,7 +485,86 @@ fn a_prediction() -> Prediction {
         carried_out: 15,
         schema: Some(in_use(226, SchemaKind::Generalised, 17)),
         outcomes: vec![condition(observation("touch", &[]), 14, 15), gone],
+        claims: Vec::new(),
     }
+}
+
+/// That the block is where the finger will be, with what followed there and elsewhere.
+fn a_condition() -> ClaimEvidence {
+    let reference = Reference::Effect { kind: "finger".to_owned(), property: "field".to_owned() };
+    let named = ValueText::Named { named: Box::new(NamedValue { reference, more: 0.0 }) };
+    let touched = Change { appears: vec![observation("touch", &[])], ..Change::default() };
+    ClaimEvidence {
+        condition: ClaimCondition::Observed(observation("object", &[("field", named)])),
+        gain_bits: 18.25,
+        trials_with: 15,
+        trials_without: 45,
+        outcomes: vec![
+            OutcomeEvidence { change: Change::default(), with: 0, without: 45 },
+            OutcomeEvidence { change: touched, with: 14, without: 0 },
+        ],
+    }
+}
+
+fn claims_foretold() -> Vec<Foretold> {
+    let outcome = |appears: &[ObservationText], occurrences, (low, high)| JointOutcome {
+        observed: appears.to_vec(),
+        appears: appears.to_vec(),
+        vanishes: Vec::new(),
+        occurrences,
+        probability: f64::from(occurrences) / 15.0,
+        low,
+        high,
+    };
+    let touched = Foretold {
+        types: vec!["touch".to_owned()],
+        view: ClaimView::General,
+        because: vec![a_condition()],
+        attributed: true,
+        outcomes: vec![outcome(&[observation("touch", &[])], 14, (0.7, 0.99))],
+        trials: 15,
+    };
+    let lamp = Foretold {
+        types: vec!["lamp".to_owned()],
+        view: ClaimView::Context,
+        because: Vec::new(),
+        attributed: false,
+        outcomes: vec![outcome(&[observation("lamp", &[])], 9, (0.36, 0.8)), outcome(&[], 6, (0.2, 0.64))],
+        trials: 15,
+    };
+    vec![touched, lamp]
+}
+
+#[test]
+fn what_claims_foretell_as_text_and_json() {
+    let prediction = Prediction { claims: claims_foretold(), ..a_prediction() };
+    check_text("predict-claims.txt", &goals::prediction(&prediction));
+    check_json("predict-claims.json", &prediction);
+}
+
+#[test]
+fn claims_as_text_and_json() {
+    let touched = Change { appears: vec![observation("touch", &[])], ..Change::default() };
+    let tree = ClaimTree {
+        action: Some("move".to_owned()),
+        types: vec!["touch".to_owned()],
+        claim: Claim {
+            because: None,
+            outcomes: vec![ClaimOutcome { change: Change::default(), occurrences: 45 }],
+            trials: 45,
+            exceptions: vec![Claim {
+                because: Some(a_condition()),
+                outcomes: vec![ClaimOutcome { change: touched, occurrences: 14 }],
+                trials: 15,
+                exceptions: Vec::new(),
+            }],
+        },
+    };
+    let list = ClaimList { matching: 3, claims: vec![tree] };
+    check_text("claims.txt", &claims::list(&list, 1));
+    check_json("claims.json", &list);
+    let none = ClaimList { matching: 0, claims: Vec::new() };
+    assert_eq!(claims::list(&none, 0), "There are no claims yet: they come of experiences.\n");
 }
 
 fn a_plan() -> Plan {

@@ -5,6 +5,7 @@ use pschema_inspect::{
 };
 use pschema_learner::notation::side;
 
+use super::claims;
 use super::explanation::{named, perceived, shown, sum, terms};
 use super::schema::wrapped;
 use super::table::Columns;
@@ -18,6 +19,10 @@ pub fn why_not(why: &WhyNot) -> String {
     }
     text.push_str(&format!("\n{}", wrapped(&heading(why), "")));
     text.push_str(&format!("\n{}", perceived(&why.world)));
+    if let Verdict::OtherClaims { claims } = &why.verdict {
+        let foretold = claims::foretold(claims, true);
+        text.push_str(&format!("\nWhat the claims in force foretell of its action here:\n{foretold}"));
+    }
     if let Some(candidate) = &why.candidate
         && why.verdict != Verdict::Chosen
     {
@@ -74,6 +79,17 @@ fn sentence(why: &WhyNot) -> String {
             "schema {by}, {} for exactly this case, is selected instead (paper, IV-A).",
             if *kind == SchemaKind::CounterExample { "a counter-example" } else { "a concrete schema" }
         )),
+        Verdict::OtherClaims { claims } => {
+            let conditions: Vec<_> = claims.iter().flat_map(|facet| &facet.because).collect();
+            let told: Vec<_> = conditions.iter().map(|one| claims::condition(&one.condition)).collect();
+            let others = match told.is_empty() {
+                true => "none of the conditions that it needs holds for its action here".to_owned(),
+                false => {
+                    format!("another claim is in force for its action here, because {}", told.join(" and "))
+                }
+            };
+            not(format!("{others}. {instead}."))
+        }
         Verdict::NotExciting => not(format!(
             "nothing that was perceived shares a value with what it remembers, so that its excitation is 0. {}.",
             instead

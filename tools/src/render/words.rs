@@ -108,6 +108,7 @@ pub(crate) fn value(value: &ValueText) -> String {
         ValueText::Boolean(b) => b.to_string(),
         ValueText::Real(r) => r.to_string(),
         ValueText::Variable { var } => format!("${}", plain(var)),
+        ValueText::Named { named } => plain(&named.to_string()),
     }
 }
 
@@ -336,6 +337,7 @@ mod tests {
             examples: vec![224, 225],
             counter_examples: Vec::new(),
             created_step: 230,
+            claims: Vec::new(),
         }
     }
 

@@ -3,8 +3,8 @@
 
 use hyper::StatusCode;
 use pschema_inspect::{
-    Ask, Graph, GraphQuery, Live, LiveQuery, Report, ReportQuery, SayOrder, SchemaDetail, SchemaQuery,
-    StageOrder, WhyNotQuery,
+    Ask, ClaimQuery, Graph, GraphQuery, Live, LiveQuery, Report, ReportQuery, SayOrder, SchemaDetail,
+    SchemaQuery, StageOrder, WhyNotQuery,
 };
 use serde::Serialize;
 
@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::learner::Asks;
 use crate::render::graph::svg;
 use crate::render::words::{schema_notation, schema_sentence};
-use crate::render::{explanation, why_not};
+use crate::render::{claims, explanation, why_not};
 
 /// Candidates of the last decision that the page shows.
 const CANDIDATES_SHOWN: u32 = 8;
@@ -24,6 +24,8 @@ const TERMS_SHOWN: u32 = 12;
 const NEWEST_SHOWN: u32 = 8;
 /// Schemas on one page of the list.
 const LISTED_MAX: u32 = 100;
+/// Trees on one page of the claims.
+const TREES_MAX: u32 = 20;
 /// Schemas drawn one by one in a graph: more can't be told apart on a screen.
 const DRAWN_MAX: u32 = 200;
 /// How far from a schema a graph reaches.
@@ -77,6 +79,11 @@ pub(super) fn reply(question: Question, from: &mut impl Respondent) -> Reply {
             json(&from.ask(SchemaQuery { limit: query.limit.clamp(1, LISTED_MAX), ..query })?)
         }
         Question::Show(query) => json(&SchemaTexts::from(&from.ask(query)?)),
+        Question::Claims(query) => {
+            let query = ClaimQuery { limit: query.limit.clamp(1, TREES_MAX), ..query };
+            let list = from.ask(query.clone())?;
+            json(&ClaimsText { matching: list.matching, text: claims::list(&list, query.offset) })
+        }
         Question::WhyNot { id } => {
             let why = from.ask(WhyNotQuery { schema: id, step: None })?;
             json(&WhyNotText { text: why_not::why_not(&why) })
@@ -115,12 +122,26 @@ struct SchemaTexts<'a> {
     schema: &'a SchemaDetail,
     sentence: String,
     notation: String,
+    /// The claims that it rests on, as text; empty where there are none.
+    rests_on: String,
 }
 
 impl<'a> From<&'a SchemaDetail> for SchemaTexts<'a> {
     fn from(schema: &'a SchemaDetail) -> Self {
-        Self { sentence: schema_sentence(schema), notation: schema_notation(schema), schema }
+        Self {
+            sentence: schema_sentence(schema),
+            notation: schema_notation(schema),
+            rests_on: claims::foretold(&schema.claims, true),
+            schema,
+        }
     }
+}
+
+/// A page of the claims, as text.
+#[derive(Serialize)]
+struct ClaimsText {
+    matching: u32,
+    text: String,
 }
 
 /// Why a schema was not executed, as text.
@@ -208,6 +229,9 @@ mod tests {
         let list = SchemaQuery { sort: SchemaSort::Uses, limit: many, offset: 5, ..SchemaQuery::default() };
         let query = SchemaQuery { limit: LISTED_MAX, ..list.clone() };
         assert_eq!(asked(Question::Schemas(list)), Some(query.into()));
+        let list = ClaimQuery { action: Some("move".to_owned()), limit: many, offset: 7 };
+        let query = ClaimQuery { limit: TREES_MAX, ..list.clone() };
+        assert_eq!(asked(Question::Claims(list)), Some(query.into()));
         let query = GraphQuery { depth: DEPTH_MAX, limit: DRAWN_MAX, ..GraphQuery::default() };
         assert_eq!(asked(Question::Graph { around: None, depth: many }), Some(query.into()));
         assert_eq!(asked(Question::Show(DetailQuery { id: 3 })), Some(DetailQuery { id: 3 }.into()));

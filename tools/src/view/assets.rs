@@ -25,6 +25,7 @@ const ASSETS: &[(&str, Asset)] = &[
     ("trace.js", Asset { kind: SCRIPT, text: include_str!("page/trace.js") }),
     ("decision.js", Asset { kind: SCRIPT, text: include_str!("page/decision.js") }),
     ("schemas.js", Asset { kind: SCRIPT, text: include_str!("page/schemas.js") }),
+    ("claims.js", Asset { kind: SCRIPT, text: include_str!("page/claims.js") }),
     ("graph.js", Asset { kind: SCRIPT, text: include_str!("page/graph.js") }),
     ("facts.js", Asset { kind: SCRIPT, text: include_str!("page/facts.js") }),
 ];

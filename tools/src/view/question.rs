@@ -1,6 +1,6 @@
 //! The questions and orders of the page. The set is closed: nothing else can be asked.
 
-use pschema_inspect::{DetailQuery, SchemaQuery};
+use pschema_inspect::{ClaimQuery, DetailQuery, SchemaQuery};
 use serde::Deserialize;
 
 /// A question, with the moment that it is about.
@@ -30,6 +30,8 @@ pub(super) enum Question {
     Schemas(SchemaQuery),
     /// One schema whole.
     Show(DetailQuery),
+    /// A page of the claims.
+    Claims(ClaimQuery),
     /// Why a schema was not executed in the last decision.
     WhyNot {
         /// Its number.

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::cycle::generalisation::Hypothesis;
-use crate::memory::Memory;
 use crate::memory::evidence::{Foretold, View, parameters};
+use crate::memory::{Content, Memory};
 use crate::nouns::claim::{Change, Condition, Expression, Reference, Sketch};
 use crate::nouns::effect::Effect;
 use crate::nouns::execution::Execution;
@@ -16,8 +16,17 @@ use crate::nouns::vocabulary::PrimitiveId;
 use crate::nouns::world_state::WorldState;
 
 /// The part of a world state that claims may ask for: what lasts and does not come from others.
-fn context(memory: &Memory, world: &WorldState) -> WorldState {
-    world.filter(|o| !memory.rules().of(o.kind()).transient && !memory.rules().of(o.kind()).heard)
+fn context(content: &Content, world: &WorldState) -> WorldState {
+    let declared = |o: &Observation| content.vocabulary.types().get(usize::from(o.kind().0));
+    world.filter(|o| declared(o).is_some_and(|known| !known.declared.transient && !known.declared.heard))
+}
+
+/// What claims foretell of `primitive` in `world`, of each facet; nothing while no claims are kept.
+pub(crate) fn foretell(content: &Content, primitive: PrimitiveId, world: &WorldState) -> Vec<Foretold> {
+    if !content.mechanisms.claims {
+        return Vec::new();
+    }
+    content.evidence.foretell(&content.vocabulary, primitive, context(content, world).observations())
 }
 
 /// What an execution that was carried out teaches, as evidence.
@@ -34,7 +43,7 @@ pub(crate) fn experience(
     Effect::Experienced(Box::new(Experience {
         primitive: execution.action,
         parameters: parameters(vocabulary, execution.action),
-        before: context(memory, &execution.before).observations().into(),
+        before: context(memory.content(), &execution.before).observations().into(),
         after: after.observations().into(),
         sensed: sensed.collect(),
     }))
@@ -54,7 +63,7 @@ pub(crate) struct Expectation {
 /// What is expected of `primitive` in `before`: of each facet the outcome that follows often enough to be predicted.
 pub(crate) fn expectation(memory: &Memory, primitive: PrimitiveId, before: &WorldState) -> Expectation {
     let content = memory.content();
-    let context = context(memory, before);
+    let context = context(content, before);
     let foretold = content.evidence.foretell(&content.vocabulary, primitive, context.observations());
     let share = memory.parameters().prediction_ratio_min;
     let likely = foretold.into_iter().filter(|foretold| {
@@ -93,7 +102,7 @@ impl Expectation {
         let general = self.foretold.iter().filter(|facet| facet.view == View::General);
         let claims: Vec<_> = general.filter_map(|facet| facet.claim.as_ref()).collect();
         let effect = memory.content().evidence.effect(&memory.content().vocabulary, primitive)?;
-        let context = context(memory, before);
+        let context = context(memory.content(), before);
         let mut law = Lifting {
             context: &context,
             effect,

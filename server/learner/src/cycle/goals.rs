@@ -1,6 +1,7 @@
 //! Goals: whether they hold, and the outcome of a primitive here. [`crate::cycle::plan`] finds the way to one.
 
-use crate::cycle::stages;
+use crate::cycle::{claims, stages};
+use crate::memory::evidence::Foretold;
 use crate::memory::instance::Instance;
 use crate::memory::{Content, Memory};
 use crate::nouns::curriculum::Curriculum;
@@ -138,6 +139,12 @@ pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: Primit
             (bound.pre.len(), concrete, executions, std::cmp::Reverse(*id))
         })
         .map(|(schema, binding, bound)| Prediction { schema, binding, outcomes: bound.post })
+}
+
+/// What claims foretell of `action` in `world`, of each group of types that are told together; nothing while no claims are kept.
+#[must_use]
+pub fn foretell(content: &Content, world: &WorldState, action: PrimitiveId) -> Vec<Foretold> {
+    claims::foretell(content, action, world)
 }
 
 /// Whether `concrete` predicts all of `target`.

@@ -3,6 +3,7 @@
 
 use crate::cycle::babbling::executable;
 use crate::cycle::chaining::{Access, Achievement, Reach, achieve};
+use crate::cycle::claims;
 use crate::cycle::excitation::{self, PairCounts};
 use crate::cycle::habituation::unhabituated;
 use crate::cycle::stages;
@@ -57,6 +58,8 @@ pub enum Verdict {
     TargetNotAchievable(Vec<Observation>),
     /// This concrete schema is for exactly this case, and is selected instead (IV-A).
     StoodInFor(SchemaId),
+    /// It is a law, and what claims make of its action here is another one, or none.
+    OtherClaims,
     /// No perceived observation resembles any that it remembers.
     NotExciting,
     /// Another candidate was more exciting, by so much, in the unit of equation (1).
@@ -251,8 +254,8 @@ impl Scale<'_> {
         Reweighing { action: Some(concrete.action), habituated, ..weighed }
     }
 
-    /// The binding that came nearest: the most exciting; else one that was stood in for, then one that excites nothing,
-    /// then one whose target nothing achieves.
+    /// The binding that came nearest: the most exciting; else one that was stood in for, then one that excites nothing, then one
+    /// where other claims are in force, then one whose target nothing achieves.
     fn generalised(&self, id: SchemaId, known: &Generalised) -> Reweighing {
         if known.retired {
             return out(Verdict::Retired, Substitution::new());
@@ -261,10 +264,11 @@ impl Scale<'_> {
         let found = self.memory.index().bindings(id, known, world);
         let count = found.len();
         let nearness = |weighed: &Reweighing| match &weighed.verdict {
-            Verdict::LotFellOnAnother => (4, 0.0),
-            Verdict::LessExciting(by) => (3, -by),
-            Verdict::StoodInFor(_) => (2, 0.0),
-            Verdict::NotExciting => (1, 0.0),
+            Verdict::LotFellOnAnother => (5, 0.0),
+            Verdict::LessExciting(by) => (4, -by),
+            Verdict::StoodInFor(_) => (3, 0.0),
+            Verdict::NotExciting => (2, 0.0),
+            Verdict::OtherClaims => (1, 0.0),
             _ => (0, 0.0),
         };
         let mut best: Option<Reweighing> = None;
@@ -287,6 +291,10 @@ impl Scale<'_> {
             let target = known.target.iter().filter_map(|pattern| pattern.apply(&binding)).collect();
             return out(Verdict::TargetNotAchievable(target), binding);
         };
+        let (memory, world) = (self.memory, &self.decision.world);
+        if memory.content().mechanisms.claims && !claims::makes(memory, action, world, known) {
+            return Reweighing { action: Some(action), ..out(Verdict::OtherClaims, binding) };
+        }
         let bound = Instance::new(self.memory.content(), id, &binding);
         let pre: Vec<_> = bound.iter().flat_map(|bound| &bound.pre).collect();
         let exact = self.memory.index().exact(&pre, action).filter(|_| access.preceding == 0);

@@ -4,7 +4,7 @@ use std::borrow::{Borrow, Cow};
 use std::fmt::{self, Display, Formatter};
 
 use crate::memory::content::Content;
-use crate::nouns::observation::{Observation, Pattern, PropertyId, Term, TypeId, Value, Variable};
+use crate::nouns::observation::{Observation, Pattern, PropertyId, SymbolId, Term, TypeId, Value, Variable};
 use crate::nouns::probability::Count;
 use crate::nouns::pursuit::Goal;
 use crate::nouns::schema::{Form, Schema};
@@ -74,14 +74,18 @@ pub fn value(vocabulary: &Vocabulary, property: PropertyId, value: Value) -> Str
     match value {
         Value::Integer(value) => value.to_string(),
         Value::Boolean(value) => value.to_string(),
-        Value::Symbol(symbol) => {
-            vocabulary.symbols().get(symbol.0 as usize).cloned().unwrap_or_else(|| format!("?{}", symbol.0))
-        }
+        Value::Symbol(known) => symbol(vocabulary, known),
         Value::Bin(bin) => match vocabulary.property_kind(property) {
             Some(ValueKind::Real { resolution }) => real(bin_middle(bin, *resolution), *resolution),
             _ => format!("bin {bin}"),
         },
     }
+}
+
+/// A symbol.
+#[must_use]
+pub fn symbol(vocabulary: &Vocabulary, symbol: SymbolId) -> String {
+    vocabulary.symbols().get(symbol.0 as usize).cloned().unwrap_or_else(|| format!("?{}", symbol.0))
 }
 
 /// A real with as many decimals as its resolution calls for.

@@ -139,10 +139,13 @@ impl Change {
 
 /// A claim with those that are exceptions to it. Of the claims whose conditions hold, the one in force is found from the top: the
 /// first exception whose condition holds, and so on within it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Claim {
     /// The condition that it has besides those of the claim that it is an exception to; none at the top.
     pub condition: Option<Condition>,
+    /// How much better its outcomes and the others were told apart than together when it was grown, with the price of its condition
+    /// taken off: ln of the odds; 0 at the top.
+    pub gain: f64,
     /// The exceptions, in their order.
     pub exceptions: Vec<Claim>,
     /// The changes that followed where it was in force and no exception was, each with how often, the most frequent first.
@@ -155,5 +158,48 @@ impl Claim {
     /// This claim and all exceptions below it, the claim before its exceptions.
     pub fn all(&self) -> Box<dyn Iterator<Item = &Self> + '_> {
         Box::new(std::iter::once(self).chain(self.exceptions.iter().flat_map(Self::all)))
+    }
+
+    /// The evidence for the condition of its exception `at`: how often each change followed where the condition holds, and where it
+    /// does not though all of this claim's do and none of the exceptions before is in force. The most frequent ones come first.
+    #[must_use]
+    pub fn evidence(&self, at: usize) -> Evidence<'_> {
+        let mut evidence = Evidence::default();
+        for claim in self.exceptions.get(at).into_iter().flat_map(Self::all) {
+            evidence.with += claim.trials;
+            claim.outcomes.iter().for_each(|(change, count)| evidence.outcome(change).1 += count);
+        }
+        let later = self.exceptions.get(at + 1..).into_iter().flatten().flat_map(Self::all);
+        let own = (self.trials, &self.outcomes);
+        for (trials, outcomes) in
+            std::iter::once(own).chain(later.map(|claim| (claim.trials, &claim.outcomes)))
+        {
+            evidence.without += trials;
+            outcomes.iter().for_each(|(change, count)| evidence.outcome(change).2 += count);
+        }
+        evidence.outcomes.sort_by_key(|(_, with, without)| std::cmp::Reverse(with + without));
+        evidence
+    }
+}
+
+/// How often changes followed where a condition holds, and where it does not.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Evidence<'a> {
+    /// How often it held.
+    pub with: u32,
+    /// How often it did not.
+    pub without: u32,
+    /// Each change, with how often it followed where the condition held, and where it did not.
+    pub outcomes: Vec<(&'a Change, u32, u32)>,
+}
+
+impl<'a> Evidence<'a> {
+    fn outcome(&mut self, change: &'a Change) -> &mut (&'a Change, u32, u32) {
+        let known = self.outcomes.iter().position(|(known, ..)| *known == change);
+        let at = known.unwrap_or_else(|| {
+            self.outcomes.push((change, 0, 0));
+            self.outcomes.len() - 1
+        });
+        &mut self.outcomes[at]
     }
 }

@@ -20,6 +20,18 @@ impl Mechanisms {
         [("claims", self.claims)]
     }
 
+    /// The profile by its name, `paper` or `full`; or the names of those that are on.
+    #[must_use]
+    pub fn profile(self) -> String {
+        let on = self.named().into_iter().filter(|(_, on)| *on).map(|(name, _)| name);
+        let on: Vec<_> = on.collect();
+        match on.len() {
+            0 => "paper".to_owned(),
+            some if some == self.named().len() => "full".to_owned(),
+            _ => on.join(", "),
+        }
+    }
+
     /// The switch of this name.
     pub fn switch(&mut self, name: &str) -> Option<&mut bool> {
         match name {

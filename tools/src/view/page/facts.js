@@ -5,6 +5,7 @@ import { byId, bytes, duration, el, whole } from "./dom.js";
 /** Shows the figures of a moment; with `past`, only those that memory has. */
 export function showFacts(live, past) {
   const rows = [
+    ["profile", live.profile],
     ["curriculum", live.curriculum],
     ["stage", `${live.stage}: ${live.stage_state}`],
     ["saturation", saturation(live.saturation)],

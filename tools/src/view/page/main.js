@@ -2,6 +2,7 @@
 
 import { ask, askNow, moment } from "./ask.js";
 import { byId, el, isBeingRead, tell, whole } from "./dom.js";
+import * as claims from "./claims.js";
 import { showDecision } from "./decision.js";
 import { showFacts } from "./facts.js";
 import * as graph from "./graph.js";
@@ -54,7 +55,7 @@ function showHeader(live) {
   tell(byId("name"), live.name);
   document.title = `${live.name}: pschema view`;
   const speed = about.live ? `, ${live.steps_per_s.toFixed(0)} steps/s` : "";
-  tell(byId("state"), `${live.stage}: ${live.stage_state} · step ${whole(live.step)}${speed} · ${whole(live.schemas_total)} schemas, ${whole(live.schemas_generalised)} generalised`);
+  tell(byId("state"), `${live.stage}: ${live.stage_state} · step ${whole(live.step)}${speed} · ${whole(live.schemas_total)} schemas, ${whole(live.schemas_generalised)} generalised · profile ${live.profile}`);
   byId("state").dataset.step = String(live.step);
   const held = live.stage_state === "held";
   byId("hold").disabled = held;
@@ -172,7 +173,7 @@ async function showPast(until) {
 /** What was asked for of another moment is asked for again. */
 async function renewRest() {
   const { until } = moment;
-  await Promise.all([schemas.list(0), renewOne()]);
+  await Promise.all([schemas.list(0), renewOne(), claims.again()]);
   if (moment.until === until) graph.again();
 }
 
@@ -222,6 +223,7 @@ byId("until").addEventListener("change", () => {
 });
 byId("present").addEventListener("click", present);
 
+claims.begin();
 schemas.begin(graph.around);
 graph.begin((id) => schemas.showOne(id));
 trace.show();

@@ -99,6 +99,7 @@ function one(schema) {
       + `${share(schema.probability)} (${share(schema.low)} to ${share(schema.high)})`)),
     conditions("Post-conditions", schema.post),
     schema.associated.length === 0 ? null : conditions("Associated observations", schema.associated),
+    schema.rests_on === "" ? null : el("div", {}, el("h3", {}, "Claims that it rests on"), el("pre", {}, schema.rests_on)),
     related("Parent", schema.parent === null ? [] : [schema.parent]),
     related("Counter-example to", schema.contradicts === null ? [] : [schema.contradicts]),
     related(schema.kind === "generalised" ? "Examples" : "Example of", schema.examples),

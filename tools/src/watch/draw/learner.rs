@@ -26,6 +26,7 @@ pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
             plain(&status.curriculum)
         ),
     );
+    fact("profile", &plain(&status.profile));
     let top = state.excitation_top().unwrap_or(0.0);
     if let Some(told) = &status.saturation {
         let drawn = bar(told.quiet_actions, told.quiet_actions_wanted);

@@ -133,6 +133,7 @@ fn explanation() -> Explanation {
         candidates_total: 229,
         candidates: vec![touching, reaching],
         goal: None,
+        claims: Vec::new(),
     }
 }
 
@@ -189,6 +190,7 @@ pub(super) fn live() -> Live {
         uptime_s: 754.0,
         step: 1_234,
         durable_step: Some(1_233),
+        profile: "full".to_owned(),
         curriculum: "exp2".to_owned(),
         stage: "first touches".to_owned(),
         stage_state: StageState::Acting,
@@ -293,6 +295,7 @@ pub(super) fn detail(executions: u32) -> SchemaDetail {
         examples: vec![224, 225],
         counter_examples: Vec::new(),
         created_step: 230,
+        claims: Vec::new(),
     }
 }
 

@@ -40,7 +40,7 @@ impl Ground<'_> {
 
     fn claim(
         &self,
-        condition: Option<Condition>,
+        of: Option<(f64, Condition)>,
         mut examples: Column,
         likelihood: &Likelihood,
         depth: usize,
@@ -52,15 +52,17 @@ impl Ground<'_> {
             if uniform || depth == DEPTH_MAX {
                 break parted;
             }
-            let Some((condition, holding)) = self.exception(&examples, &parted, likelihood) else {
+            let Some((gain, condition, holding)) = self.exception(&examples, &parted, likelihood) else {
                 break parted;
             };
             examples = examples.without(&holding);
-            exceptions.push(self.claim(Some(condition), holding, likelihood, depth + 1));
+            exceptions.push(self.claim(Some((gain, condition)), holding, likelihood, depth + 1));
         };
         let count = |column: &Column| u32::try_from(column.count()).unwrap_or(u32::MAX);
         let outcomes = parted.parts.iter().map(|(at, column)| (self.changes[*at].0.clone(), count(column)));
-        Claim { condition, exceptions, outcomes: outcomes.collect(), trials: count(&examples) }
+        let (gain, condition) = of.unzip();
+        let gain = gain.unwrap_or_default();
+        Claim { condition, gain, exceptions, outcomes: outcomes.collect(), trials: count(&examples) }
     }
 
     /// Puts each example down to one of the changes that make it: as few changes as a greedy search finds, in the shortest words.
@@ -78,13 +80,13 @@ impl Ground<'_> {
         }
     }
 
-    /// The condition that parts the examples best, if it pays, with those in which it holds.
+    /// The condition that parts the examples best, if it pays, with its net gain and the examples in which it holds.
     fn exception(
         &self,
         examples: &Column,
         parted: &Parted,
         likelihood: &Likelihood,
-    ) -> Option<(Condition, Column)> {
+    ) -> Option<(f64, Condition, Column)> {
         let all = examples.count();
         let whole: Vec<_> = parted
             .parts
@@ -135,7 +137,7 @@ impl Ground<'_> {
                 });
             }
         }
-        best.map(|(_, condition, holding)| (condition, holding))
+        best
     }
 
     /// For each number that can be named in all these examples, each bound that parts them, with how many of each outcome are at or

@@ -17,8 +17,9 @@ use pool::Pool;
 pub use pool::{Foretold, View};
 
 use crate::memory::evidence::facet::ANYTHING;
+use crate::nouns::claim::Claim;
 use crate::nouns::experience::Experience;
-use crate::nouns::observation::{Observation, Value};
+use crate::nouns::observation::{Observation, TypeId, Value};
 use crate::nouns::vocabulary::{PrimitiveId, Vocabulary, value_of};
 
 /// The experiences with each action, by its number in the vocabulary, and the claims that they make. A clone shares all of it.
@@ -27,6 +28,17 @@ pub struct Evidence {
     pools: BTreeMap<usize, Arc<Pool>>,
     /// The same experiences, as if all had been with one action: what is to be expected whatever is done.
     background: Arc<Pool>,
+}
+
+/// What is done where claims hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum About {
+    /// The action of this number in the vocabulary, whatever its parameters.
+    Action(usize),
+    /// This primitive alone.
+    Primitive(PrimitiveId),
+    /// Anything: what is to be expected whatever is done.
+    Anything,
 }
 
 /// The number of the action that a primitive is one of.
@@ -81,6 +93,20 @@ impl Evidence {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.pools.is_empty()
+    }
+
+    /// The claims about each facet, with the types that it is of.
+    #[must_use]
+    pub fn claims(&self, vocabulary: &Vocabulary, about: About) -> Vec<(&[TypeId], &Claim)> {
+        let (pool, primitive) = match about {
+            About::Action(action) => (self.pools.get(&action), None),
+            About::Primitive(primitive) => {
+                let action = action(vocabulary, primitive);
+                (action.and_then(|action| self.pools.get(&action)), Some(primitive))
+            }
+            About::Anything => (Some(&self.background), None),
+        };
+        pool.into_iter().flat_map(|pool| pool.claims(primitive)).collect()
     }
 
     /// What a primitive brings about of itself, whatever the context, in canonical order; none while it was never carried out.

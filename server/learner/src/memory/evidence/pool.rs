@@ -7,7 +7,7 @@ use crate::memory::evidence::columns::Column;
 use crate::memory::evidence::facet::{ANYTHING, Conditions, Examples, Facet, Grown, conditions, path};
 use crate::memory::evidence::price::Likelihood;
 use crate::memory::evidence::scene::Scene;
-use crate::nouns::claim::{Change, Condition, Sketch};
+use crate::nouns::claim::{Change, Claim, Condition, Sketch};
 use crate::nouns::experience::Experience;
 use crate::nouns::observation::{Observation, TypeId, Value};
 use crate::nouns::vocabulary::PrimitiveId;
@@ -452,6 +452,17 @@ impl Pool {
         for (_, (experience, _)) in kept.filter(|(at, _)| !forgotten.contains(*at)) {
             self.learn(experience);
         }
+    }
+
+    /// The claims about each facet: those about a primitive alone, or those about the action.
+    pub(super) fn claims(&self, primitive: Option<PrimitiveId>) -> impl Iterator<Item = (&[TypeId], &Claim)> {
+        self.facets.iter().filter_map(move |facet| {
+            let grown = match primitive {
+                Some(primitive) => facet.particular.get(&primitive)?,
+                None => &facet.general,
+            };
+            Some((&facet.kinds[..], &grown.claim))
+        })
     }
 
     /// The experiences that are kept, in order.

@@ -1,0 +1,184 @@
+//! Claims for people: `claims`, and what claims foretell in `predict`, `show` and `explain`.
+
+use pschema_inspect::{
+    Change, Claim, ClaimCondition, ClaimEvidence, ClaimList, ClaimTree, ClaimView, Comparison, Foretold,
+    JointOutcome, ObservationText,
+};
+use pschema_learner::notation::side;
+
+use super::table::{Columns, WIDTH};
+use super::words::{count, notation, plain, probability, value};
+
+/// What stands for an outcome in which nothing changes.
+const NO_CHANGE: &str = "no change";
+
+/// A list of claims, from which the first `offset` trees were left out.
+pub(crate) fn list(list: &ClaimList, offset: u32) -> String {
+    if list.claims.is_empty() {
+        return match list.matching {
+            0 => "There are no claims yet: they come of experiences.\n".to_owned(),
+            n => format!("{} in all: none is left beyond the first {offset}.\n", count(n, "tree")),
+        };
+    }
+    let mut text = String::new();
+    for tree in &list.claims {
+        text.push_str(&one(tree));
+        text.push('\n');
+    }
+    let (shown, all) = (list.claims.len() as u64, count(list.matching, "tree"));
+    let end = u64::from(offset) + shown;
+    let more =
+        if end < u64::from(list.matching) { format!("; --offset {end} goes on") } else { String::new() };
+    text + &match offset {
+        0 if more.is_empty() => format!("{all}.\n"),
+        0 => format!("{shown} of {all}{more}.\n"),
+        _ => format!("{} to {end} of {all}{more}.\n", offset + 1),
+    }
+}
+
+/// The claims about one group of types.
+fn one(tree: &ClaimTree) -> String {
+    let done = tree.action.as_deref().map_or_else(|| "whatever is done".to_owned(), plain);
+    let mut text = format!("{done}: {}\n", types(&tree.types));
+    branch(&tree.claim, 1, &mut text);
+    text
+}
+
+/// A claim, its evidence and its exceptions, each deeper than the claim that it is an exception to.
+fn branch(claim: &Claim, depth: usize, text: &mut String) {
+    let indent = "  ".repeat(depth);
+    let lead = match &claim.because {
+        None => String::new(),
+        Some(evidence) => format!("but where {}: ", condition(&evidence.condition)),
+    };
+    let followed = if claim.trials == 0 { "always one of these".to_owned() } else { outcomes(claim) };
+    hanging(&indent, &format!("{lead}{followed}"), text);
+    if let Some(evidence) = &claim.because {
+        hanging(&format!("{indent}  "), &because(evidence), text);
+    }
+    claim.exceptions.iter().for_each(|exception| branch(exception, depth + 1, text));
+}
+
+fn outcomes(claim: &Claim) -> String {
+    let told = claim.outcomes.iter().map(|one| (change(&one.change), one.occurrences));
+    counted(told, claim.trials)
+}
+
+/// Outcomes with their counts: `becomes finger{field=param(field)} 40/40`.
+fn counted(outcomes: impl Iterator<Item = (String, u32)>, trials: u32) -> String {
+    let mut rest = trials;
+    let mut told: Vec<_> = outcomes
+        .filter(|(_, times)| *times > 0)
+        .map(|(change, times)| {
+            rest = rest.saturating_sub(times);
+            format!("{change} {times}/{trials}")
+        })
+        .collect();
+    if rest > 0 {
+        told.push(format!("anything else {rest}/{trials}"));
+    }
+    if told.is_empty() { "never tried".to_owned() } else { told.join(", ") }
+}
+
+/// The evidence for a condition, in a sentence without its full stop.
+pub(crate) fn because(evidence: &ClaimEvidence) -> String {
+    let with = evidence.outcomes.iter().map(|one| (change(&one.change), one.with));
+    let with = counted(with, evidence.trials_with);
+    let without = evidence.outcomes.iter().map(|one| (change(&one.change), one.without));
+    let without = counted(without, evidence.trials_without);
+    format!("[with it: {with}; without it: {without}; {:.1} bits above its price]", evidence.gain_bits)
+}
+
+/// A condition as it is written.
+pub(crate) fn condition(condition: &ClaimCondition) -> String {
+    let compared = |sign: &str, compared: &Comparison| {
+        format!("{} {sign} {}", plain(&compared.named.to_string()), value(&compared.value))
+    };
+    match condition {
+        ClaimCondition::Observed(observation) => notation(observation),
+        ClaimCondition::Is(both) => compared("=", both),
+        ClaimCondition::AtLeast(both) => compared(">=", both),
+    }
+}
+
+/// A change as it is written: `becomes finger{field=4} & no longer object{field=4}`.
+fn change(change: &Change) -> String {
+    changes(&[("becomes", &change.becomes), ("no longer", &change.vanishes), ("new", &change.appears)])
+}
+
+fn changes(parts: &[(&str, &[ObservationText])]) -> String {
+    let told =
+        parts.iter().flat_map(|(lead, part)| part.iter().map(move |o| format!("{lead} {}", notation(o))));
+    let told: Vec<_> = told.collect();
+    if told.is_empty() { NO_CHANGE.to_owned() } else { side(told) }
+}
+
+fn types(types: &[String]) -> String {
+    types.iter().map(|kind| plain(kind)).collect::<Vec<_>>().join(" & ")
+}
+
+/// What is foretold of each group of types, with the conditions that it rests on; with the `evidence` for them if that is wanted.
+pub(crate) fn foretold(list: &[Foretold], evidence: bool) -> String {
+    let mut text = String::new();
+    for facet in list {
+        text.push_str(&format!("\n{}: {}\n", types(&facet.types), basis(facet)));
+        for condition in &facet.because {
+            let told = format!("because {}", self::condition(&condition.condition));
+            hanging("  ", &told, &mut text);
+            if evidence {
+                hanging("    ", &because(condition), &mut text);
+            }
+        }
+        let mut table = Columns::new(&["  then", "probability"]);
+        for outcome in &facet.outcomes {
+            table.row([format!("  {}", joint(outcome)), likely(outcome, facet.trials)]);
+        }
+        let told: u32 = facet.outcomes.iter().map(|outcome| outcome.occurrences).sum();
+        if told < facet.trials {
+            let rest = facet.trials - told;
+            table.row(["  anything else".to_owned(), format!("{rest}/{}", facet.trials)]);
+        }
+        text.push_str(&table.text(&[1]));
+    }
+    text
+}
+
+fn basis(facet: &Foretold) -> String {
+    let from = match facet.view {
+        ClaimView::General => "from the claims about the action",
+        ClaimView::Primitive => "from the claims about this primitive alone",
+        ClaimView::Context => "from what came of it in this very context",
+    };
+    let doing = if facet.attributed { "" } else { "; not put down to the action" };
+    format!("{from}{doing}")
+}
+
+/// What comes of it, as one outcome.
+pub(crate) fn joint(outcome: &JointOutcome) -> String {
+    changes(&[("no longer", &outcome.vanishes), ("new", &outcome.appears)])
+}
+
+fn likely(outcome: &JointOutcome, trials: u32) -> String {
+    probability(outcome.probability, outcome.occurrences, trials, outcome.low, outcome.high)
+}
+
+/// Adds a text that is broken into lines, those after the first with a deeper indent.
+fn hanging(indent: &str, told: &str, text: &mut String) {
+    let mut line = indent.to_owned();
+    let mut free = true;
+    for word in told.split(' ') {
+        if !free && line.chars().count() + 1 + word.chars().count() > usize::from(WIDTH) {
+            text.push_str(&line);
+            text.push('\n');
+            line = format!("{indent}  ");
+            free = true;
+        }
+        if !free {
+            line.push(' ');
+        }
+        line.push_str(word);
+        free = false;
+    }
+    text.push_str(&line);
+    text.push('\n');
+}
