@@ -20,7 +20,7 @@ pub enum ClientError {
 }
 
 impl ClientError {
-    /// Whether there is no daemon to ask: none was started, it is only just starting, or it has gone.
+    /// Whether there is no daemon to ask: none was started, it is still starting, or it has gone.
     #[must_use]
     pub fn is_no_daemon(&self) -> bool {
         matches!(
@@ -30,6 +30,12 @@ impl ClientError {
                     | TransportError::DaemonGone
             )
         )
+    }
+
+    /// Whether a request may have been received that was not answered: whether an order was obeyed is then not known.
+    #[must_use]
+    pub fn is_unanswered(&self) -> bool {
+        matches!(self, Self::Transport(TransportError::TimedOut { .. } | TransportError::DaemonGone))
     }
 }
 
@@ -55,12 +61,14 @@ pub struct Client {
     timeout: Duration,
 }
 
-/// How soon a daemon that is only just starting is tried again.
+/// How soon a daemon that is still starting is tried again.
 const RETRY_EVERY: Duration = Duration::from_millis(10);
+/// How long a daemon is tried again that has no place, or is being replaced.
+const PLACE_PATIENCE: Duration = Duration::from_secs(1);
 
 impl Client {
-    /// Connects to the daemon that serves `place`. `timeout` is how long to wait here for one that is only
-    /// just starting, and later for each page of an answer.
+    /// Connects to the daemon that serves `place`. `timeout` is how long to wait here for one that is still
+    /// starting, and later for each page of an answer.
     ///
     /// # Errors
     /// See [`ClientError::is_no_daemon`]; [`TransportError::Full`] when the daemon has its number of tools.
@@ -79,16 +87,20 @@ impl Client {
         loop {
             match ToolLink::connect(place, purpose) {
                 Ok(link) => return Ok(Self { link, timeout }),
-                // It was replaced just now, or has not opened all of its epoch yet; or a dead tool's place is
-                // not cleaned up yet.
-                Err(
-                    TransportError::Domain(DomainError::Starting { .. })
-                    | TransportError::Setup { .. }
-                    | TransportError::Full { .. },
-                ) if start.elapsed() < timeout.min(Duration::from_secs(1)) => {
+                Err(error) => {
+                    let patience = match error {
+                        TransportError::Domain(DomainError::Starting { .. }) => timeout,
+                        // It was replaced just now; or a dead tool's place is not cleaned up yet.
+                        TransportError::Setup { .. } | TransportError::Full { .. } => {
+                            timeout.min(PLACE_PATIENCE)
+                        }
+                        _ => Duration::ZERO,
+                    };
+                    if start.elapsed() >= patience {
+                        return Err(error.into());
+                    }
                     std::thread::sleep(RETRY_EVERY);
                 }
-                Err(error) => return Err(error.into()),
             }
         }
     }

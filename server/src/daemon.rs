@@ -91,8 +91,8 @@ pub fn serve_kept(
 ) -> Result<(), ServerError> {
     require_descriptors("a daemon with all its bodies and tools", DESCRIPTORS_NEEDED)?;
     let name: Arc<str> = place.learner().to_string().into();
-    let mut transport = ServerTransport::create(OwnedDomain::create(place.clone())?)?;
-    let waker = Waker::new(transport.waker()?);
+    let domain = OwnedDomain::create(place.clone())?;
+    let waker = Waker::default();
     let woken = waker.clone();
     let inspector = Inspector::start(move || woken.wake()).map_err(ServerError::Thread)?;
     let (mind, store) = match keeping {
@@ -103,6 +103,9 @@ pub fn serve_kept(
             (mind, Some(store))
         }
     };
+    // Only now: bodies and tools that come while memory is being found, which may take long, are told that the daemon is starting.
+    let mut transport = ServerTransport::create(domain)?;
+    waker.renew(transport.waker()?);
     let mut daemon = Daemon::new(name, mind, inspector, Keeper::new(store), hosting);
     match daemon.keeper.storage() {
         Some(storage) => tracing::info!(
@@ -165,11 +168,11 @@ fn anew(lost: ServerTransport, place: &Place, why: String) -> Result<ServerTrans
     begin().map_err(|error: ServerError| ServerError::Unreachable { why, error: Box::new(error) })
 }
 
-/// A tool that waits for an answer, and the last batch at the time it asked: the answer leaves when that is durable, so
-/// that no tool is told of a step that could be lost.
+/// A tool that waits for an answer.
 struct Asker {
     reply: RequestReply,
-    batch: u64,
+    /// The batch that must be durable before the answer leaves, of an order that changed memory. A question waits for no disk.
+    batch: Option<u64>,
 }
 
 /// A message for a body or a tool, which leaves when memory is durable.
@@ -260,7 +263,8 @@ impl Daemon {
             }
             Event::Incoming(Incoming::Request { bytes, reply }) => self.tool(&bytes, reply),
             Event::Incoming(Incoming::Refused { session, refusal }) => self.refused(session, &refusal),
-            Event::Answer(Asker { reply, batch }, bytes) => {
+            Event::Answer(Asker { reply, batch: None }, bytes) => reply.answer(bytes),
+            Event::Answer(Asker { reply, batch: Some(batch) }, bytes) => {
                 self.keeper.hold(batch, Delivery::Answer(reply, bytes));
             }
             Event::Signal => self.end(),
@@ -446,8 +450,8 @@ impl Daemon {
             let full = format!("{JOBS_MAX} questions are waiting: ask again later; nothing was done");
             return reply.answer(problem(full));
         }
-        let question = match request {
-            Request::Question(question) => question,
+        let (question, batch) = match request {
+            Request::Question(question) => (question, None),
             Request::Order(order) => {
                 if let Err(why) = self.obey(&order) {
                     return reply.answer(encoded(&ToolReply::<()>::Problem(why)));
@@ -456,10 +460,11 @@ impl Daemon {
                 let Some(question) = order.told_by() else {
                     return reply.answer(encoded(&ToolReply::Answer(())));
                 };
-                question
+                // Words wait in RAM to be heard, and nothing of them is on disk before.
+                (question, (!matches!(order, Order::Say(_))).then_some(self.batch))
             }
         };
-        let asker = Asker { reply, batch: self.batch };
+        let asker = Asker { reply, batch };
         if let Err((Asker { reply, .. }, why)) = self.inspector.ask(question, self.view(), asker) {
             let why = if stops {
                 // The order was obeyed: the answer must not read as a refusal.

@@ -1,4 +1,5 @@
-//! Memory on disk, from the daemon's side: a reply leaves only when the step that decided it is durable.
+//! Memory on disk, from the daemon's side: a reply leaves only when the step that decided it is durable, and an order is
+//! acknowledged only when the change that it made is.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -130,6 +131,7 @@ impl<T> Keeper<T> {
                 Durability::Relaxed => pschema_inspect::Durability::Relaxed,
             },
             durable_step: store.durable_step(),
+            changes_waiting: store.unconfirmed(),
             journal_bytes: store.journal_bytes(),
             oldest_step: store.oldest_step(),
             snapshot_step: store.snapshot_step(),
@@ -204,13 +206,12 @@ mod tests {
         released(keeper)
     }
 
-    /// Replies to two bodies, answers to two orders, and between them the answer to a question, which may tell of the
-    /// first order.
+    /// Replies to two bodies, answers to two orders, and between them the answer to an order that changed nothing more.
     fn several(keeper: &mut TestKeeper) {
         keep(keeper, Cause::Declared("left"), "to the left body");
         keep(keeper, Cause::Declared("right"), "to the right body");
         keep(keeper, Cause::Order("stage hold"), "to an order");
-        keeper.hold(3, "to a question");
+        keeper.hold(3, "to the order given again");
         keep(keeper, Cause::Order("cancel 1"), "to another order");
     }
 
@@ -220,7 +221,7 @@ mod tests {
         several(&mut keeper);
         assert!(released(&mut keeper).is_empty());
         assert_eq!(sync(&mut keeper, 1), ["to the left body"]);
-        assert_eq!(sync(&mut keeper, 3), ["to the right body", "to an order", "to a question"]);
+        assert_eq!(sync(&mut keeper, 3), ["to the right body", "to an order", "to the order given again"]);
         assert!(released(&mut keeper).is_empty() && keeper.failure().is_none());
         assert_eq!(sync(&mut keeper, 4), ["to another order"]);
     }

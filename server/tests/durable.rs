@@ -6,8 +6,13 @@ mod common;
 
 use std::path::Path;
 
+use std::time::Duration;
+
+use common::ask;
 use common::process::{BodyThread, Daemon, directory, place, recovered, served, status};
+use pschema_inspect::{ReportQuery, SayOrder, StageOrder, StageState};
 use pschema_learner::random::Random;
+use pschema_protocol::client::Client;
 use rustix::process::{Resource, Rlimit, Signal, kill_process, prlimit};
 
 #[test]
@@ -62,15 +67,61 @@ fn what_stands_in_the_way_of_keeping_memory_is_told() {
     assert!(unreadable.contains("cannot read") && unreadable.contains("data/journal"), "{unreadable}");
 }
 
+/// Opening a pipe that nobody reads or writes takes without end, as with a disk that does not answer.
+fn pipe(at: &Path) {
+    let mode = rustix::fs::Mode::RWXU;
+    rustix::fs::mknodat(rustix::fs::CWD, at, rustix::fs::FileType::Fifo, mode, 0).unwrap();
+}
+
+/// With a disk that took seconds to confirm, no question was answered, `status` neither.
+#[test]
+fn questions_are_answered_while_the_disk_is_at_work_and_orders_when_it_has_confirmed() {
+    let directory = directory();
+    let place = place(directory.path());
+    let data = directory.path().join("data");
+    let mut daemon = served(directory.path(), data.to_str().unwrap(), 1, &[]);
+    daemon.ready();
+    // The file of the first change.
+    pipe(&data.join("journal/00000000000000000001.journal"));
+    let within = |time| Client::connect(&place, time).unwrap();
+    let unanswered = ask(&mut within(Duration::from_millis(100)), StageOrder::Hold).unwrap_err();
+    assert!(unanswered.to_string().contains("waiting for a slow disk"), "{unanswered}");
+    let mut client = within(Duration::from_secs(20));
+    let report = ask(&mut client, ReportQuery {}).unwrap();
+    assert_eq!(report.stage_state, StageState::Held, "it is obeyed before it is acknowledged");
+    // No change of memory, so there is nothing to wait for.
+    ask(&mut client, SayOrder { words: vec!["ball".to_owned()] }).unwrap();
+    assert_eq!(status(&place).storage.unwrap().changes_waiting, 1);
+    let unanswered = ask(&mut within(Duration::from_millis(100)), StageOrder::Resume);
+    assert!(unanswered.is_err());
+    assert_eq!(status(&place).storage.unwrap().changes_waiting, 2);
+    daemon.kill();
+}
+
+/// Tools said that it was stopped or very busy.
+#[test]
+fn a_daemon_that_is_still_looking_for_its_memory_is_said_to_be_starting() {
+    let directory = directory();
+    let data = directory.path().join("data");
+    std::fs::create_dir(&data).unwrap();
+    pipe(&data.join("manifest"));
+    let daemon = served(directory.path(), data.to_str().unwrap(), 1, &[]);
+    while !data.join("LOCK").exists() {
+        std::thread::yield_now();
+    }
+    let error = Client::connect(&place(directory.path()), Duration::from_millis(50)).unwrap_err();
+    let told = format!("process {}, is still starting", daemon.0.id());
+    assert!(error.is_no_daemon() && error.to_string().contains(&told), "{error}");
+    daemon.kill();
+}
+
 /// A disk that does not answer kept a daemon that was asked to end until a second signal came.
 #[test]
 fn a_daemon_that_is_still_looking_for_its_memory_ends_when_it_is_asked_to() {
     let directory = directory();
     let data = directory.path().join("data");
     std::fs::create_dir(&data).unwrap();
-    // Who opens a pipe that nobody writes to waits without end.
-    let (pipe, mode) = (data.join("manifest"), rustix::fs::Mode::RWXU);
-    rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, mode, 0).unwrap();
+    pipe(&data.join("manifest"));
     let daemon = served(directory.path(), data.to_str().unwrap(), 1, &[]);
     // It has its lock when it begins to look.
     while !data.join("LOCK").exists() {

@@ -27,7 +27,7 @@ fn stopped_it_is_waited_for_and_the_body_says_so() {
     let body = sandbox.start_program(PEER, &["body", "default", "waiting"]);
     until("it moves", || (orders(&body) > 20).then_some(()));
     daemon.signal(Signal::STOP);
-    body.says("the daemon does not reply: it is stopped or very busy; holding");
+    body.says("the daemon does not reply: it is stopped, very busy, or waiting for a slow disk; holding");
     let at = orders(&body);
     let tool = sandbox.start(&["status"]);
     daemon.signal(Signal::CONT);

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use pschema_inspect::{Ask, AskError, ask};
+use pschema_inspect::{Ask, AskError, Request, ask};
 use pschema_protocol::client::{Client, ClientError, Purpose};
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_server::inspect::Inspect;
@@ -10,7 +10,7 @@ use pschema_server::inspect::Inspect;
 use crate::failure::Failure;
 
 /// How long a daemon may take for each page of an answer. It answers in milliseconds; this is for one that
-/// is stopped or swapped out.
+/// is stopped or swapped out, and for an order, which waits for the disk.
 const ANSWER_WITHIN: Duration = Duration::from_secs(5);
 
 impl From<ClientError> for Failure {
@@ -58,7 +58,15 @@ impl Learner {
 
     /// Asks or orders; that the daemon does not answer is a failure.
     pub(crate) fn ask<Q: Ask>(&mut self, asked: Q) -> Result<Q::Answer, Failure> {
-        Ok(ask(asked, |request| self.client.request(request))?)
+        let is_order = matches!(asked.clone().into(), Request::Order(_));
+        ask(asked, |request| self.client.request(request)).map_err(|error| match error {
+            AskError::Send(error) if is_order && error.is_unanswered() => {
+                let told =
+                    format!("{error} (whether the order was obeyed is not known: `pschema status` tells)");
+                if error.is_no_daemon() { Failure::NoDaemon(told) } else { Failure::Failed(told) }
+            }
+            error => error.into(),
+        })
     }
 }
 

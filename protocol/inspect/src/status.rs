@@ -130,6 +130,8 @@ pub struct StorageStatus {
     pub durability: Durability,
     /// The last step known to be on disk.
     pub durable_step: u64,
+    /// How many changes of memory (steps, orders, declarations of bodies) have been made and wait for the disk.
+    pub changes_waiting: u64,
     /// Bytes of journal there are.
     pub journal_bytes: u64,
     /// The oldest step that memory can be returned to.

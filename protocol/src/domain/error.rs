@@ -39,12 +39,15 @@ pub enum DomainError {
         runtime: PathBuf,
     },
     /// The learner's daemon is not ready yet.
-    #[error("the daemon of learner {name}, process {pid}, is only just starting: try again in a moment")]
+    #[error(
+        "the daemon of learner {name}, process {pid}, is still starting, for which a long memory or a slow disk takes a while: \
+         try again in a moment"
+    )]
     Starting {
         /// The learner.
         name: String,
-        /// The daemon's process.
-        pid: u32,
+        /// The daemon's process, as the lock file has it.
+        pid: String,
     },
     /// The daemon speaks another version of the protocol.
     #[error(

@@ -69,20 +69,21 @@ impl Place {
     ///
     /// # Errors
     /// [`DomainError::NotServed`] when there is none; [`DomainError::Version`] when its daemon is of another
-    /// release; [`DomainError::Starting`] when its daemon has not opened all of it yet; else what is wrong with
-    /// its record.
+    /// release; [`DomainError::Starting`] when its daemon has not opened all of it yet, or still looks for its memory; else
+    /// what is wrong with its record.
     pub fn served(&self) -> Result<DomainRecord, DomainError> {
         let path = self.record_path();
         let record = match DomainRecord::read(&path) {
-            Err(DomainError::Io { error, .. }) if error.kind() == std::io::ErrorKind::NotFound => {
-                return Err(self.not_served());
-            }
-            record => record?,
+            Err(DomainError::Io { error, .. }) if error.kind() == std::io::ErrorKind::NotFound => None,
+            record => Some(record?),
         };
-        // A daemon that holds the lock and has not yet written its record is starting: the record is that of a dead daemon.
-        if !self.is_served() || self.lock_holder() != record.pid.to_string() {
+        if !self.is_served() {
             return Err(self.not_served());
         }
+        let pid = self.lock_holder();
+        let starting = || DomainError::Starting { name: self.learner.to_string(), pid: pid.clone() };
+        // A daemon that holds the lock and has not yet written its record is starting: the record is that of a dead daemon.
+        let record = record.filter(|record| pid == record.pid.to_string()).ok_or_else(starting)?;
         if record.protocol != VERSION {
             return Err(DomainError::Version {
                 name: self.learner.to_string(),
@@ -93,7 +94,7 @@ impl Place {
         // The daemon makes its services one by one, and each before its own port on it. A request that is sent in between
         // reaches nobody, which looks just as if the daemon had gone.
         if !record.ready {
-            return Err(DomainError::Starting { name: self.learner.to_string(), pid: record.pid });
+            return Err(starting());
         }
         Ok(record)
     }

@@ -23,7 +23,7 @@ use crate::wire::{FrameHeader, Welcome, WireFrame, WireReply, decode, encode, pu
 
 /// How often a waiting body looks whether the daemon lives, and whether the body is told to stop.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// How long a body waits for its welcome. The daemon may be recovering a large memory.
+/// How long a body waits for its welcome. The daemon may be stopped or very busy.
 const WELCOME_PATIENCE: Duration = Duration::from_secs(30);
 /// How long a body that is told to stop still waits for a reply.
 const STOP_PATIENCE: Duration = Duration::from_millis(500);
@@ -47,7 +47,7 @@ impl BodyLink {
     /// Introduces the body to the daemon that serves `place` now.
     ///
     /// # Errors
-    /// [`TransportError::Domain`] when none serves it or it is only just starting, [`TransportError::Full`] when
+    /// [`TransportError::Domain`] when none serves it or it is still starting, [`TransportError::Full`] when
     /// it has its number of bodies, [`TransportError::Refused`] with its reason, [`TransportError::Setup`] when
     /// iceoryx2 refuses, as it does when the daemon ends or is replaced meanwhile, [`TransportError::Stopped`]
     /// when `stop` was set.
@@ -224,7 +224,7 @@ impl BodyLink {
     }
 }
 
-/// Logs that a daemon which lives does not reply. It is stopped or very busy, and nothing else says so. The body holds still
+/// Logs that a daemon which lives does not reply. It is stopped, very busy or waiting for the disk, and nothing else says so. The body holds still
 /// meanwhile: its last action ended before the frame, and no other begins before a reply.
 struct SilenceLog {
     pid: u32,
@@ -247,7 +247,7 @@ impl SilenceLog {
         tracing::warn!(
             daemon = self.pid,
             waited_s = waited.as_secs(),
-            "the daemon does not reply: it is stopped or very busy; holding until it does or ends"
+            "the daemon does not reply: it is stopped, very busy, or waiting for a slow disk; holding until it does or ends"
         );
     }
 

@@ -47,7 +47,9 @@ pub enum TransportError {
     #[error("the daemon has gone")]
     DaemonGone,
     /// The daemon did not answer in time.
-    #[error("the daemon did not answer within {waited:?}: it may be stopped or very busy")]
+    #[error(
+        "the daemon did not answer within {waited:?}: it may be stopped, very busy, or waiting for a slow disk"
+    )]
     TimedOut {
         /// How long was waited.
         waited: Duration,

@@ -41,7 +41,7 @@ impl ToolLink {
     /// Connects to the daemon that serves `place` now.
     ///
     /// # Errors
-    /// [`TransportError::Domain`] when none serves it or it is only just starting, [`TransportError::Full`] when
+    /// [`TransportError::Domain`] when none serves it or it is still starting, [`TransportError::Full`] when
     /// it has its number of tools, [`TransportError::Setup`] when iceoryx2 refuses, as it does when the daemon
     /// ends or is replaced meanwhile.
     pub fn connect(place: &Place, purpose: Purpose) -> Result<Self, TransportError> {
@@ -181,7 +181,7 @@ mod tests {
         let asked =
             Client::connect(&place, Duration::from_millis(30)).and_then(|mut one| one.request(b"early"));
         let error = asked.unwrap_err();
-        assert!(error.is_no_daemon() && error.to_string().contains("only just starting"), "{error}");
+        assert!(error.is_no_daemon() && error.to_string().contains("still starting"), "{error}");
         drop((tools, wake_peers, wake_daemon, node));
 
         let answer = std::thread::scope(|scope| {

@@ -247,7 +247,8 @@ impl Store {
     }
 
     /// How many of the changes that were handed over are not durable.
-    fn unconfirmed(&self) -> u64 {
+    #[must_use]
+    pub fn unconfirmed(&self) -> u64 {
         self.handed.saturating_sub(self.shared.durable.load(Ordering::Acquire))
     }
 

@@ -226,6 +226,7 @@ mod tests {
             directory: "/var/lib/robot".to_owned(),
             durability: Durability::Strict,
             durable_step: 344,
+            changes_waiting: 1,
             journal_bytes: 1_000,
             oldest_step: 0,
             snapshot_step: Some(300),

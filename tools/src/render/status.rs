@@ -144,7 +144,12 @@ fn durability(s: &Status) -> String {
                 Durability::Relaxed => "; RELAXED: actions do not wait for the disk, so steps can be lost",
                 Durability::Strict => "",
             };
-            format!("durable up to {}{relaxed}", storage.durable_step)
+            let waiting = match storage.changes_waiting {
+                0 => String::new(),
+                1 => "; 1 change waits for the disk".to_owned(),
+                changes => format!("; {changes} changes wait for the disk"),
+            };
+            format!("durable up to {}{waiting}{relaxed}", storage.durable_step)
         }
         None => "in RAM only: it ends with the daemon".to_owned(),
     }

@@ -75,10 +75,7 @@ impl Respondent for Present<'_> {
             Failure::Failed(problem) if self.learner.is_current() => {
                 Trouble::new(StatusCode::UNPROCESSABLE_ENTITY, problem)
             }
-            failure => {
-                let problem = format!("{failure} (whether the order was obeyed is not known)");
-                Trouble { problem, ..failure.into() }
-            }
+            failure => failure.into(),
         })
     }
 
