@@ -11,6 +11,7 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
+use pschema_process::say;
 use thiserror::Error;
 
 /// Longest wait for objects to be put somewhere.
@@ -204,7 +205,7 @@ fn ask_terminal(wish: &Wish<'_>, wait: Duration, stop: &AtomicBool) -> Result<()
     while typed.try_recv().is_ok() {}
     let (said, word) = wish.said();
     // A terminal that cannot be written to cannot be read from either, and no answer comes.
-    drop(writeln!(io::stderr(), "{said}:"));
+    say(&format!("{said}:"));
     let end = Instant::now() + wait;
     while Instant::now() < end {
         match typed.recv_timeout(SLICE) {

@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on panics")]
 
-use std::io::Write;
+use std::io::{PipeReader, PipeWriter, Read, Write};
 use std::process::{Child, Command, Stdio};
 
 use pschema_tests::{ChildProcess, Sandbox, prefix_of, shared_files, signal_process, until};
@@ -70,6 +70,41 @@ fn a_log_that_nobody_reads_stops_neither_the_learner_nor_its_end() {
     drop(unread);
     filling.join().unwrap().unwrap_err();
     assert_eq!(sandbox.left(), Vec::<String>::new());
+}
+
+/// A pipe that takes nothing more: its reader, and the end to be written to.
+fn full_pipe() -> (PipeReader, PipeWriter) {
+    let (unread, mut full) = std::io::pipe().unwrap();
+    let flags = rustix::fs::fcntl_getfl(&full).unwrap();
+    rustix::fs::fcntl_setfl(&full, flags | rustix::fs::OFlags::NONBLOCK).unwrap();
+    while full.write(b".").is_ok() {}
+    rustix::fs::fcntl_setfl(&full, flags).unwrap();
+    (unread, full)
+}
+
+/// The last words of a tool waited for who reads them, and the first SIGTERM had no effect.
+#[test]
+fn a_tool_whose_stderr_nobody_reads_ends_at_the_first_signal() {
+    let sandbox = Sandbox::new(BINARY);
+    let _daemon = sandbox.daemon("default", &[]);
+    let _body = sandbox.body("default", &[]);
+    for arguments in
+        [&["view", "--no-open"][..], &["record", "--jsonl", "-"], &["view", "--no-open", "--name", "typo"]]
+    {
+        let (unread, full) = full_pipe();
+        let mut tool = Command::new(BINARY);
+        tool.args(arguments).env("PSCHEMA_RUNTIME_DIR", sandbox.runtime());
+        let mut tool = Unread(tool.stdout(Stdio::piped()).stderr(full).spawn().unwrap());
+        let mut stdout = tool.0.stdout.take().unwrap();
+        // It is at work when it has written something; all of it is read, for only stderr is full.
+        stdout.read_exact(&mut [0; 8]).unwrap();
+        let rest = std::thread::spawn(move || std::io::copy(&mut stdout, &mut std::io::sink()));
+        signal_process(tool.0.id(), Signal::TERM);
+        let ended = until("it ends", || tool.0.try_wait().unwrap());
+        assert_eq!(ended.code(), Some(0), "{arguments:?}");
+        rest.join().unwrap().unwrap();
+        drop(unread);
+    }
 }
 
 /// `timeout` sends its signal to the process and then to the whole group: two at once, which are one wish.

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use clap::error::ErrorKind;
-use pschema_process::{Log, readable, say};
+use pschema_process::{Log, flush, readable, say};
 
 use crate::failure::Failure;
 
@@ -21,13 +21,15 @@ pub fn program<C: Parser>(
         Err(error) => return usage(&error),
     };
     log(&command).begin();
-    match run(command) {
+    let code = match run(command) {
         Ok(()) | Err(Failure::NobodyReads) => ExitCode::SUCCESS,
         Err(failure) => {
             say(&format!("{name}: {failure}"));
             failure.exit_code()
         }
-    }
+    };
+    flush();
+    code
 }
 
 /// clap prints help and version on stdout and complaints on stderr; a reader that went away is no news. A complaint that

@@ -38,7 +38,7 @@ use std::process::ExitCode;
 pub use anchor::Anchor;
 pub use descriptors::{TooFewDescriptors, require_descriptors};
 pub use input_file::input;
-pub use log::{LevelFilter, Log, colour_is_wanted, lost_lines, relay, say};
+pub use log::{LevelFilter, Log, colour_is_wanted, flush, lost_lines, relay, say};
 pub use output_file::{Occupied, OutputError, OutputFile, stream};
 pub use readable::readable;
 pub use stop::{Interrupted, SignalError, Stop};
@@ -46,14 +46,13 @@ pub use worker::Worker;
 
 /// The exit code of the program `name` after its work. A failure is said on stderr, behind the program's name.
 pub fn ended<E: Display>(name: &str, result: Result<(), E>) -> ExitCode {
-    match result {
-        Ok(()) => {
-            log::flush();
-            ExitCode::SUCCESS
-        }
+    let code = match result {
+        Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             say(&format!("{name}: {error}"));
             ExitCode::FAILURE
         }
-    }
+    };
+    flush();
+    code
 }

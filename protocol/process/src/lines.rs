@@ -36,6 +36,8 @@ struct Waiting {
     lost: u64,
     /// Whether the thread is writing lines that it has taken from here.
     is_writing: bool,
+    /// Whether a flush was in vain, and the thread has not come on since.
+    is_stuck: bool,
 }
 
 impl Shared {
@@ -67,7 +69,10 @@ impl Lines {
                     // When the other end of the pipe has died there is nobody to tell.
                     drop(out.write_all(&line));
                 }
-                shared.lock().is_writing = false;
+                {
+                    let mut waiting = shared.lock();
+                    (waiting.is_writing, waiting.is_stuck) = (false, false);
+                }
                 shared.changed.notify_all();
                 if lost > told {
                     on_loss(lost - told);
@@ -86,13 +91,21 @@ impl Lines {
     /// Waits until the lines logged so far are written, for a second at most.
     pub(crate) fn flush(&self) {
         let is_busy = |waiting: &mut Waiting| waiting.is_writing || !waiting.lines.is_empty();
-        drop(self.shared.changed.wait_timeout_while(self.shared.lock(), FLUSH_MAX, is_busy));
+        let waited = self.shared.changed.wait_timeout_while(self.shared.lock(), FLUSH_MAX, is_busy);
+        let (mut waiting, time) = waited.unwrap_or_else(PoisonError::into_inner);
+        waiting.is_stuck |= time.timed_out();
     }
-}
 
-impl Write for Lines {
+    /// Has a line written and waits for it, as [`Lines::flush`] does; not again and again while nobody reads.
+    pub(crate) fn say(&self, line: &[u8]) {
+        self.take(line);
+        if !self.shared.lock().is_stuck {
+            self.flush();
+        }
+    }
+
     /// Takes a whole line, or loses it whole.
-    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+    fn take(&self, line: &[u8]) {
         let mut waiting = self.shared.lock();
         if waiting.bytes + line.len() > WAITING_BYTES_MAX {
             waiting.lost += 1;
@@ -102,6 +115,12 @@ impl Write for Lines {
             drop(waiting);
             self.shared.changed.notify_all();
         }
+    }
+}
+
+impl Write for Lines {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        self.take(line);
         Ok(line.len())
     }
 
@@ -116,6 +135,7 @@ impl<S: tracing::Subscriber> Layer<S> for Lines {}
 #[cfg(test)]
 mod tests {
     use std::sync::mpsc;
+    use std::time::Instant;
 
     use super::*;
 
@@ -135,6 +155,21 @@ mod tests {
         fn flush(&mut self) -> io::Result<()> {
             Ok(())
         }
+    }
+
+    /// Each line that was said waited for the reader.
+    #[test]
+    fn who_says_something_waits_for_the_reader_once() {
+        let (go_on, held) = mpsc::channel();
+        let (written, lines_written) = mpsc::channel();
+        let lines = Lines::to(Held { go_on: held, written }, |_| {}).unwrap();
+        let began = Instant::now();
+        (0..100).for_each(|_| lines.say(b"said\n"));
+        assert!((FLUSH_MAX..50 * FLUSH_MAX).contains(&began.elapsed()), "{:?}", began.elapsed());
+        drop(go_on);
+        lines.flush();
+        lines.say(b"again\n");
+        assert_eq!(lines_written.try_iter().last().as_deref(), Some(&b"again\n"[..]));
     }
 
     #[test]

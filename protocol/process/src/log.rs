@@ -62,11 +62,14 @@ impl Log {
     }
 }
 
-/// Writes one line to stderr, behind those of the log, without what nobody would read of it ([`readable`]). When nobody reads
-/// stderr any more, the line is lost and the process goes on; `eprintln!` would panic.
+/// Writes one line to stderr, behind those of the log and by the same thread, without what nobody would read of it ([`readable`]).
+/// While nobody reads stderr the line waits, as those of the log do, and the process goes on. When nobody reads it any more, the
+/// line is lost and the process goes on as well; `eprintln!` would panic. A process that has no log waits until the line is written.
 pub fn say(line: &str) {
-    flush();
-    drop(writeln!(std::io::stderr(), "{}", readable(line)));
+    let line = format!("{}\n", readable(line));
+    if with_lines(|lines| lines.say(line.as_bytes())).is_none() {
+        drop(io::stderr().write_all(line.as_bytes()));
+    }
 }
 
 /// Says what another process writes to `stderr`, line by line, from a thread of its own that ends with that process. A shell that
@@ -93,8 +96,8 @@ pub fn lost_lines() -> u64 {
     with_lines(Lines::lost).unwrap_or(0)
 }
 
-/// Waits until all lines logged so far are written, for a second at most.
-pub(crate) fn flush() {
+/// Waits until all lines logged and said so far are written, for a second at most: at the end of a process.
+pub fn flush() {
     with_lines(Lines::flush);
 }
 
