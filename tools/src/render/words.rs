@@ -388,6 +388,32 @@ mod tests {
         );
     }
 
+    /// They were joined by `&`, though one is what the other is not.
+    #[test]
+    fn an_observation_and_the_same_one_gone_exclude_each_other() {
+        let finger = |field, absent, probability| Condition {
+            absent,
+            probability,
+            ..sure(observation("finger", &[("field", ValueText::Integer(field))]))
+        };
+        let written = |post: &[Condition]| {
+            let mut schema = SchemaDetail { post: post.to_vec(), ..touching() };
+            schema.target.clear();
+            "move()".clone_into(&mut schema.action);
+            let notation = schema_notation(&schema);
+            notation.split_once(" / move() / ").unwrap().1.to_owned()
+        };
+        let (there, gone, elsewhere) = (finger(4, false, 0.7), finger(4, true, 0.3), finger(5, false, 0.3));
+        let alternatives = "(finger{field=4} 70 % or no longer finger{field=4} 30 %)";
+        assert_eq!(written(&[there.clone(), gone.clone()]), alternatives);
+        let both = [there.clone(), sure(observation("touch", &[])), gone.clone(), elsewhere.clone()];
+        assert_eq!(written(&both), format!("{alternatives} & touch{{}} & finger{{field=5}} 30 %"));
+        let sure_and_gone = [finger(4, true, 1.0), finger(4, false, 0.1)];
+        assert_eq!(written(&sure_and_gone), "(no longer finger{field=4} or finger{field=4} 10 %)");
+        // The finger that is gone from one field may well be in another.
+        assert_eq!(written(&[elsewhere, gone]), "finger{field=5} 30 % & no longer finger{field=4} 30 %");
+    }
+
     #[test]
     fn what_is_fixed_about_a_thing_is_said_in_passing_or_not_at_all() {
         let mut schema = touching();

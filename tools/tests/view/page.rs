@@ -45,9 +45,11 @@ fn a_learner_is_looked_into_while_it_learns() {
     let told = browser.eval(
         "import(new URL('dom.js', location.href)).then((dom) => [dom.level(0.000457), dom.level(0.5), dom.notation({ \
          pre: [], action: 'move()', post: ['finger{field=4}', 'touch{}', 'finger{field=5}'], post_shares: [0.6, 1, 0.4] \
+         }), dom.notation({ pre: [], action: 'move()', post: ['ball{}', 'no longer ball{}'], post_shares: [0.7, 0.4] \
          })].join(', '))",
     );
-    let expected = "0.000457, 0.500, ∅ / move() / (finger{field=4} 60 % or finger{field=5} 40 %) & touch{}";
+    let expected = "0.000457, 0.500, ∅ / move() / (finger{field=4} 60 % or finger{field=5} 40 %) & touch{}, \
+                    ∅ / move() / (ball{} 70 % or no longer ball{} 40 %)";
     assert_eq!(told, expected);
 
     // It is held, takes one step, and goes on.

@@ -55,7 +55,7 @@ pub fn by_names<N: Display, V: Display>(kind: &str, properties: impl IntoIterato
 /// An outcome: an observation as it is, or as it is no longer there.
 #[must_use]
 pub fn outcome(observation: String, absent: bool) -> String {
-    if absent { format!("no longer {observation}") } else { observation }
+    if absent { format!("{NO_LONGER}{observation}") } else { observation }
 }
 
 /// The name of a variable, without its `$`: `a` to `z`, then `a1`, `b1`, …
@@ -165,18 +165,28 @@ pub fn side<S: Borrow<str>>(conditions: impl IntoIterator<Item = S>) -> String {
 
 /// Outcomes side by side, each with the share of executions in which it held; none before the first of them. Those of one type
 /// that did not always hold, and whose shares leave room for it, may exclude each other, so that they are not joined as if all
-/// were expected: `(finger{field=4} 60 % or finger{field=5} 40 %) & touch{}`.
+/// were expected: `(finger{field=4} 60 % or finger{field=5} 40 %) & touch{}`. Of one observation, that it is there and that it is no
+/// longer there do exclude each other, whatever their shares.
 #[must_use]
 pub fn outcomes<S: Borrow<str>>(outcomes: impl IntoIterator<Item = (S, Option<f64>)>) -> String {
+    let outcomes: Vec<(S, Option<f64>)> = outcomes.into_iter().collect();
+    let is_expected = |wanted: &str| outcomes.iter().any(|(outcome, _)| outcome.borrow() == wanted);
     let mut sides: Vec<Alternatives> = Vec::new();
-    for (outcome, share) in outcomes {
-        let outcome = outcome.borrow();
+    for (outcome, share) in &outcomes {
+        let outcome: &str = outcome.borrow();
         let share = share.filter(|share| *share < 1.0);
         let written =
             share.map_or_else(|| outcome.to_owned(), |share| format!("{outcome} {}", percent(share)));
         // What always held leaves no room beside it.
-        let (kind, share) = (type_of(outcome), share.unwrap_or(1.0));
-        match sides.iter_mut().find(|side| side.kind == kind && side.share + share <= 1.0 + SHARES_ROUNDED) {
+        let share = share.unwrap_or(1.0);
+        // Nothing else is an alternative to both of two opposites.
+        let opposites = match outcome.strip_prefix(NO_LONGER) {
+            Some(observation) => Some(observation).filter(|observation| is_expected(observation)),
+            None => Some(outcome).filter(|_| is_expected(&format!("{NO_LONGER}{outcome}"))),
+        };
+        let kind = opposites.unwrap_or_else(|| type_of(outcome));
+        let fits = |side: &Alternatives| opposites.is_some() || side.share + share <= 1.0 + SHARES_ROUNDED;
+        match sides.iter_mut().find(|side| side.kind == kind && fits(side)) {
             Some(side) => {
                 side.share += share;
                 side.written.push(written);
@@ -190,14 +200,17 @@ pub fn outcomes<S: Borrow<str>>(outcomes: impl IntoIterator<Item = (S, Option<f6
     }))
 }
 
-/// Outcomes of one type that may exclude each other.
+/// Outcomes of one type that may exclude each other, or two of one observation that do.
 struct Alternatives {
+    /// The type, or the observation.
     kind: String,
     /// The sum of their shares.
     share: f64,
     written: Vec<String>,
 }
 
+/// The words before an observation that is no longer there.
+const NO_LONGER: &str = "no longer ";
 /// Shares that are more than all by this add up to all: each of them is rounded.
 const SHARES_ROUNDED: f64 = 1e-9;
 

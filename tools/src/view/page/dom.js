@@ -67,15 +67,26 @@ export function observation(one) {
 /** The values of variables as they are written; empty for none. */
 export const binding = (values) => Object.entries(values).map(([name, known]) => `$${name}=${value(known)}`).join(", ");
 
+/** The words before an observation that is no longer there. */
+const NO_LONGER = "no longer ";
+
+/** The observation, if its opposite is an outcome as well: the two exclude each other. */
+function opposites(outcome, post) {
+  const isGone = outcome.startsWith(NO_LONGER);
+  const observation = isGone ? outcome.slice(NO_LONGER.length) : outcome;
+  return post.includes(isGone ? observation : NO_LONGER + observation) ? observation : null;
+}
+
 /** Outcomes as they are written. Those of one type that did not always hold, and whose shares leave room for it, may exclude each other. */
 function outcomes(post, shares) {
   const rounded = (share) => (share > 0 && share < 0.005 ? "<1" : share >= 0.995 ? ">99" : Math.round(share * 100));
   const sides = [];
   post.forEach((outcome, at) => {
     const share = shares[at] ?? 1;
-    const [kind] = outcome.split("{");
+    const observation = opposites(outcome, post);
+    const kind = observation ?? outcome.split("{")[0];
     const written = share < 1 ? `${outcome} ${rounded(share)} %` : outcome;
-    const side = sides.find((one) => one.kind === kind && one.share + share <= 1 + 1e-9);
+    const side = sides.find((one) => one.kind === kind && (observation !== null || one.share + share <= 1 + 1e-9));
     if (side === undefined) {
       sides.push({ kind, share, written: [written] });
     } else {
