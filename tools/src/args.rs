@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, Args, FromArgMatches};
 use pschema_process::{LevelFilter, Log};
 use pschema_protocol::domain::LearnerName;
 
@@ -52,11 +53,15 @@ impl General {
         self.loudness.quiet
     }
 
-    /// The name given before the command, where the one behind it is only the default. Commands that bring a `--name` of
-    /// their own need it.
-    pub(crate) fn name_instead_of(&self, behind: &str) -> Result<Option<&LearnerName>, Failure> {
+    /// The name given before the command, where the one behind it, `behind`, is only the default. Commands that bring a `--name`
+    /// of their own need it.
+    pub(crate) fn name_instead_of(
+        &self,
+        own: OwnName,
+        behind: &str,
+    ) -> Result<Option<&LearnerName>, Failure> {
         match &self.name {
-            Some(before) if behind != DEFAULT_NAME && before.as_str() != behind => {
+            Some(before) if own.is_typed && before.as_str() != behind => {
                 Err(two_names(before.as_str(), behind))
             }
             before => Ok(before.as_ref()),
@@ -85,6 +90,33 @@ fn two_names(before: &str, behind: &str) -> Failure {
     Failure::Usage(format!(
         "two learners are named, {before} before the command and {behind} behind it: name one"
     ))
+}
+
+/// Whether the `--name` that a command brings with it was typed. Its value does not tell: the default may be typed as well.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OwnName {
+    is_typed: bool,
+}
+
+impl FromArgMatches for OwnName {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self { is_typed: matches.value_source("name") == Some(ValueSource::CommandLine) })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl Args for OwnName {
+    fn augment_args(command: clap::Command) -> clap::Command {
+        command
+    }
+
+    fn augment_args_for_update(command: clap::Command) -> clap::Command {
+        command
+    }
 }
 
 /// The learner that a command asks. It can be named before the command as well; one global option would not do, because

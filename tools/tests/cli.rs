@@ -128,7 +128,7 @@ fn wrong_usage_exits_2_and_points_at_it() {
 #[test]
 fn no_argument_is_obeyed_in_part() {
     let runtime = runtime();
-    let cases: [&[&str]; 9] = [
+    let cases: [&[&str]; 12] = [
         &["stage", "--name", "a", "step", "--name", "b"],
         &["--name", "a", "stage", "step", "--name", "b"],
         &["stage", "--data", "life", "--until", "3", "show", "--until", "5"],
@@ -138,6 +138,10 @@ fn no_argument_is_obeyed_in_part() {
         &["explain", "--data", "life", "--why-not", "3", "--step", "10", "--until", "5"],
         &["adept", "--port", "/dev/ttyS0", "calibrate", "--port", "/dev/ttyS1"],
         &["adept", "--replay", "line.txt", "calibrate"],
+        // The default is a name as any other.
+        &["--name", "a", "server", "--name", "default"],
+        &["--name", "a", "sim", "--name", "default", "--exit-with-daemon"],
+        &["--name", "a", "adept", "--name", "default", "--port", "/dev/ttyS0"],
     ];
     for arguments in cases {
         let output = pschema(runtime.path(), arguments);

@@ -4,7 +4,7 @@ use clap::Args;
 use pschema_adept::AdeptError;
 use pschema_protocol::domain::DomainError;
 
-use crate::args::{General, ParentArgs};
+use crate::args::{General, OwnName, ParentArgs};
 use crate::failure::Failure;
 use crate::run::follow_parent;
 
@@ -15,6 +15,9 @@ use super::sim::body_ended;
     after_help = "Example:\n  pschema adept --port /dev/ttyS0 --arm my-arm.toml --camera folder:/var/camera"
 )]
 pub(crate) struct AdeptCommand {
+    // Read before the options below are taken out of what was typed.
+    #[command(flatten)]
+    own_name: OwnName,
     #[command(flatten)]
     parent: ParentArgs,
     #[command(flatten)]
@@ -24,7 +27,7 @@ pub(crate) struct AdeptCommand {
 /// Runs until stopped or sent away.
 pub(crate) fn run(command: AdeptCommand, general: &General) -> Result<(), Failure> {
     let mut args = command.args;
-    if let Some(name) = general.name_instead_of(&args.name)? {
+    if let Some(name) = general.name_instead_of(command.own_name, &args.name)? {
         name.as_str().clone_into(&mut args.name);
     }
     follow_parent(command.parent.parent)?;

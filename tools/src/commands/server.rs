@@ -5,13 +5,16 @@ use pschema_process::Stop;
 use pschema_protocol::domain::{DomainError, Place, RuntimeDir};
 use pschema_server::{ServerArgs, ServerError};
 
-use crate::args::{General, ParentArgs};
+use crate::args::{General, OwnName, ParentArgs};
 use crate::failure::Failure;
 use crate::run::{follow_parent, is_orphan, remove_orphaned};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema --name robot-1 server")]
 pub(crate) struct ServerCommand {
+    // Read before the options below are taken out of what was typed.
+    #[command(flatten)]
+    own_name: OwnName,
     #[command(flatten)]
     args: ServerArgs,
     /// Write the log as JSON, one object a line
@@ -24,7 +27,7 @@ pub(crate) struct ServerCommand {
 /// Runs until stopped.
 pub(crate) fn run(command: ServerCommand, general: &General) -> Result<(), Failure> {
     let mut args = command.args;
-    if let Some(name) = general.name_instead_of(args.name.as_str())? {
+    if let Some(name) = general.name_instead_of(command.own_name, args.name.as_str())? {
         args.name = name.clone();
     }
     serve(&args, command.parent)

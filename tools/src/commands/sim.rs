@@ -5,13 +5,16 @@ use pschema_protocol::body::RunSummary;
 use pschema_protocol::domain::DomainError;
 use pschema_sim::SimError;
 
-use crate::args::{General, ParentArgs};
+use crate::args::{General, OwnName, ParentArgs};
 use crate::failure::Failure;
 use crate::run::follow_parent;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema --name robot-1 sim --realtime")]
 pub(crate) struct SimCommand {
+    // Read before the options below are taken out of what was typed.
+    #[command(flatten)]
+    own_name: OwnName,
     #[command(flatten)]
     args: pschema_sim::SimArgs,
     #[command(flatten)]
@@ -21,7 +24,7 @@ pub(crate) struct SimCommand {
 /// Runs until stopped or sent away.
 pub(crate) fn run(command: SimCommand, general: &General) -> Result<(), Failure> {
     let mut args = command.args;
-    if let Some(name) = general.name_instead_of(&args.name)? {
+    if let Some(name) = general.name_instead_of(command.own_name, &args.name)? {
         name.as_str().clone_into(&mut args.name);
     }
     follow_parent(command.parent.parent)?;
