@@ -116,6 +116,7 @@ pub fn serve_kept(
             tracing::info!(learner = %daemon.name, pid = std::process::id(), "ready; memory is kept in RAM only")
         }
     }
+    daemon.tell_if_full();
     let mut supervisor = Supervisor::from_environment();
     supervisor.ready(&daemon.summary());
     let sleep = SLEEP_MAX.min(supervisor.sleep_max());
@@ -208,6 +209,8 @@ struct Daemon {
     hosting: Hosting,
     /// When it is looked at next how much memory the process takes.
     next_measure: Instant,
+    /// How much it took when the trace of decisions last gave something up: as much is taken still, and free to be used.
+    spared_at: u64,
     /// Set when an order may have given resting bodies something to do: they are woken.
     rouse: bool,
     /// Set when the daemon is ending: the time at which it ends even if bodies are still attached.
@@ -233,6 +236,7 @@ impl Daemon {
             batch: 0,
             hosting,
             next_measure: Instant::now(),
+            spared_at: 0,
             rouse: false,
             ends_at: None,
         }
@@ -271,9 +275,28 @@ impl Daemon {
         }
     }
 
-    /// Has the learner take in nothing new while the process takes as much memory as it may.
-    fn measure(&mut self) {
+    /// The memory that the process may take, and the part of it below which there is room again: a little less does not count as
+    /// room, for what was freed is soon taken again.
+    fn memory_bounds(&self) -> (u64, u64) {
         let max = self.hosting.memory_max.unwrap_or(u64::MAX);
+        (max, max / 10 * 9)
+    }
+
+    /// Warns of a memory that was full before this start, and is still.
+    fn tell_if_full(&self) {
+        let ((max, room_below), bytes) = (self.memory_bounds(), resident::bytes());
+        if self.mind.learner().memory().content().full && bytes >= room_below {
+            tracing::warn!(
+                bytes,
+                max,
+                "memory is as full as it was: nothing new is learnt. Give a larger --memory-max, or none, and declare coarser senses"
+            );
+        }
+    }
+
+    /// Has the learner take in nothing new while the process takes as much memory as it may. The trace of decisions gives way first.
+    fn measure(&mut self) {
+        let (max, room_below) = self.memory_bounds();
         let now = Instant::now();
         if now < self.next_measure {
             return;
@@ -281,8 +304,14 @@ impl Daemon {
         self.next_measure = now + MEASURE_EVERY;
         let bytes = resident::bytes();
         let was_full = self.mind.learner().memory().content().full;
-        // A little less does not count as room: what was freed is soon taken again.
-        let full = if was_full { bytes >= max / 10 * 9 } else { bytes >= max };
+        if bytes < room_below {
+            self.mind.trace_mut().lengthen();
+        }
+        let full = if was_full { bytes >= room_below } else { bytes >= max && bytes > self.spared_at };
+        if full && self.mind.trace_mut().shorten() {
+            self.spared_at = bytes;
+            return;
+        }
         let effects = self.mind.learner_mut().set_full(full);
         if effects.is_empty() {
             return;

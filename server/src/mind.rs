@@ -222,6 +222,11 @@ impl Mind {
         }
     }
 
+    /// The trace of decisions.
+    pub(crate) fn trace_mut(&mut self) -> &mut crate::trace::Trace {
+        &mut self.account.trace
+    }
+
     /// Counts a reply that left `latency` after its frame came.
     pub(crate) fn committed(&mut self, latency: Duration) {
         self.account.commits.count(latency, Instant::now());

@@ -28,16 +28,34 @@ impl<T: Clone, const LEN_MAX: usize, const CHUNK_LEN: usize> Ring<T, LEN_MAX, CH
         if self.open.len() == CHUNK_LEN {
             let full = Arc::make_mut(&mut self.full);
             full.push_back(std::mem::take(&mut self.open));
-            if full.len() * CHUNK_LEN == LEN_MAX && full.pop_front().is_some() {
-                self.dropped += CHUNK_LEN as u64;
+            if full.len() * CHUNK_LEN == LEN_MAX {
+                self.drop_oldest();
             }
         }
         Arc::make_mut(&mut self.open).push(item);
     }
 
+    /// Drops the oldest items until at most `len` are left, or those of one chunk.
+    pub(crate) fn shorten(&mut self, len: usize) {
+        while self.len() > len && !self.full.is_empty() {
+            self.drop_oldest();
+        }
+    }
+
+    fn drop_oldest(&mut self) {
+        if Arc::make_mut(&mut self.full).pop_front().is_some() {
+            self.dropped += CHUNK_LEN as u64;
+        }
+    }
+
+    /// How many items are left.
+    pub(crate) fn len(&self) -> usize {
+        self.full.len() * CHUNK_LEN + self.open.len()
+    }
+
     /// How many items have been pushed.
     pub(crate) fn total(&self) -> u64 {
-        self.dropped + (self.full.len() * CHUNK_LEN + self.open.len()) as u64
+        self.dropped + self.len() as u64
     }
 
     /// The items from number `from` on, counted from the first ever pushed, or from the oldest that is left; with the
@@ -85,6 +103,18 @@ mod tests {
             }
             let backwards: Vec<_> = ring.from(0).1.rev().copied().collect();
             assert_eq!(backwards, (first..total).rev().collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn a_ring_that_is_shortened_has_the_last_items_and_their_numbers() {
+        for (total, len, left) in [(10, 9, 6), (10, 6, 6), (10, 0, 2), (8, 3, 4), (3, 0, 3), (0, 0, 0)] {
+            let mut ring = pushed(total);
+            ring.shorten(len);
+            assert_eq!(items(&ring, 0), (total - left, (total - left..total).collect()), "{len} of {total}");
+            assert_eq!(ring.total(), total);
+            ring.push(total);
+            assert_eq!(items(&ring, total), (total, vec![total]));
         }
     }
 

@@ -17,6 +17,8 @@ use crate::ring::Ring;
 
 /// Records kept: the last of them. Scenario 3 of the paper takes about 25,000 steps.
 pub(crate) const RECORDS_KEPT_MAX: usize = 65_536;
+/// Records kept all the same where memory is short. All of them take about 100 MB.
+const RECORDS_KEPT_MIN: usize = 1_024;
 /// Observations that one record keeps.
 pub(crate) const PERCEIVED_MAX: usize = 16;
 /// Post-conditions of a schema that are looked at for what it predicts.
@@ -57,15 +59,37 @@ pub(crate) struct Decided {
 }
 
 /// The records. A clone shares them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Trace {
     records: Ring<Arc<Record>, RECORDS_KEPT_MAX, CHUNK_LEN>,
+    /// How many records may be kept now.
+    room: usize,
     actions: u64,
     /// Quiet actions in a row.
     quiet: u32,
 }
 
+impl Default for Trace {
+    fn default() -> Self {
+        Self { records: Ring::default(), room: RECORDS_KEPT_MAX, actions: 0, quiet: 0 }
+    }
+}
+
 impl Trace {
+    /// Gives up the older half of the records, for memory is short, and keeps no more than are left until [`Trace::lengthen`]. Returns
+    /// whether there was something to give up.
+    pub(crate) fn shorten(&mut self) -> bool {
+        let before = self.records.len();
+        self.room = (before / 2).max(RECORDS_KEPT_MIN);
+        self.records.shorten(self.room);
+        self.records.len() < before
+    }
+
+    /// Keeps as many records as ever again.
+    pub(crate) fn lengthen(&mut self) {
+        self.room = RECORDS_KEPT_MAX;
+    }
+
     /// Keeps a record of a step. `memory` is as the step left it; `perceived` is what the body reported, and `failure` the
     /// order before, if the body did not carry it out.
     pub(crate) fn keep(
@@ -109,6 +133,7 @@ impl Trace {
         let idle = decision.is_none() && failure.is_none() && effects.iter().all(nothing);
         if !idle {
             self.records.push(Arc::new(record));
+            self.records.shorten(self.room);
         }
     }
 
@@ -192,4 +217,36 @@ fn predicts(memory: &Memory, form: &Form) -> Box<[TypeId]> {
     types.sort_unstable();
     types.dedup();
     types.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use pschema_learner::parameters::Parameters;
+
+    use super::*;
+
+    /// Where memory was full the trace still grew, by about 100 MB.
+    #[test]
+    fn a_trace_gives_its_older_records_up_where_memory_is_short() {
+        let memory = Memory::new(1, Parameters::default());
+        let failure =
+            OrderFailure { outcome: pschema_inspect::FailedOutcome::Refused, reason: None, step: 1 };
+        let mut trace = Trace::default();
+        let kept = |trace: &Trace| trace.total() - trace.from(0, usize::MAX).0;
+        let steps = |trace: &mut Trace, count: usize| {
+            (0..count).for_each(|_| trace.keep(&memory, &[], None, &[], Some(&failure), Duration::ZERO));
+        };
+        steps(&mut trace, 4 * RECORDS_KEPT_MIN);
+        let mut left = vec![kept(&trace)];
+        while trace.shorten() {
+            left.push(kept(&trace));
+        }
+        assert_eq!(left, [4096, 2048, 1024]);
+        assert_eq!(trace.total(), 4096, "records have the numbers that they had");
+        steps(&mut trace, 3 * CHUNK_LEN);
+        assert!(kept(&trace) <= 1024, "it grows no more: {}", kept(&trace));
+        trace.lengthen();
+        steps(&mut trace, 2 * RECORDS_KEPT_MIN);
+        assert!(kept(&trace) > 2048, "{}", kept(&trace));
+    }
 }

@@ -158,6 +158,9 @@ fn memory_that_has_come_to_its_limit_learns_nothing_new_and_goes_on() {
 
     let verified = sandbox.run(&["verify", "--data", data[1], "--relearn"]);
     assert_eq!(verified.code(), Some(0), "{verified:?}");
+    let daemon = sandbox.daemon("default", &[&data[..], &["--memory-max", &max.to_string()]].concat());
+    daemon.says("memory is as full as it was: nothing new is learnt");
+    assert_eq!(daemon.ended().code(), Some(0));
     let daemon = sandbox.daemon("default", &[&data[..], &["--memory-max", "none"]].concat());
     daemon.says("memory has room again");
     let body = sandbox.body("default", &[]);
