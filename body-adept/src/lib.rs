@@ -212,7 +212,7 @@ pub fn build(args: &AdeptArgs, stop: Arc<AtomicBool>, daemon: Option<Beat>) -> R
         "where do pictures come from? Give --camera folder:DIRECTORY, socket:PATH or exec:COMMAND",
     ))?;
     let recorder = match &args.record {
-        Some(path) => LineRecorder::to(stream(path, Occupied::overwritten(args.overwrite))?),
+        Some(path) => LineRecorder::to(stream(path, Occupied::overwritten(args.overwrite), &stop)?),
         None => LineRecorder::default(),
     };
     let size_px = (setup.file.camera.width_px.count(), setup.file.camera.height_px.count());

@@ -89,7 +89,15 @@ fn steps_stream_into_stdout_and_into_pipes() {
     let writer = sandbox.start(&["record", "--jsonl", &pipe]);
     drop(fs::File::open(&pipe).unwrap());
     let ended = writer.finished();
-    assert_eq!((ended.code(), ended.stderr.as_str()), (Some(0), ""), "{ended:?}");
+    let waited = |line: &str| line.contains("waiting until somebody does");
+    assert!(ended.code() == Some(0) && ended.stderr.lines().all(waited), "{ended:?}");
+    // A pipe without a reader was waited for in silence, at the first signal too.
+    let writer = sandbox.start(&["record", "--jsonl", &pipe]);
+    writer.says(&format!("nobody reads {pipe} yet: waiting until somebody does"));
+    writer.signal(rustix::process::Signal::TERM);
+    let ended = writer.finished();
+    assert_eq!(ended.code(), Some(1), "{ended:?}");
+    assert_eq!(ended.stderr.matches("waiting until somebody does").count(), 1, "{ended:?}");
 }
 
 #[test]

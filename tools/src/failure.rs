@@ -64,6 +64,9 @@ impl From<OutputError> for Failure {
             OutputError::Io { source, .. } if source.kind() == std::io::ErrorKind::BrokenPipe => {
                 Self::NobodyReads
             }
+            OutputError::Io { source, .. } if source.kind() == std::io::ErrorKind::Interrupted => {
+                Self::Interrupted
+            }
             error => Self::of(error),
         }
     }

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -27,7 +28,7 @@ impl LineRecorder {
     /// # Errors
     /// When it cannot be written, or is there already.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
-        Ok(Self::to(stream(path, Occupied::Refused)?))
+        Ok(Self::to(stream(path, Occupied::Refused, &AtomicBool::new(false))?))
     }
 
     /// Begins a recording in an open file.

@@ -4,13 +4,20 @@
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, Write};
 use std::os::fd::AsFd;
-use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
 
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::io::Errno;
 use tempfile::NamedTempFile;
 
 /// Links that are followed to a file which is not there yet, as many as Linux follows.
 const LINKS_MAX: usize = 40;
+/// How often it is looked whether somebody reads a FIFO by now.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// What becomes of a file that is there already and has something in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,11 +94,12 @@ fn refused(path: &Path) -> impl Fn(io::Error) -> OutputError + use<> {
 
 /// Opens what a person named for a stream, which is read while it is written: a new file, the one that is there if it is
 /// empty or may be replaced, a FIFO, a device, or an output of this process itself (`/dev/stdout`, `-`). A FIFO is waited for until
-/// somebody reads it.
+/// somebody reads it, which is logged once, or until `stop` is set.
 ///
 /// # Errors
-/// When it cannot be written, or something is in it that is to stay.
-pub fn stream(path: &Path, occupied: Occupied) -> Result<File, OutputError> {
+/// When it cannot be written, or something is in it that is to stay; [`OutputError::Io`] of the kind
+/// [`Interrupted`](io::ErrorKind::Interrupted) when `stop` was set.
+pub fn stream(path: &Path, occupied: Occupied, stop: &AtomicBool) -> Result<File, OutputError> {
     let failed = refused(path);
     if let Some(own) = own_output(path) {
         return own.map_err(failed);
@@ -101,6 +109,7 @@ pub fn stream(path: &Path, occupied: Occupied) -> Result<File, OutputError> {
     options.write(true);
     match fs::metadata(path) {
         // Not with O_CREAT: Linux refuses that for a FIFO of another user in a directory that all share.
+        Ok(found) if found.file_type().is_fifo() => return read_fifo(path, stop).map_err(failed),
         Ok(_) => {}
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed(error)),
         Err(_) if fs::symlink_metadata(path).is_ok() => _ = options.create(true),
@@ -115,6 +124,35 @@ pub fn stream(path: &Path, occupied: Occupied) -> Result<File, OutputError> {
         file.set_len(0).map_err(failed)?;
     }
     Ok(file)
+}
+
+/// Opens a FIFO when somebody reads it. An open that waits would not be ended by a signal that only raises a flag.
+fn read_fifo(path: &Path, stop: &AtomicBool) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true).custom_flags(OFlags::NONBLOCK.bits().cast_signed());
+    let mut told = false;
+    loop {
+        match options.open(path) {
+            Ok(file) => {
+                fcntl_setfl(&file, fcntl_getfl(&file)? - OFlags::NONBLOCK)?;
+                return Ok(file);
+            }
+            Err(error) if error.raw_os_error() == Some(Errno::NXIO.raw_os_error()) => {
+                if stop.load(Ordering::Relaxed) {
+                    return Err(io::Error::new(
+                        io::ErrorKind::Interrupted,
+                        "nobody read it until the end was asked for",
+                    ));
+                }
+                if !told {
+                    tracing::warn!("nobody reads {} yet: waiting until somebody does", path.display());
+                }
+                told = true;
+                thread::sleep(LOOK_EVERY);
+            }
+            Err(error) => return Err(error),
+        }
+    }
 }
 
 /// An output of this process, if it is named by its path, or by `-`, which is stdout. Opened by that path, a file behind it
@@ -172,6 +210,9 @@ impl OutputFile {
             let temporary = beside(&target).map_err(failed)?;
             return Ok(here(To::Beside { temporary, target, is_new: true }));
         };
+        if found.file_type().is_fifo() {
+            return Ok(here(To::Stream(read_fifo(path, &AtomicBool::new(false)).map_err(failed)?)));
+        }
         let file = OpenOptions::new().write(true).open(path).map_err(&failed)?;
         if !found.is_file() {
             return Ok(here(To::Stream(file)));
@@ -291,6 +332,8 @@ mod tests {
 
     use super::*;
 
+    static GOES_ON: AtomicBool = AtomicBool::new(false);
+
     fn write(path: &Path, occupied: Occupied, text: &str) -> Result<(), OutputError> {
         OutputFile::prepare(path, occupied)?.hold(text.as_bytes())
     }
@@ -319,7 +362,7 @@ mod tests {
         write(&path, Occupied::Refused, "one").unwrap();
         let refusal = write(&path, Occupied::Refused, "two").unwrap_err().to_string();
         assert!(refusal.contains("it is there already") && refusal.contains("--overwrite"), "{refusal}");
-        assert!(stream(&path, Occupied::Refused).is_err());
+        assert!(stream(&path, Occupied::Refused, &GOES_ON).is_err());
         assert_eq!(fs::read_to_string(&path).unwrap(), "one");
         let mut given_up = OutputFile::prepare(&path, Occupied::Replaced).unwrap();
         given_up.write_all(b"half").unwrap();
@@ -360,7 +403,7 @@ mod tests {
         assert!(at("dangling").symlink_metadata().unwrap().is_symlink());
         assert_eq!(fs::read_to_string(at("made")).unwrap(), "through");
         symlink("streamed", at("dangling too")).unwrap();
-        stream(&at("dangling too"), Occupied::Refused).unwrap().write_all(b"s").unwrap();
+        stream(&at("dangling too"), Occupied::Refused, &GOES_ON).unwrap().write_all(b"s").unwrap();
         assert_eq!(fs::read_to_string(at("streamed")).unwrap(), "s");
         let private = OutputFile::prepare(&at("private"), Occupied::Refused).unwrap().private().unwrap();
         private.finish().unwrap();
@@ -377,7 +420,9 @@ mod tests {
         let cases = [(directory.path().to_owned(), ""), (none.join("a.txt"), &missing), (dangling, &missing)];
         for (path, problem) in cases {
             for occupied in [Occupied::Refused, Occupied::Replaced] {
-                for error in [OutputFile::prepare(&path, occupied).err(), stream(&path, occupied).err()] {
+                for error in
+                    [OutputFile::prepare(&path, occupied).err(), stream(&path, occupied, &GOES_ON).err()]
+                {
                     let error = error.unwrap().to_string();
                     let named = format!("cannot write {}", path.display());
                     assert!(error.starts_with(&named) && error.contains(problem), "{error}");
@@ -399,18 +444,18 @@ mod tests {
                 text
             });
             if live {
-                stream(&fifo, Occupied::Refused).unwrap().write_all(b"news").unwrap();
+                stream(&fifo, Occupied::Refused, &GOES_ON).unwrap().write_all(b"news").unwrap();
             } else {
                 write(&fifo, Occupied::Refused, "news").unwrap();
             }
             assert_eq!(reader.join().unwrap(), "news");
         }
         write(Path::new("/dev/null"), Occupied::Refused, "gone").unwrap();
-        stream(Path::new("/dev/stderr"), Occupied::Refused).unwrap();
+        stream(Path::new("/dev/stderr"), Occupied::Refused, &GOES_ON).unwrap();
         OutputFile::prepare(Path::new("/dev/stdout"), Occupied::Refused).unwrap();
         // By every command that takes the name of an output.
         OutputFile::prepare(Path::new("-"), Occupied::Refused).unwrap();
-        stream(Path::new("-"), Occupied::Refused).unwrap();
+        stream(Path::new("-"), Occupied::Refused, &GOES_ON).unwrap();
         assert!(!Path::new("-").exists());
     }
 }

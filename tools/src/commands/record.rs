@@ -47,6 +47,7 @@ pub(crate) fn run(args: RecordArgs, general: &General) -> Result<(), Failure> {
         let problem = "--json prints on stdout what was recorded, and the lines go there: record them to a file, or leave out --json";
         return Err(Failure::Usage(problem.to_owned()));
     }
+    let stop = Stop::on_signals()?;
     let name = args.name.learner(general)?;
     let place = Place::new(RuntimeDir::from_environment()?, name.clone());
     // Looked for first: no file is made where there is nothing to record.
@@ -57,9 +58,8 @@ pub(crate) fn run(args: RecordArgs, general: &General) -> Result<(), Failure> {
         recorders.push(record::rerun(path, occupied, name.as_str())?);
     }
     if let Some(path) = &args.jsonl {
-        recorders.push(Box::new(JsonLinesFile::create(path, occupied)?));
+        recorders.push(Box::new(JsonLinesFile::create(path, occupied, &stop.flag())?));
     }
-    let stop = Stop::on_signals()?;
     let pictures = args.rerun.is_some() && !args.no_pictures;
     let recorded =
         record::record(&place, &mut recorders, pictures, args.steps.unwrap_or(u64::MAX), &stop.flag())?;

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use pschema_inspect::{SchemaSummary, TraceRecord};
 use pschema_process::{Occupied, OutputError, stream};
@@ -41,9 +42,10 @@ pub(crate) enum RecordingEntry<'a> {
 }
 
 impl JsonLinesFile {
-    /// Makes the file, or opens the stream that `path` names. A file that is there is `occupied`.
-    pub(crate) fn create(path: &Path, occupied: Occupied) -> Result<Self, Failure> {
-        let opened = stream(named(path), occupied)?;
+    /// Makes the file, or opens the stream that `path` names. A file that is there is `occupied`. A FIFO is
+    /// waited for until somebody reads it, or `stop` is set.
+    pub(crate) fn create(path: &Path, occupied: Occupied, stop: &AtomicBool) -> Result<Self, Failure> {
+        let opened = stream(named(path), occupied, stop)?;
         Ok(Self { path: path.to_owned(), to: BufWriter::new(opened) })
     }
 
