@@ -70,6 +70,18 @@ fn claims(run: &Run, action: Option<&str>) -> ClaimList {
     run.ask(&ClaimQuery { action: action.map(str::to_owned), ..ClaimQuery::default() }).unwrap()
 }
 
+/// What is foretold of reaching for the block once more while the last touch of it is felt.
+fn while_touching(seed: u64) -> Prediction {
+    let mut run = begun(seed);
+    while run.report().stages.first().is_none_or(|stage| stage.trials_met < 7) {
+        run.advance().unwrap();
+    }
+    while predict(&run, 0).world.iter().all(|o| o.kind != "touch") {
+        run.advance().unwrap();
+    }
+    predict(&run, block(&run))
+}
+
 /// Where the block is.
 fn block(run: &Run) -> i64 {
     let world = predict(run, 0).world;
@@ -118,6 +130,12 @@ fn a_prediction_is_what_claims_foretell_of_types_that_change_together() {
             }
         }
     }
+
+    // A touch that is felt now is over with its frame: one that follows is another.
+    let felt = while_touching(1);
+    assert!(felt.world.iter().any(|o| o.kind == "touch"), "{felt:?}");
+    let again = &of(&felt.claims, "touch").outcomes[0];
+    assert_eq!((again.observed.len(), again.appears.len()), (1, 1), "{again:?}");
 
     // Elsewhere it is an outcome that nothing is felt.
     let elsewhere = predict(&run, field + 3);

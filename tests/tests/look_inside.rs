@@ -106,3 +106,36 @@ fn the_graph_is_drawn_live_and_from_disk_the_same() {
     let early = written(&["graph", "--data", life, "--until", "50"]);
     assert!(early.contains("after step 50"), "{}", &early[..300]);
 }
+
+/// What a learner of the full profile holds to be so is told by its daemon, and by the memory that the daemon keeps on disk.
+#[test]
+fn claims_are_told_live_and_from_disk_the_same() {
+    let sandbox = Sandbox::new(BINARY);
+    let life = sandbox.runtime().join("life");
+    let life = life.to_str().unwrap();
+    let full =
+        ["--data", life, "--curriculum", "exp1-s1", "--seed", "1", "--set", "learner.profile=\"full\""];
+    let daemon = sandbox.daemon("default", &full);
+    let body = sandbox.body("default", &["--seed", "1"]);
+    sandbox.curriculum_over("default");
+    let json = |arguments: &[&str]| -> Value {
+        let finished = sandbox.run(&[arguments, &["--json"]].concat());
+        assert_eq!(finished.code(), Some(0), "{arguments:?}: {finished:?}");
+        finished.json()
+    };
+    assert_eq!(json(&["status"])["profile"], "full");
+    let action = json(&["explain"])["action"].as_str().unwrap().to_owned();
+    let asked: [&[&str]; 4] = [&["claims"], &["claims", "move"], &["claims", &action], &["predict", &action]];
+    let told: Vec<_> = asked.iter().map(|question| json(question)).collect();
+    let touch =
+        told[1]["claims"].as_array().unwrap().iter().find(|tree| tree["types"][0] == "touch").unwrap();
+    let named = &touch["claim"]["exceptions"][0]["because"]["condition"]["observed"]["properties"]["field"];
+    assert_eq!(named["named"]["by"], "effect", "{touch}");
+    assert!(told[3]["claims"].as_array().is_some_and(|foretold| !foretold.is_empty()), "{}", told[3]);
+    let text = sandbox.run(&["claims", "move"]);
+    assert!(text.stdout.contains("but where object{field=effect(finger).field}"), "{text:?}");
+    drop((body, daemon));
+    for (question, told) in asked.iter().zip(&told) {
+        assert_eq!(json(&[question, &["--data", life][..]].concat()), *told, "{question:?}");
+    }
+}

@@ -105,7 +105,13 @@ fn one_foretold(
     let claim = known.iter().find(|(kinds, _)| *kinds == from.kinds).map(|(_, claim)| *claim);
     let words = Words::new(content, about);
     let observations = |list: &[Observation]| text::observations(vocabulary, list);
-    let before: Vec<_> = world.observations().iter().filter(|o| from.kinds.contains(&o.kind())).collect();
+    // An event is over with its frame: what comes after is another one.
+    let lasts = |kind: TypeId| {
+        let known = vocabulary.types().get(usize::from(kind.0));
+        known.is_some_and(|known| !known.declared.transient)
+    };
+    let before = world.observations().iter().filter(|o| from.kinds.contains(&o.kind()) && lasts(o.kind()));
+    let before: Vec<_> = before.collect();
     let outcome = |(after, times): &(Vec<Observation>, u32)| {
         let appears: Vec<_> = after.iter().filter(|o| !before.contains(o)).cloned().collect();
         let vanishes: Vec<_> = before.iter().filter(|o| !after.contains(o)).map(|o| (*o).clone()).collect();
