@@ -44,49 +44,57 @@ fn one(tree: &ClaimTree) -> String {
     text
 }
 
-/// A claim, its evidence and its exceptions, each deeper than the claim that it is an exception to.
+/// A claim with its evidence and its exceptions, each deeper than the claim that it is an exception to.
 fn branch(claim: &Claim, depth: usize, text: &mut String) {
     let indent = "  ".repeat(depth);
-    let lead = match &claim.because {
-        None => String::new(),
-        Some(evidence) => format!("but where {}: ", condition(&evidence.condition)),
+    let Some(evidence) = &claim.because else {
+        let told = claim.outcomes.iter().map(|one| (change(&one.change), one.occurrences, String::new()));
+        outcomes(told, claim.trials, &indent, text);
+        return claim.exceptions.iter().for_each(|exception| branch(exception, depth, text));
     };
-    let followed = if claim.trials == 0 { "always one of these".to_owned() } else { outcomes(claim) };
-    hanging(&indent, &format!("{lead}{followed}"), text);
-    if let Some(evidence) = &claim.because {
-        hanging(&format!("{indent}  "), &because(evidence), text);
-    }
+    let gain = format!("but where {} ({}):", condition(&evidence.condition), gain(evidence));
+    hanging(&indent, &gain, text);
+    let counted = evidence.outcomes.iter().filter(|one| claim.exceptions.is_empty() && one.with == 0);
+    let of_others = counted.map(|one| (&one.change, 0));
+    let own = claim.outcomes.iter().map(|one| (&one.change, one.occurrences));
+    let told = own.chain(of_others).map(|(one, times)| {
+        let known = evidence.outcomes.iter().find(|known| known.change == *one);
+        let (with, without) = known.map_or((0, 0), |known| (known.with, known.without));
+        let all = match claim.exceptions.is_empty() {
+            true => String::new(),
+            false => format!("with all its exceptions {with}/{}, ", evidence.trials_with),
+        };
+        (change(one), times, format!("; {all}without it {without}/{}", evidence.trials_without))
+    });
+    outcomes(told, claim.trials, &format!("{indent}  "), text);
     claim.exceptions.iter().for_each(|exception| branch(exception, depth + 1, text));
 }
 
-fn outcomes(claim: &Claim) -> String {
-    let told = claim.outcomes.iter().map(|one| (change(&one.change), one.occurrences));
-    counted(told, claim.trials)
-}
-
-/// Outcomes with their counts: `becomes finger{field=param(field)} 40/40`.
-fn counted(outcomes: impl Iterator<Item = (String, u32)>, trials: u32) -> String {
+/// Adds a line for each outcome, with its count and what is to be said behind it.
+fn outcomes(told: impl Iterator<Item = (String, u32, String)>, trials: u32, indent: &str, text: &mut String) {
     let mut rest = trials;
-    let mut told: Vec<_> = outcomes
-        .filter(|(_, times)| *times > 0)
-        .map(|(change, times)| {
-            rest = rest.saturating_sub(times);
-            format!("{change} {times}/{trials}")
-        })
-        .collect();
-    if rest > 0 {
-        told.push(format!("anything else {rest}/{trials}"));
+    for (change, times, more) in told {
+        rest = rest.saturating_sub(times);
+        hanging(indent, &format!("{times}/{trials} {change}{more}"), text);
     }
-    if told.is_empty() { "never tried".to_owned() } else { told.join(", ") }
+    match (rest, trials) {
+        (_, 0) => hanging(indent, "0/0: it was always one of the exceptions", text),
+        (0, _) => (),
+        _ => hanging(indent, &format!("{rest}/{trials} anything else"), text),
+    }
 }
 
-/// The evidence for a condition, in a sentence without its full stop.
-pub(crate) fn because(evidence: &ClaimEvidence) -> String {
-    let with = evidence.outcomes.iter().map(|one| (change(&one.change), one.with));
-    let with = counted(with, evidence.trials_with);
-    let without = evidence.outcomes.iter().map(|one| (change(&one.change), one.without));
-    let without = counted(without, evidence.trials_without);
-    format!("[with it: {with}; without it: {without}; {:.1} bits above its price]", evidence.gain_bits)
+fn gain(evidence: &ClaimEvidence) -> String {
+    format!("{:.1} bits above its price", evidence.gain_bits)
+}
+
+/// Adds the evidence for a condition: what followed where it holds, and where it does not.
+fn because(evidence: &ClaimEvidence, indent: &str, text: &mut String) {
+    let told = evidence.outcomes.iter().map(|one| {
+        let without = format!("; without it {}/{}", one.without, evidence.trials_without);
+        (change(&one.change), one.with, without)
+    });
+    outcomes(told, evidence.trials_with, indent, text);
 }
 
 /// A condition as it is written.
@@ -124,9 +132,11 @@ pub(crate) fn foretold(list: &[Foretold], evidence: bool) -> String {
         text.push_str(&format!("\n{}: {}\n", types(&facet.types), basis(facet)));
         for condition in &facet.because {
             let told = format!("because {}", self::condition(&condition.condition));
-            hanging("  ", &told, &mut text);
             if evidence {
-                hanging("    ", &because(condition), &mut text);
+                hanging("  ", &format!("{told} ({}):", gain(condition)), &mut text);
+                because(condition, "    ", &mut text);
+            } else {
+                hanging("  ", &told, &mut text);
             }
         }
         let mut table = Columns::new(&["  then", "probability"]);
