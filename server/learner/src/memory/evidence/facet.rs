@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::memory::evidence::columns::Column;
-use crate::memory::evidence::growth::Ground;
-use crate::memory::evidence::price::Tier;
+use crate::memory::evidence::columns::{Column, Conditions};
+use crate::memory::evidence::growth::{Ground, Growth, Place};
 use crate::memory::evidence::scene::{Scene, of_kind};
-use crate::nouns::claim::{Change, Claim, Condition};
+use crate::nouns::claim::{Change, Claim, Condition, Sketch};
 use crate::nouns::experience::Experience;
 use crate::nouns::observation::{Observation, TypeId};
 use crate::nouns::vocabulary::PrimitiveId;
@@ -32,25 +31,33 @@ pub(super) struct Grown {
 }
 
 impl Grown {
-    fn new(ground: &Ground<'_>, examples: Column, of: usize) -> Self {
-        let claim = ground.grow(examples);
+    fn new(claim: Claim, examples: usize) -> Self {
         let exceptional =
             |claim: &Claim| claim.trials - claim.outcomes.first().map_or(0, |(_, count)| *count);
         let exceptional: u32 = claim.all().map(exceptional).sum();
-        Self { claim, examples: of, exceptional: exceptional as usize, unforetold: 0 }
+        Self { claim, examples, exceptional: exceptional as usize, unforetold: 0 }
     }
 
-    /// Counts a further example. `makes` says of a change whether it makes what came after; `other` is one that does.
-    fn count(&mut self, scene: &Scene, makes: impl Fn(&Change) -> bool, other: Option<&Change>) {
-        let claim = in_force(&mut self.claim, scene);
+    /// Counts a further example, which these of the `changes` make, and returns its place.
+    fn count(&mut self, scene: &Scene, changes: &[(Change, Column)], made: &[usize]) -> Place {
+        let (number, claim) = in_force(&mut self.claim, scene);
         claim.trials += 1;
-        let known = claim.outcomes.iter().position(|(change, _)| makes(change));
-        self.unforetold += usize::from(known != Some(0));
-        match known {
-            Some(at) => claim.outcomes[at].1 += 1,
-            None => claim.outcomes.extend(other.map(|change| (change.clone(), 1))),
-        }
-        claim.outcomes.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        let makes = |(known, _): &(Change, u32)| made.iter().copied().find(|at| changes[*at].0 == *known);
+        let known = claim.outcomes.iter().enumerate().find_map(|(at, outcome)| Some((at, makes(outcome)?)));
+        self.unforetold += usize::from(known.is_none_or(|(at, _)| at != 0));
+        let change = match known {
+            Some((mut at, change)) => {
+                claim.outcomes[at].1 += 1;
+                // It goes before those that came less often.
+                while at > 0 && claim.outcomes[at - 1].1 < claim.outcomes[at].1 {
+                    claim.outcomes.swap(at - 1, at);
+                    at -= 1;
+                }
+                Some(change)
+            }
+            None => made.first().copied().inspect(|at| claim.outcomes.push((changes[*at].0.clone(), 1))),
+        };
+        Place { claim: number, change }
     }
 
     /// Whether more than one thing follows where one of its claims is in force.
@@ -63,14 +70,16 @@ impl Grown {
     }
 }
 
-/// The claim in force in a scene: from the top, the first exception whose condition holds, and so on within it.
-fn in_force<'a>(claim: &'a mut Claim, scene: &Scene) -> &'a mut Claim {
+/// The claim in force in a scene, with its number: from the top, the first exception whose condition holds, and so on within it.
+fn in_force<'a>(claim: &'a mut Claim, scene: &Scene) -> (usize, &'a mut Claim) {
     let holds =
         |exception: &Claim| exception.condition.as_ref().is_some_and(|condition| scene.holds(condition));
-    match claim.exceptions.iter().position(holds) {
-        Some(at) => in_force(&mut claim.exceptions[at], scene),
-        None => claim,
+    let (mut number, mut claim) = (0, claim);
+    while let Some(at) = claim.exceptions.iter().position(holds) {
+        number += 1 + claim.exceptions[..at].iter().map(|before| before.all().count()).sum::<usize>();
+        claim = &mut claim.exceptions[at];
     }
+    (number, claim)
 }
 
 /// The same to read, with its place: which exception at each level.
@@ -93,9 +102,6 @@ pub(super) fn conditions<'a>(claim: &'a Claim, path: &'a [usize]) -> impl Iterat
     });
     below.filter_map(|claim| claim.condition.as_ref())
 }
-
-/// The conditions that examples meet, each with those that meet it.
-pub(super) type Conditions = BTreeMap<Condition, Column>;
 
 /// The examples of a pool, as its facets need them.
 #[derive(Clone, Copy)]
@@ -138,6 +144,8 @@ pub(crate) struct Facet {
     pub(super) changes: Vec<(Change, Column)>,
     /// The claims about the action, whatever its parameters.
     pub(super) general: Grown,
+    /// The place of each example among them; none where it does not tell of these types.
+    places: Vec<Option<Place>>,
     /// The claims about each primitive.
     pub(super) particular: BTreeMap<PrimitiveId, Grown>,
     /// For each primitive how well each view foretold it, each experience before it was learnt from: ln of the probabilities.
@@ -175,7 +183,7 @@ impl Facet {
         let after = self.part(&experience.after);
         for (change, makes) in &mut self.changes {
             makes.remove(at);
-            if scene.after(change, &self.kinds).as_ref() == Some(&after) {
+            if scene.makes(change, &after, &self.kinds) {
                 makes.insert(at);
             }
         }
@@ -185,8 +193,9 @@ impl Facet {
             }
             let mut makes = Column::default();
             for (at, (experience, scene)) in examples.iter().enumerate().take(at + 1) {
-                let sensed = self.sensed.contains(at);
-                if sensed && scene.after(&change, &self.kinds) == Some(self.part(&experience.after)) {
+                if self.sensed.contains(at)
+                    && scene.makes(&change, &self.part(&experience.after), &self.kinds)
+                {
                     makes.insert(at);
                 }
             }
@@ -210,14 +219,17 @@ impl Facet {
         let Some((experience, scene)) = examples.all.get(at).filter(|_| self.sensed.contains(at)) else {
             return;
         };
-        let made =
-            |change: &Change| self.changes.iter().any(|(known, makes)| known == change && makes.contains(at));
-        let other = self.changes.iter().find(|(_, makes)| makes.contains(at)).map(|(change, _)| change);
-        self.general.count(scene, made, other);
+        let made = self.changes.iter().enumerate().filter(|(_, (_, makes))| makes.contains(at));
+        let made: Vec<_> = made.map(|(number, _)| number).collect();
+        let place = self.general.count(scene, &self.changes, &made);
+        if self.places.len() <= at {
+            self.places.resize(at + 1, None);
+        }
+        self.places[at] = Some(place);
         let mut stale = false;
         if particular {
             let particular = self.particular.entry(experience.primitive).or_default();
-            particular.count(scene, made, other);
+            particular.count(scene, &self.changes, &made);
             stale = particular.is_stale();
         }
         if self.general.is_stale() {
@@ -228,97 +240,93 @@ impl Facet {
         }
     }
 
+    /// Takes account of examples that are named anew: those with this primitive. Each may be an exception now, or none any more.
+    pub(super) fn rename(&mut self, examples: Examples<'_>, primitive: PrimitiveId) {
+        let Some(of_primitive) = examples.of_primitive.get(&primitive) else { return };
+        self.general.unforetold += self.sensed.count_both(of_primitive);
+        if self.general.is_stale() {
+            self.grow(examples);
+        }
+        self.grow_particular(examples, primitive);
+    }
+
     pub(super) fn grow(&mut self, examples: Examples<'_>) {
-        self.general = self.grown(examples, self.sensed.clone());
+        let Growth { claim, places } = self.grown(examples, self.sensed.clone());
+        self.general = Grown::new(claim, examples.all.len());
+        self.places = vec![None; examples.all.len()];
+        places.into_iter().for_each(|(at, place)| self.places[at] = Some(place));
     }
 
     pub(super) fn grow_particular(&mut self, examples: Examples<'_>, primitive: PrimitiveId) {
         let Some(of_primitive) = examples.of_primitive.get(&primitive) else { return };
         let grown = self.grown(examples, self.sensed.both(of_primitive));
-        self.particular.insert(primitive, grown);
+        self.particular.insert(primitive, Grown::new(grown.claim, examples.all.len()));
     }
 
-    fn grown(&self, examples: Examples<'_>, which: Column) -> Grown {
-        let mut conditions: Vec<_> = examples.conditions.iter().collect();
-        conditions.sort_by_key(|(condition, _)| Tier::of(condition));
+    fn grown(&self, examples: Examples<'_>, which: Column) -> Growth {
         let scene = |at: usize| &examples.all[at].1;
-        let ground = Ground { conditions: &conditions, changes: &self.changes, scene: &scene };
-        Grown::new(&ground, which, examples.all.len())
+        let ground = Ground { conditions: examples.conditions, changes: &self.changes, scene: &scene };
+        ground.grow(which)
     }
 
     /// How much shorter the outcomes of this facet and another are told together than apart, beyond what their claims say of them: a
     /// logarithm of odds.
-    pub(super) fn dependence(&self, other: &Self, examples: Examples<'_>) -> f64 {
-        let mut cells: BTreeMap<_, Vec<(usize, usize)>> = BTreeMap::new();
-        for at in self.sensed.both(&other.sensed).iter() {
-            let Some((_, scene)) = examples.all.get(at) else { continue };
-            let ((one, _, a), (two, _, b)) = (self.outcome(scene, at), other.outcome(scene, at));
-            cells.entry((one, two)).or_default().push((a, b));
-        }
-        dependence(cells.into_values())
-    }
-
-    /// The place of the claim in force in an example, the claim, and which of its outcomes came; that after its last for any other.
-    fn outcome<'a>(&'a self, scene: &Scene, at: usize) -> (Vec<usize>, &'a Claim, usize) {
-        let (path, claim) = path(&self.general.claim, scene);
-        let came =
-            |change: &Change| self.changes.iter().any(|(known, makes)| known == change && makes.contains(at));
-        let outcome = claim.outcomes.iter().position(|(change, _)| came(change));
-        (path, claim, outcome.unwrap_or(claim.outcomes.len()))
+    pub(super) fn dependence(&self, other: &Self) -> f64 {
+        let both =
+            self.places.iter().zip(&other.places).filter_map(|(one, other)| Some(((*one)?, (*other)?)));
+        dependence(both.map(|(a, b)| ((a.claim, b.claim), (a.change, b.change))))
     }
 
     /// A type that changes by itself: its changes and those of the others are told shorter apart.
-    pub(super) fn stranger(&self, examples: Examples<'_>) -> Option<TypeId> {
+    pub(super) fn stranger(&self) -> Option<TypeId> {
         if self.kinds.len() < 2 {
             return None;
         }
-        let outcomes: Vec<_> = self
-            .sensed
-            .iter()
-            .filter_map(|at| examples.all.get(at).map(|(_, scene)| self.outcome(scene, at)))
-            .collect();
         let apart = |kind: &TypeId| {
-            let mut cells: BTreeMap<&[usize], Vec<(usize, usize)>> = BTreeMap::new();
-            for (path, claim, outcome) in &outcomes {
-                // Each outcome as the first of those that do the same to the type, and to the others.
-                let first = |of_type: bool| {
-                    let part = |at: usize| {
-                        let (change, _) = claim.outcomes.get(at)?;
-                        let parts = [&change.becomes, &change.vanishes, &change.appears];
-                        Some(parts.map(|part| {
-                            part.iter().filter(|s| (s.kind == *kind) == of_type).collect::<Vec<_>>()
-                        }))
-                    };
-                    (0..*outcome).find(|at| part(*at) == part(*outcome)).unwrap_or(*outcome)
+            // Changes that do the same to the type, and to the others, have one number.
+            let numbers = |of_type: bool| {
+                let mut known = BTreeMap::new();
+                let part = |sketches: &'_ [Sketch]| -> Vec<_> {
+                    sketches.iter().filter(|sketch| (sketch.kind == *kind) == of_type).cloned().collect()
                 };
-                cells.entry(path).or_default().push((first(true), first(false)));
-            }
-            dependence(cells.into_values()) < 0.0
+                let number = |(change, _): &(Change, Column)| {
+                    let parts =
+                        [&change.becomes, &change.vanishes, &change.appears].map(|sketches| part(sketches));
+                    let next = known.len();
+                    *known.entry(parts).or_insert(next)
+                };
+                self.changes.iter().map(number).collect::<Vec<_>>()
+            };
+            let (of_type, of_others) = (numbers(true), numbers(false));
+            let number = |numbers: &[usize], change: Option<usize>| numbers.get(change?).copied();
+            let told = self.places.iter().flatten();
+            let told = told.map(|p| (p.claim, (number(&of_type, p.change), number(&of_others, p.change))));
+            dependence(told) < 0.0
         };
         self.kinds.iter().find(|kind| apart(kind)).copied()
     }
 }
 
-/// The outcomes of two facets in one example, by number.
-type Pair = (usize, usize);
-
 /// How much shorter pairs of outcomes, apart by the claims in force, are told together than each by itself: their mutual
 /// information, less what it costs to say how they depend on each other (the Bayesian information criterion).
-fn dependence(cells: impl Iterator<Item = Vec<Pair>>) -> f64 {
+fn dependence<C: Ord, O: Copy + Ord>(told: impl Iterator<Item = (C, (O, O))>) -> f64 {
+    let mut cells: BTreeMap<C, Vec<(O, O)>> = BTreeMap::new();
+    told.for_each(|(cell, pair)| cells.entry(cell).or_default().push(pair));
     let (mut information, mut freedom, mut all) = (0.0, 0, 0);
-    for cell in cells {
-        let counts = |of: fn(Pair) -> Pair| {
-            let mut counts: BTreeMap<Pair, usize> = BTreeMap::new();
-            cell.iter().for_each(|pair| *counts.entry(of(*pair)).or_default() += 1);
-            counts
+    for cell in cells.values_mut() {
+        let log = |count: usize| count as f64 * libm::log(count as f64);
+        cell.sort_unstable();
+        let pairs = cell.chunk_by(|a, b| a == b).map(<[_]>::len);
+        let together: f64 = pairs.map(log).sum();
+        let (mut one, mut other): (Vec<_>, Vec<_>) = cell.iter().copied().unzip();
+        let apart = |outcomes: &mut Vec<O>| {
+            outcomes.sort_unstable();
+            let counts = outcomes.chunk_by(|a, b| a == b).map(<[_]>::len);
+            counts.fold((0, 0.0), |(different, sum), count| (different + 1, sum + log(count)))
         };
-        let told = |counts: &BTreeMap<Pair, usize>| {
-            counts.values().map(|count| *count as f64 * libm::log(*count as f64)).sum::<f64>()
-        };
-        let (a, b) = (counts(|(a, _)| (a, 0)), counts(|(_, b)| (b, 0)));
-        let trials = cell.len() as f64;
-        information += told(&counts(|pair| pair)) + trials * libm::log(trials) - told(&a) - told(&b);
-        freedom += (a.len() - 1) * (b.len() - 1);
+        let ((a, of_one), (b, of_other)) = (apart(&mut one), apart(&mut other));
+        information += together + log(cell.len()) - of_one - of_other;
+        freedom += (a - 1) * (b - 1);
         all += cell.len();
     }
     if freedom == 0 { 0.0 } else { information - 0.5 * freedom as f64 * libm::log(all as f64) }

@@ -1,27 +1,44 @@
 //! How claims grow from examples: from the most general one, again and again the exception that pays most for its condition.
 
 use std::collections::BTreeMap;
+use std::collections::hash_map::Entry;
 
-use rustc_hash::FxHashSet;
+use rustc_hash::FxHashMap;
 
-use crate::memory::evidence::columns::Column;
+use crate::memory::evidence::columns::{Asked, Column, Conditions};
 use crate::memory::evidence::price::{Likelihood, Tier};
 use crate::memory::evidence::scene::Scene;
 use crate::nouns::claim::{Anchor, Change, Claim, Condition};
 
 /// Exceptions to exceptions, at most.
 const DEPTH_MAX: usize = 8;
+/// So many examples fit into one word.
+const FEW: usize = u64::BITS as usize;
 /// A gain below this is none: it may be an error of rounding.
 const GAIN_MIN: f64 = 1e-9;
 
 /// The examples that claims grow from: conditions and changes, each with the examples in which it holds.
 pub(super) struct Ground<'a> {
     /// The conditions that may be asked for, by tier and in order.
-    pub(super) conditions: &'a [(&'a Condition, &'a Column)],
+    pub(super) conditions: &'a Conditions,
     /// The changes, each with the examples that it makes.
     pub(super) changes: &'a [(Change, Column)],
     /// The scene of an example.
     pub(super) scene: &'a dyn Fn(usize) -> &'a Scene,
+}
+
+/// Claims as they grew, with the example that each outcome came in.
+pub(super) struct Growth {
+    pub(super) claim: Claim,
+    /// The place of each example that they were grown from.
+    pub(super) places: Vec<(usize, Place)>,
+}
+
+/// Where an example belongs: to which claim, counted as in [`Claim::all`], and to which of the changes; none where it came to no form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct Place {
+    pub(super) claim: usize,
+    pub(super) change: Option<usize>,
 }
 
 /// Examples parted by what followed: each change with those that are put down to it, the most first; then those that none makes.
@@ -30,39 +47,28 @@ struct Parted {
     rest: Column,
 }
 
+/// What a number that can be named is in each of some examples, in order.
+type Numbers = BTreeMap<Anchor, Vec<(i64, usize)>>;
+
+/// A search for claims.
+struct Search<'s, 'g> {
+    ground: &'s Ground<'g>,
+    likelihood: Likelihood,
+    /// The numbers that can be named in all examples that the claims are grown from.
+    numbers: Numbers,
+    claims: usize,
+    places: Vec<(usize, Place)>,
+}
+
 impl Ground<'_> {
     /// The claims that these examples make.
-    pub(super) fn grow(&self, examples: Column) -> Claim {
-        let outcomes = self.part(&examples).parts.len() + 1;
-        let likelihood = Likelihood::new(examples.count(), outcomes);
-        self.claim(None, examples, &likelihood, 0)
-    }
-
-    fn claim(
-        &self,
-        of: Option<(f64, Condition)>,
-        mut examples: Column,
-        likelihood: &Likelihood,
-        depth: usize,
-    ) -> Claim {
-        let mut exceptions = Vec::new();
-        let parted = loop {
-            let parted = self.part(&examples);
-            let uniform = parted.parts.len() + usize::from(parted.rest.count() > 0) < 2;
-            if uniform || depth == DEPTH_MAX {
-                break parted;
-            }
-            let Some((gain, condition, holding)) = self.exception(&examples, &parted, likelihood) else {
-                break parted;
-            };
-            examples = examples.without(&holding);
-            exceptions.push(self.claim(Some((gain, condition)), holding, likelihood, depth + 1));
-        };
-        let count = |column: &Column| u32::try_from(column.count()).unwrap_or(u32::MAX);
-        let outcomes = parted.parts.iter().map(|(at, column)| (self.changes[*at].0.clone(), count(column)));
-        let (gain, condition) = of.unzip();
-        let gain = gain.unwrap_or_default();
-        Claim { condition, gain, exceptions, outcomes: outcomes.collect(), trials: count(&examples) }
+    pub(super) fn grow(&self, examples: Column) -> Growth {
+        let parted = self.part(&examples);
+        let likelihood = Likelihood::new(examples.count(), parted.parts.len() + 1);
+        let numbers = if parted.is_uniform() { Numbers::new() } else { self.numbers(&examples) };
+        let mut search = Search { ground: self, likelihood, numbers, claims: 0, places: Vec::new() };
+        let claim = search.claim(None, examples, 0);
+        Growth { claim, places: search.places }
     }
 
     /// Puts each example down to one of the changes that make it: as few changes as a greedy search finds, in the shortest words.
@@ -80,97 +86,247 @@ impl Ground<'_> {
         }
     }
 
-    /// The condition that parts the examples best, if it pays, with its net gain and the examples in which it holds.
-    fn exception(
-        &self,
-        examples: &Column,
-        parted: &Parted,
-        likelihood: &Likelihood,
-    ) -> Option<(f64, Condition, Column)> {
-        let all = examples.count();
-        let whole: Vec<_> = parted
-            .parts
-            .iter()
-            .map(|(_, part)| part)
-            .chain([&parted.rest])
-            .map(|part| (part, part.count()))
-            .collect();
-        let together = likelihood.of(whole.iter().map(|(_, count)| *count));
-        let gain = |inside: &[usize]| {
-            let outside = whole.iter().zip(inside).map(|((_, count), inside)| count - inside);
-            likelihood.of(inside.iter().copied()) + likelihood.of(outside) - together
-        };
-        // Conditions that hold in the same examples are one choice, of the lowest tier among them.
-        let mut seen = FxHashSet::default();
-        let mut choices: Vec<(Tier, f64, &Condition, Column)> = Vec::new();
-        for (condition, column) in self.conditions {
-            let holding = examples.both(column);
-            let count = holding.count();
-            if count == 0 || count == all || !seen.insert(holding.clone()) {
-                continue;
-            }
-            let inside: Vec<_> = whole.iter().map(|(part, _)| holding.count_both(part)).collect();
-            choices.push((Tier::of(condition), gain(&inside), *condition, holding));
-        }
-        let mut among = [0; Tier::COUNT];
-        choices.iter().for_each(|(tier, ..)| among[*tier as usize] += 1);
-        let mut best: Option<(f64, Condition, Column)> = None;
-        let mut better = |net: f64, condition: &dyn Fn() -> (Condition, Column)| {
-            if net > best.as_ref().map_or(GAIN_MIN, |(best, ..)| *best + GAIN_MIN) {
-                let (condition, holding) = condition();
-                best = Some((net, condition, holding));
-            }
-        };
-        for (tier, gain, condition, holding) in &choices {
-            better(gain - tier.price(among[*tier as usize]), &|| ((*condition).clone(), holding.clone()));
-        }
-        let bounds = self.bounds(examples, &whole);
-        let count: usize = bounds.values().map(Vec::len).sum();
-        for (anchor, bounds) in &bounds {
-            for (least, inside) in bounds {
-                better(gain(inside) - Tier::Bound.price(count), &|| {
-                    let condition = Condition::AtLeast(*anchor, *least);
-                    let mut holding = Column::default();
-                    let holds = |at: &usize| (self.scene)(*at).holds(&condition);
-                    examples.iter().filter(holds).for_each(|at| holding.insert(at));
-                    (condition, holding)
-                });
+    fn numbers(&self, examples: &Column) -> Numbers {
+        let mut numbers = Numbers::new();
+        for at in examples.iter() {
+            for (anchor, value) in (self.scene)(at).numbers() {
+                numbers.entry(anchor).or_default().push((value, at));
             }
         }
-        best
+        numbers.values_mut().for_each(|values| values.sort_unstable());
+        numbers
+    }
+}
+
+impl Parted {
+    /// Whether the same followed in all of them.
+    fn is_uniform(&self) -> bool {
+        self.parts.len() + usize::from(!self.rest.is_empty()) < 2
+    }
+}
+
+/// The examples of a claim, with the number of the outcome of each and how many had each outcome.
+struct Whole<'a> {
+    examples: &'a Column,
+    all: usize,
+    outcome: Vec<usize>,
+    counts: Vec<usize>,
+}
+
+impl<'a> Whole<'a> {
+    fn new(examples: &'a Column, parted: &Parted) -> Self {
+        let mut outcome = Vec::new();
+        let parts = parted.parts.iter().map(|(_, part)| part).chain([&parted.rest]);
+        let counts = parts.enumerate().map(|(number, part)| {
+            let mut count = 0;
+            for at in part.iter() {
+                if outcome.len() <= at {
+                    outcome.resize(at + 1, 0);
+                }
+                outcome[at] = number;
+                count += 1;
+            }
+            count
+        });
+        let counts: Vec<_> = counts.collect();
+        Self { examples, all: counts.iter().sum(), outcome, counts }
+    }
+}
+
+/// How much better outcomes are told in two parts than together, as the examples of one part are counted one by one.
+struct Gain<'a> {
+    likelihood: &'a Likelihood,
+    counts: &'a [usize],
+    all: usize,
+    inside: Vec<usize>,
+    /// The outcomes that were counted.
+    counted: Vec<usize>,
+    trials: usize,
+}
+
+impl<'a> Gain<'a> {
+    fn new(likelihood: &'a Likelihood, whole: &'a Whole<'_>) -> Self {
+        let inside = vec![0; whole.counts.len()];
+        Self { likelihood, counts: &whole.counts, all: whole.all, inside, counted: Vec::new(), trials: 0 }
     }
 
-    /// For each number that can be named in all these examples, each bound that parts them, with how many of each outcome are at or
-    /// above it.
-    fn bounds(
-        &self,
-        examples: &Column,
-        whole: &[(&Column, usize)],
-    ) -> BTreeMap<Anchor, Vec<(i64, Vec<usize>)>> {
-        let mut values: BTreeMap<Anchor, Vec<(i64, usize)>> = BTreeMap::new();
-        let all = examples.count();
-        for (outcome, (part, _)) in whole.iter().enumerate() {
-            for at in part.iter() {
-                for (anchor, value) in (self.scene)(at).numbers() {
-                    values.entry(anchor).or_default().push((value, outcome));
+    fn count(&mut self, outcome: usize) {
+        if self.inside[outcome] == 0 {
+            self.counted.push(outcome);
+        }
+        self.inside[outcome] += 1;
+        self.trials += 1;
+    }
+
+    fn so_far(&self) -> f64 {
+        let change = |outcome: &usize| {
+            let (inside, all) = (self.inside[*outcome], self.counts[*outcome]);
+            self.likelihood.rising(inside) + self.likelihood.rising(all - inside)
+                - self.likelihood.rising(all)
+        };
+        self.counted.iter().map(change).sum::<f64>() + self.likelihood.factorial(self.all)
+            - self.likelihood.factorial(self.trials)
+            - self.likelihood.factorial(self.all - self.trials)
+    }
+
+    fn clear(&mut self) {
+        self.counted.drain(..).for_each(|outcome| self.inside[outcome] = 0);
+        self.trials = 0;
+    }
+}
+
+impl Search<'_, '_> {
+    fn claim(&mut self, of: Option<(f64, Condition)>, mut examples: Column, depth: usize) -> Claim {
+        let number = self.claims;
+        self.claims += 1;
+        let mut exceptions = Vec::new();
+        let parted = loop {
+            let parted = self.ground.part(&examples);
+            if parted.is_uniform() || depth == DEPTH_MAX {
+                break parted;
+            }
+            let Some((gain, condition, holding)) = self.exception(&examples, &parted) else {
+                break parted;
+            };
+            examples = examples.without(&holding);
+            exceptions.push(self.claim(Some((gain, condition)), holding, depth + 1));
+        };
+        for (change, part) in &parted.parts {
+            let place = Place { claim: number, change: Some(*change) };
+            self.places.extend(part.iter().map(|at| (at, place)));
+        }
+        let formless = Place { claim: number, change: None };
+        self.places.extend(parted.rest.iter().map(|at| (at, formless)));
+        let count = |column: &Column| u32::try_from(column.count()).unwrap_or(u32::MAX);
+        let changes = self.ground.changes;
+        let outcomes = parted.parts.iter().map(|(at, column)| (changes[*at].0.clone(), count(column)));
+        let (gain, condition) = of.unzip();
+        let gain = gain.unwrap_or_default();
+        Claim { condition, gain, exceptions, outcomes: outcomes.collect(), trials: count(&examples) }
+    }
+
+    /// The condition that parts the examples best, if it pays, with its net gain and the examples in which it holds.
+    fn exception(&self, examples: &Column, parted: &Parted) -> Option<(f64, Condition, Column)> {
+        let whole = Whole::new(examples, parted);
+        let mut gain = Gain::new(&self.likelihood, &whole);
+        let mut choices: Vec<(f64, &Asked)> = Vec::new();
+        for asked in self.different(&whole) {
+            examples.iter_both(&asked.column).for_each(|at| gain.count(whole.outcome[at]));
+            choices.push((gain.so_far(), asked));
+            gain.clear();
+        }
+        let mut among = [0; Tier::COUNT];
+        choices.iter().for_each(|(_, asked)| among[asked.tier as usize] += 1);
+        let met = choices.into_iter();
+        let met = met
+            .map(|(gain, asked)| (gain - asked.tier.price(among[asked.tier as usize]), Choice::Met(asked)));
+        let bounds = self.bounds(&whole, &mut gain);
+        let price = Tier::Bound.price(bounds.len());
+        let bounds =
+            bounds.into_iter().map(|(anchor, least, gain)| (gain - price, Choice::Bound(anchor, least)));
+        let (gain, choice) = met.chain(bounds).fold(None, Choice::better)?;
+        Some(match choice {
+            Choice::Met(asked) => (gain, asked.condition.clone(), examples.both(&asked.column)),
+            Choice::Bound(anchor, least) => {
+                let condition = Condition::AtLeast(anchor, least);
+                let mut holding = Column::default();
+                let holds = |at: &usize| (self.ground.scene)(*at).holds(&condition);
+                examples.iter().filter(holds).for_each(|at| holding.insert(at));
+                (gain, condition, holding)
+            }
+        })
+    }
+
+    /// The conditions that part these examples, by tier and in order. Those that hold in the same of them are one choice, of the
+    /// lowest tier among them.
+    fn different(&self, whole: &Whole<'_>) -> Vec<&Asked> {
+        let conditions = self.ground.conditions;
+        if whole.all > FEW {
+            let mut seen: FxHashMap<u64, usize> = FxHashMap::default();
+            let mut different: Vec<&Asked> = Vec::new();
+            for asked in conditions.iter() {
+                let (count, mut hash) = whole.examples.fingerprint(&asked.column);
+                if count == 0 || count == whole.all {
+                    continue;
                 }
+                let alike = loop {
+                    match seen.entry(hash) {
+                        Entry::Vacant(place) => {
+                            place.insert(different.len());
+                            break false;
+                        }
+                        Entry::Occupied(known) => {
+                            let known = &different[*known.get()].column;
+                            if whole.examples.meets_alike(known, &asked.column) {
+                                break true;
+                            }
+                            hash = hash.wrapping_add(1);
+                        }
+                    }
+                };
+                if !alike {
+                    different.push(asked);
+                }
+            }
+            return different;
+        }
+        // Few examples meet few of the conditions.
+        let mut holding = vec![0_u64; conditions.len()];
+        let mut met = Vec::new();
+        for (bit, at) in whole.examples.iter().enumerate() {
+            for number in conditions.met_by(at) {
+                if holding[*number] == 0 {
+                    met.push(*number);
+                }
+                holding[*number] |= 1 << bit;
             }
         }
-        values.retain(|_, values| values.len() == all);
-        let bounds = |mut values: Vec<(i64, usize)>| {
-            values.sort_unstable();
-            let mut inside = vec![0; whole.len()];
-            let mut bounds = Vec::new();
-            let mut above = None;
-            for (value, outcome) in values.into_iter().rev() {
-                if above.is_some_and(|above| above != value) {
-                    bounds.extend(above.map(|above| (above, inside.clone())));
-                }
-                above = Some(value);
-                inside[outcome] += 1;
+        let all = u64::MAX >> (64 - whole.all);
+        let mut first: FxHashMap<u64, (Tier, usize)> = FxHashMap::default();
+        for number in met.into_iter().filter(|number| holding[*number] != all) {
+            let Some(asked) = conditions.get(number) else { continue };
+            let place = (asked.tier, number);
+            first.entry(holding[number]).and_modify(|known| *known = place.min(*known)).or_insert(place);
+        }
+        let mut places: Vec<_> = first.into_values().collect();
+        places.sort_unstable();
+        places.into_iter().filter_map(|(_, number)| conditions.get(number)).collect()
+    }
+
+    /// For each number that can be named in all these examples, each bound that parts them, with its gain.
+    fn bounds(&self, whole: &Whole<'_>, gain: &mut Gain<'_>) -> Vec<(Anchor, i64, f64)> {
+        let mut bounds = Vec::new();
+        for (anchor, values) in &self.numbers {
+            let here = || values.iter().rev().filter(|(_, at)| whole.examples.contains(*at));
+            if here().count() != whole.all {
+                continue;
             }
-            bounds
-        };
-        values.into_iter().map(|(anchor, values)| (anchor, bounds(values))).collect()
+            let mut above = None;
+            for (value, at) in here() {
+                if above.is_some_and(|above| above != *value) {
+                    bounds.extend(above.map(|above| (*anchor, above, gain.so_far())));
+                }
+                above = Some(*value);
+                gain.count(whole.outcome[*at]);
+            }
+            gain.clear();
+        }
+        bounds
+    }
+}
+
+/// A condition that parts examples.
+enum Choice<'a> {
+    /// One that is asked for where it is met.
+    Met(&'a Asked),
+    /// A bound of a number.
+    Bound(Anchor, i64),
+}
+
+impl Choice<'_> {
+    /// The better one of two, each with its net gain; the first of equals.
+    fn better(best: Option<(f64, Self)>, other: (f64, Self)) -> Option<(f64, Self)> {
+        let least = best.as_ref().map_or(GAIN_MIN, |(best, _)| best + GAIN_MIN);
+        if other.0 > least { Some(other) } else { best }
     }
 }

@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use crate::memory::evidence::columns::Column;
-use crate::memory::evidence::facet::{ANYTHING, Conditions, Examples, Facet, Grown, conditions, path};
-use crate::memory::evidence::price::Likelihood;
+use crate::memory::evidence::columns::{Column, Conditions};
+use crate::memory::evidence::facet::{ANYTHING, Examples, Facet, Grown, conditions, path};
+use crate::memory::evidence::price;
 use crate::memory::evidence::scene::Scene;
 use crate::nouns::claim::{Change, Claim, Condition, Sketch};
 use crate::nouns::experience::Experience;
@@ -87,14 +87,40 @@ impl Foretold {
         let share = 1.0 / (self.outcomes.len() + 1) as f64;
         (f64::from(agreeing) + share) / (f64::from(self.trials) + 1.0)
     }
+}
+
+/// How often a view has seen what came about.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    came: u32,
+    /// Outcomes of no form.
+    formless: u32,
+    trials: u32,
+}
+
+impl Seen {
+    /// What the claim in force in a scene has seen of `after`.
+    fn of_claim(grown: &Grown, scene: &Scene, after: &[Observation], facet: &Facet) -> Option<Self> {
+        let (_, claim) = path(&grown.claim, scene);
+        let formed: u32 = claim.outcomes.iter().map(|(_, count)| count).sum();
+        let makes = |(change, _): &&(Change, u32)| scene.makes(change, after, &facet.kinds);
+        let came = claim.outcomes.iter().filter(makes).map(|(_, count)| count).sum();
+        let seen = Self { came, formless: claim.trials - formed, trials: claim.trials };
+        (seen.trials > 0).then_some(seen)
+    }
+
+    /// The same, had it not come once.
+    fn without_one(self) -> Self {
+        let Self { came, formless, trials } = self;
+        let formless = if came == 0 { formless.saturating_sub(1) } else { formless };
+        Self { came: came.saturating_sub(1), formless, trials: trials.saturating_sub(1) }
+    }
 
     /// The probability of what came about, with room for each of so many `changes` that may come.
-    fn probability(&self, after: &[Observation], changes: usize) -> f64 {
+    fn probability(self, changes: usize) -> f64 {
         let share = 1.0 / (changes + 1) as f64;
-        let seen = self.outcomes.iter().find(|(known, _)| known == after).map(|(_, count)| *count);
         // Where much came that has no form, one more of that kind is to be expected.
-        let formless = self.trials - self.outcomes.iter().map(|(_, count)| count).sum::<u32>();
-        let count = seen.map_or_else(|| f64::from(formless) * share, f64::from);
+        let count = if self.came > 0 { f64::from(self.came) } else { f64::from(self.formless) * share };
         (count + share) / (f64::from(self.trials) + 1.0)
     }
 }
@@ -103,8 +129,7 @@ impl Foretold {
 /// tries: ln of the odds.
 fn differs(times: usize, tries: usize, anyway: f64) -> f64 {
     let failed = tries.saturating_sub(times);
-    let own = Likelihood::new(tries, 2).of([times, failed].into_iter());
-    own - times as f64 * libm::log(anyway) - failed as f64 * libm::log(1.0 - anyway)
+    price::of_two(times, failed) - times as f64 * libm::log(anyway) - failed as f64 * libm::log(1.0 - anyway)
 }
 
 /// How many experiences a pool keeps that are with so many primitives.
@@ -117,8 +142,6 @@ fn room(primitives: usize) -> usize {
 pub(super) struct Pool {
     examples: Vec<(Arc<Experience>, Scene)>,
     conditions: Conditions,
-    /// Those of them that name several values.
-    crossed: BTreeSet<Condition>,
     of_primitive: BTreeMap<PrimitiveId, Column>,
     /// What each primitive brings about of itself, whatever the context.
     effects: BTreeMap<PrimitiveId, Vec<Observation>>,
@@ -151,26 +174,32 @@ impl Pool {
         fits
     }
 
+    /// Notes which example comes next, and what came with it.
+    fn note(&mut self, experience: &Experience) {
+        let (at, primitive) = (self.examples.len(), experience.primitive);
+        self.of_primitive.entry(primitive).or_default().insert(at);
+        if primitive == ANYTHING {
+            return;
+        }
+        let brought = self.brought.entry(primitive).or_default();
+        for observation in experience.after.iter() {
+            *self.came.entry(observation.clone()).or_default() += 1;
+            let (times, new) = brought.entry(observation.clone()).or_default();
+            *times += 1;
+            *new |= experience.before.binary_search(observation).is_err();
+        }
+        let alike = self.alike.entry(primitive).or_default();
+        alike.entry(experience.before.clone()).or_default().push(at);
+    }
+
     fn learn(&mut self, experience: Arc<Experience>) {
         let primitive = experience.primitive;
-        if primitive != ANYTHING {
+        let particular = primitive != ANYTHING;
+        if particular {
             self.score(&experience);
         }
         let at = self.examples.len();
-        let of_primitive = self.of_primitive.entry(primitive).or_default();
-        of_primitive.insert(at);
-        let particular = primitive != ANYTHING;
-        if particular {
-            let brought = self.brought.entry(primitive).or_default();
-            for observation in experience.after.iter() {
-                *self.came.entry(observation.clone()).or_default() += 1;
-                let (times, new) = brought.entry(observation.clone()).or_default();
-                *times += 1;
-                *new |= experience.before.binary_search(observation).is_err();
-            }
-            let alike = self.alike.entry(primitive).or_default();
-            alike.entry(experience.before.clone()).or_default().push(at);
-        }
+        self.note(&experience);
         let scene = Scene::new(&experience.before, &experience.parameters, self.effect(primitive));
         self.examples.push((experience, scene));
         let renamed = particular && self.update_effect(primitive);
@@ -184,19 +213,21 @@ impl Pool {
         for number in 0..self.facets.len() {
             let mut facet = std::mem::take(&mut self.facets[number]);
             let examples = self.examples();
-            if renamed {
-                facet.grow(examples);
-                facet.grow_particular(examples, primitive);
-            } else if facet.general.examples <= at {
+            if facet.general.examples <= at {
                 facet.learn(examples, at, particular);
-                if !others.is_empty() {
-                    facet.grow(examples);
-                }
             }
+            let anew = others.iter().chain(renamed.then_some(&primitive));
+            anew.for_each(|primitive| facet.rename(examples, *primitive));
             self.facets[number] = facet;
         }
         self.part_facets();
         self.join_facets();
+        // Where a quarter may be added, as after forgetting one, all is found anew: so what is known follows from what is kept.
+        let room = room(self.of_primitive.len());
+        if self.examples.len() == room - room / 4 {
+            let all = std::mem::take(&mut self.examples);
+            self.settle(all.into_iter().map(|(experience, _)| experience).collect());
+        }
     }
 
     /// Parts a type that changes by itself from those that it was joined with.
@@ -206,7 +237,7 @@ impl Pool {
             if facet.general.examples != self.examples.len() {
                 continue;
             }
-            let Some(stranger) = facet.stranger(examples) else { continue };
+            let Some(stranger) = facet.stranger() else { continue };
             let rest = facet.kinds.iter().copied().filter(|kind| *kind != stranger).collect();
             let (rest, alone) = (Facet::new(rest, examples), Facet::new(vec![stranger], examples));
             self.facets[number] = rest;
@@ -225,38 +256,17 @@ impl Pool {
 
     /// Enters the example `at` in all columns.
     fn enter(&mut self, at: usize) {
-        let Some((_, scene)) = self.examples.get(at) else { return };
-        for condition in scene.conditions() {
-            let Some(column) = self.conditions.get_mut(&condition) else {
-                let mut column = Column::default();
-                column.insert(at);
-                if condition.names() > 1 {
-                    // Such a condition is asked for in the first names that values have; in earlier examples others came first.
-                    let earlier = self.examples.iter().enumerate().take(at);
-                    let holding = earlier.filter(|(_, (_, scene))| scene.holds(&condition));
-                    holding.for_each(|(at, _)| column.insert(at));
-                    self.crossed.insert(condition.clone());
-                }
-                self.conditions.insert(condition, column);
-                continue;
-            };
-            column.insert(at);
-        }
-        for condition in self.crossed.iter().filter(|condition| scene.holds(condition)) {
-            if let Some(column) = self.conditions.get_mut(condition) {
-                column.insert(at);
-            }
-        }
+        let examples = &self.examples;
+        self.conditions.enter(at, |at| &examples[at].1);
         for facet in &mut self.facets {
             facet.enter(&self.examples, at);
         }
     }
 
-    /// What a primitive brings about of itself, by its experiences; whether that changed. Then they are named and entered anew.
-    fn update_effect(&mut self, primitive: PrimitiveId) -> bool {
-        let Some(column) = self.of_primitive.get(&primitive) else { return false };
-        let Some(came) = self.brought.get(&primitive) else { return false };
-        let tries = column.count();
+    /// What a primitive brings about of itself, by its experiences.
+    fn own_effect(&self, primitive: PrimitiveId) -> Vec<Observation> {
+        let Some(tries) = self.of_primitive.get(&primitive).map(Column::count) else { return Vec::new() };
+        let Some(came) = self.brought.get(&primitive) else { return Vec::new() };
         let others = self.examples.len() - tries;
         let price = libm::log(came.values().filter(|(_, new)| *new).count() as f64);
         let own = |observation: &Observation, times: usize| {
@@ -265,7 +275,14 @@ impl Pool {
             times * EFFECT_SHARE.1 >= tries * EFFECT_SHARE.0 && differs(times, tries, anyway) > price
         };
         let effect = came.iter().filter(|(observation, (times, new))| *new && own(observation, *times));
-        let effect: Vec<_> = effect.map(|(observation, _)| observation.clone()).collect();
+        effect.map(|(observation, _)| observation.clone()).collect()
+    }
+
+    /// Looks again at what a primitive brings about of itself; Then they are named and entered anew.
+    fn update_effect(&mut self, primitive: PrimitiveId) -> bool {
+        let Some(column) = self.of_primitive.get(&primitive) else { return false };
+        let tries = column.count();
+        let effect = self.own_effect(primitive);
         if effect.is_empty() && tries == 1 {
             self.doubtful.insert(primitive);
         } else {
@@ -280,7 +297,6 @@ impl Pool {
             if let Some((experience, scene)) = self.examples.get_mut(at) {
                 *scene = Scene::new(&experience.before, &experience.parameters, &effect);
             }
-            self.conditions.values_mut().for_each(|column| column.remove(at));
             self.enter(at);
         }
         true
@@ -312,7 +328,7 @@ impl Pool {
         for one in 0..count {
             for other in one + 1..count {
                 let (a, b) = (&self.facets[one], &self.facets[other]);
-                if (grown(a) || grown(b)) && a.varies() && b.varies() && a.dependence(b, examples) > 0.0 {
+                if (grown(a) || grown(b)) && a.varies() && b.varies() && a.dependence(b) > 0.0 {
                     let mut kinds = [&a.kinds[..], &b.kinds[..]].concat();
                     kinds.sort_unstable();
                     let joined = Facet::new(kinds, examples);
@@ -327,23 +343,64 @@ impl Pool {
 
     /// Each view of each facet is scored by what it foretold of this experience, before it is learnt from.
     fn score(&mut self, experience: &Experience) {
-        let primitive = experience.primitive;
-        let scene = Scene::new(&experience.before, &experience.parameters, self.effect(primitive));
+        let scene = Scene::new(&experience.before, &experience.parameters, self.effect(experience.primitive));
+        self.score_in(&scene, experience, false);
+    }
+
+    /// Each view is scored by what it would have foretold of each example if that had not been among those that it was learnt from.
+    fn score_anew(&mut self) {
+        let examples = std::mem::take(&mut self.examples);
+        for (experience, scene) in examples.iter().filter(|(experience, _)| experience.primitive != ANYTHING)
+        {
+            self.score_in(scene, experience, true);
+        }
+        self.examples = examples;
+    }
+
+    /// Scores what is foretold in a scene by what came, which was learnt from `already` or not.
+    fn score_in(&mut self, scene: &Scene, experience: &Experience, already: bool) {
         let mut facets = std::mem::take(&mut self.facets);
-        for facet in &mut facets {
-            let views = self.views(facet, primitive, &scene);
-            let unsaid = 1.0 / (facet.changes.len() + 1) as f64;
+        for facet in facets.iter_mut().filter(|facet| facet.is_told_by(experience)) {
+            let changes = facet.changes.len();
             let after = facet.part(&experience.after);
-            let scores = facet.scores.entry(primitive).or_default();
-            for (score, view) in scores.iter_mut().zip(&views) {
+            let probability = |seen: Option<Seen>| {
+                let seen = seen.map(|seen| if already { seen.without_one() } else { seen });
                 // Where a view says nothing, it is as if it had said anything alike.
-                let probability = view
-                    .as_ref()
-                    .map_or(unsaid, |foretold| foretold.probability(&after, facet.changes.len()));
+                seen.filter(|seen| seen.trials > 0)
+                    .map_or(1.0 / (changes + 1) as f64, |seen| seen.probability(changes))
+            };
+            let general = Seen::of_claim(&facet.general, scene, &after, facet);
+            let particular = facet.particular.get(&experience.primitive);
+            let particular = particular.and_then(|grown| Seen::of_claim(grown, scene, &after, facet));
+            let remembered = self.seen_alike(facet, experience.primitive, scene, &after);
+            let fallback = |seen: &Seen| seen.trials > u32::from(already);
+            let remembered = remembered.filter(fallback).or(particular);
+            let probabilities = [general, particular, remembered].map(probability);
+            let scores = facet.scores.entry(experience.primitive).or_default();
+            for (score, probability) in scores.iter_mut().zip(probabilities) {
                 *score = *score * SCORE_KEPT + libm::log(probability);
             }
         }
         self.facets = facets;
+    }
+
+    /// How often `after` came of a primitive in the very same context.
+    fn seen_alike(
+        &self,
+        facet: &Facet,
+        primitive: PrimitiveId,
+        scene: &Scene,
+        after: &[Observation],
+    ) -> Option<Seen> {
+        let mut seen = Seen::default();
+        for at in self.alike.get(&primitive)?.get(&scene.context[..])? {
+            let Some((experience, _)) = self.examples.get(*at) else { continue };
+            if facet.is_told_by(experience) {
+                seen.trials += 1;
+                seen.came += u32::from(facet.part(&experience.after) == after);
+            }
+        }
+        (seen.trials > 0).then_some(seen)
     }
 
     fn views(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> [Option<Foretold>; 3] {
@@ -448,10 +505,35 @@ impl Pool {
             forgotten.insert(oldest);
         }
         let kept = std::mem::take(&mut self.examples).into_iter().enumerate();
+        let kept = kept.filter(|(at, _)| !forgotten.contains(*at)).map(|(_, (experience, _))| experience);
+        self.settle(kept.collect());
+    }
+
+    /// All that is known is found anew from these experiences together: own effects first, then scenes, facets, claims, and how well
+    /// each view would have foretold each of them from the others.
+    fn settle(&mut self, experiences: Vec<Arc<Experience>>) {
         *self = Self::default();
-        for (_, (experience, _)) in kept.filter(|(at, _)| !forgotten.contains(*at)) {
-            self.learn(experience);
+        let particular = experiences.first().is_some_and(|experience| experience.primitive != ANYTHING);
+        for experience in experiences {
+            self.note(&experience);
+            let scene = Scene::new(&experience.before, &experience.parameters, &[]);
+            self.examples.push((experience, scene));
         }
+        if particular {
+            for primitive in self.of_primitive.keys().copied().collect::<Vec<_>>() {
+                let effect = self.own_effect(primitive);
+                self.effects.insert(primitive, effect);
+            }
+        }
+        for (experience, scene) in &mut self.examples {
+            let effect = self.effects.get(&experience.primitive).map_or(&[][..], Vec::as_slice);
+            *scene = Scene::new(&experience.before, &experience.parameters, effect);
+        }
+        (0..self.examples.len()).for_each(|at| self.enter(at));
+        (0..self.examples.len()).for_each(|at| self.add_facets(at));
+        self.part_facets();
+        self.join_facets();
+        self.score_anew();
     }
 
     /// The claims about each facet: those about a primitive alone, or those about the action.

@@ -29,15 +29,21 @@ impl Likelihood {
         Self { rising: sums(share), factorial: sums(1.0) }
     }
 
-    /// ln of the probability of outcomes seen so often, in a given order.
-    pub(super) fn of(&self, counts: impl Iterator<Item = usize>) -> f64 {
-        let (mut trials, mut sum) = (0, 0.0);
-        for count in counts {
-            trials += count;
-            sum += self.rising.get(count).copied().unwrap_or(f64::NEG_INFINITY);
-        }
-        sum - self.factorial.get(trials).copied().unwrap_or(f64::INFINITY)
+    /// The share of ln of the probability of outcomes, in a given order, that is due to one seen so often.
+    pub(super) fn rising(&self, count: usize) -> f64 {
+        self.rising.get(count).copied().unwrap_or(f64::NEG_INFINITY)
     }
+
+    /// The share that is due to so many trials, to be taken off.
+    pub(super) fn factorial(&self, trials: usize) -> f64 {
+        self.factorial.get(trials).copied().unwrap_or(f64::INFINITY)
+    }
+}
+
+/// ln of the probability of so many successes and failures in a given order, whatever their chance is.
+pub(super) fn of_two(successes: usize, failures: usize) -> f64 {
+    let rising = |count: usize| libm::lgamma(count as f64 + 0.5) - libm::lgamma(0.5);
+    rising(successes) + rising(failures) - libm::lgamma((successes + failures) as f64 + 1.0)
 }
 
 /// How involved a condition is. One that speaks of the action's own values is a shorter sentence than one that gives values.

@@ -12,7 +12,7 @@ const NAMES_MAX: usize = 96;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Scene {
     pub(super) context: Vec<Observation>,
-    /// The names with their values, the most direct first.
+    /// The names with their values, in order: the most direct first.
     names: Vec<(Reference, Value)>,
 }
 
@@ -85,7 +85,8 @@ impl Scene {
 
     /// The value of a reference.
     pub(super) fn value(&self, reference: Reference) -> Option<Value> {
-        self.names.iter().find(|(known, _)| *known == reference).map(|(_, value)| *value)
+        let at = self.names.binary_search_by_key(&reference, |(known, _)| *known).ok()?;
+        Some(self.names[at].1)
     }
 
     /// The numbers that can be named directly.
@@ -101,13 +102,7 @@ impl Scene {
                 self.value((*anchor).into()).and_then(number).is_some_and(|n| n >= *least)
             }
             Condition::Observed(sketch) => {
-                let mut wanted = Vec::with_capacity(sketch.properties.len());
-                for (p, expression) in &sketch.properties {
-                    let Some(value) = self.express(*expression) else { return false };
-                    wanted.push((*p, value));
-                }
-                let fits = |o: &Observation| wanted.iter().all(|(p, value)| property(o, *p) == Some(*value));
-                of_kind(&self.context, sketch.kind).iter().any(fits)
+                of_kind(&self.context, sketch.kind).iter().any(|o| self.fits(sketch, o))
             }
         }
     }
@@ -119,13 +114,31 @@ impl Scene {
                 of_kind(&self.context, *kind).first()
             }
             Condition::Is(..) | Condition::AtLeast(..) => None,
-            Condition::Observed(sketch) => of_kind(&self.context, sketch.kind).iter().find(|o| {
-                let has = |(p, e): &(PropertyId, Expression)| {
-                    self.express(*e).is_some_and(|v| property(o, *p) == Some(v))
-                };
-                sketch.properties.iter().all(has)
-            }),
+            Condition::Observed(sketch) => {
+                of_kind(&self.context, sketch.kind).iter().find(|o| self.fits(sketch, o))
+            }
         }
+    }
+
+    /// Whether an observation has all values of a sketch.
+    fn fits(&self, sketch: &Sketch, observation: &Observation) -> bool {
+        let has = |(p, e): &(PropertyId, Expression)| {
+            property(observation, *p).is_some_and(|value| self.express(*e) == Some(value))
+        };
+        sketch.properties.iter().all(has)
+    }
+
+    /// Whether a change makes just `after` of what there is of `kinds`.
+    pub(super) fn makes(&self, change: &Change, after: &[Observation], kinds: &[TypeId]) -> bool {
+        // Most changes are of another thing, which is soon seen.
+        let comes = |sketch: &Sketch| of_kind(after, sketch.kind).iter().any(|o| self.fits(sketch, o));
+        let stays = change.vanishes.is_empty() && change.becomes.is_empty() && change.appears.is_empty();
+        if stays {
+            let of_kinds = |o: &&Observation| kinds.binary_search(&o.kind()).is_ok();
+            return self.context.iter().filter(of_kinds).eq(after);
+        }
+        change.becomes.iter().chain(&change.appears).all(comes)
+            && self.after(change, kinds).is_some_and(|made| made == after)
     }
 
     fn express(&self, expression: Expression) -> Option<Value> {
@@ -209,7 +222,9 @@ impl Scene {
             for (at, (reference, _)) in names.enumerate() {
                 let named = (*p, Expression::Named(*reference, 0));
                 push(vec![named]);
-                properties.iter().filter(|(q, _)| q != p).for_each(|one| push(vec![named, given(one)]));
+                if reference.is_of_action() {
+                    properties.iter().filter(|(q, _)| q != p).for_each(|one| push(vec![named, given(one)]));
+                }
                 first_names.extend((at == 0).then_some(named));
             }
         }
