@@ -121,10 +121,12 @@ impl Expectation {
         }
         let target = law.target()?;
         law.subsume(&target);
-        post.sort_unstable();
-        post.dedup();
         let pre = law.pre;
         let told = post.iter().any(|(what, absent)| !absent && !target.contains(what));
+        // The target comes about as well, whichever claims tell so.
+        post.extend(target.iter().map(|what| (what.clone(), false)));
+        post.sort_unstable();
+        post.dedup();
         (conditional && told && !target.is_empty()).then_some(Hypothesis { pre, target, post })
     }
 }
