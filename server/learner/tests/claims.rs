@@ -11,7 +11,7 @@ use pschema_learner::effect::Effect;
 use pschema_learner::evidence::Evidence;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Memory;
-use pschema_learner::observation::{Observation, PropertyId, SymbolId, Value};
+use pschema_learner::observation::{Observation, Pattern, PropertyId, SymbolId, Value};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::random::Random;
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
@@ -160,6 +160,14 @@ fn without_stages_a_schema_for_each_posture_and_a_law_are_enough() {
     for (life, seed) in full.iter().zip(1..) {
         assert!(life.laws() >= 1, "seed {seed}: no law");
         assert!(life.schemas() <= 30, "seed {seed}: {} schemas", life.schemas());
+        // One experience makes one law, whichever claims tell of its target.
+        for law in life.learner.memory().content().schemas.iter().filter_map(|schema| schema.generalised()) {
+            let told = |wanted: &Pattern| law.post.iter().any(|post| !post.absent && post.what == *wanted);
+            assert!(
+                law.target.iter().all(told),
+                "seed {seed}: a law does not say that its target comes about"
+            );
+        }
     }
     let schemas = |lives: &[Life]| median(lives.iter().map(|life| life.schemas() as f64).collect());
     assert!(schemas(&full) * 4.0 < schemas(&paper), "{} and {}", schemas(&full), schemas(&paper));

@@ -165,9 +165,8 @@ fn figures(task: &Task<'_>, lives: &[Life], of_the_paper: &[Life]) -> Option<Tas
 }
 
 fn text(measurement: &TasksMeasurement) -> String {
-    let headings =
-        ["world", "ours", "interval", "paper", "best", "same", "table", "schemas", "of", "us", "of"];
-    let mut table = Columns::new(&headings).figures(&[1, 2, 3, 4, 5, 6, 7, 8, 9, 10]);
+    let headings = ["world", "ours", "interval", "paper", "best", "same", "table", "schemas", "us"];
+    let mut table = Columns::new(&headings).figures(&[1, 2, 3, 4, 5, 6, 7, 8]);
     // None is above 1: without the 0 before the point a table fits a terminal.
     let share = |figure: f64| format!("{figure:.3}").trim_start_matches('0').to_owned();
     for row in &measurement.rows {
@@ -180,17 +179,15 @@ fn text(measurement: &TasksMeasurement) -> String {
             share(row.nothing_changes),
             share(row.first_order.median),
             format!("{:.0}", row.schemas),
-            format!("{:.0}", row.paper_schemas),
             format!("{:.0}", row.step_us),
-            format!("{:.0}", row.paper_step_us),
         ]);
     }
     format!(
         "{}Total variation from the truth; in flip and float/reset the share of wrong predictions. 0 is perfect.\n\
         ours: the learner under the full profile, median of {} seeds, with {}; paper: under the paper's\n\
-        schemas, us: without laws, and of a step; each of ours, and of the paper's\n\
+        schemas, us: ours without laws, and the time of a step (--json has the paper's as well)\n\
         best: the truth itself; same: nothing ever changes; table: what came of an action after the same observations\n",
-        table.text(&[1, 2, 3, 4, 5, 6, 7, 8, 9, 10]),
+        table.text(&[1, 2, 3, 4, 5, 6, 7, 8]),
         measurement.seeds,
         interval(measurement.seeds)
     )

@@ -3,6 +3,7 @@
 
 mod columns;
 mod facet;
+mod foretold;
 mod growth;
 mod pool;
 mod price;
@@ -13,8 +14,8 @@ mod tests;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+pub use foretold::{Foretold, View};
 use pool::Pool;
-pub use pool::{Foretold, View};
 
 use crate::memory::evidence::facet::ANYTHING;
 use crate::nouns::claim::Claim;
