@@ -32,6 +32,8 @@ closed_set! {
         Association = "association",
         /// The drive to try what no schema covers.
         Babbling = "babbling",
+        /// The drive to do what may surprise here, of a learner that keeps claims.
+        Curiosity = "curiosity",
         /// The drive to repeat what is not yet known well enough (paper, II-G).
         Habituation = "habituation",
         /// The terms that are too many to be told one by one, added up.

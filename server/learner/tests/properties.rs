@@ -334,7 +334,7 @@ proptest! {
 fn of_every_kind_of_effect_some_are_applied_and_some_refused() {
     let mut runner = TestRunner::new(config(1));
     let mut applied = BTreeMap::<String, [usize; 2]>::new();
-    for _ in 0..40 {
+    for _ in 0..80 {
         let setup = setup(80).new_tree(&mut runner).unwrap().current();
         let (mut learner, _) = born(&setup);
         live(&mut learner, &setup, |_, _, _, _| Ok(())).unwrap();

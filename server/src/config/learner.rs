@@ -19,6 +19,7 @@ const TYPE_OVERRIDES_MAX: usize = 1024;
 #[serde(default, deny_unknown_fields)]
 pub(super) struct WrittenParameters {
     profile: Option<Profile>,
+    without: Option<Vec<Spanned<String>>>,
     association_weight: Option<Spanned<f64>>,
     excite_by_post_conditions: Option<bool>,
     babbling_excitation: Option<Spanned<f64>>,
@@ -87,6 +88,14 @@ pub(super) fn take_over(
 ) -> Result<(), ConfigError> {
     let LearnerSettings { parameters, mechanisms } = settings;
     *mechanisms = written.profile.map_or(*mechanisms, Into::into);
+    for name in written.without.into_iter().flatten() {
+        let known = mechanisms.named().map(|(known, _)| known).join(", ");
+        let problem = || format!("there is no mechanism `{}`; there are {known}", name.get_ref());
+        let Some(switch) = mechanisms.switch(name.get_ref()) else {
+            return Err(source.wrong(Mistake::new(name.span(), problem())));
+        };
+        *switch = false;
+    }
     // Each number, with where it is written: a number out of its range is reported there.
     macro_rules! numbers {
         ($($name:ident),*) => { [$((stringify!($name), take(&written.$name, &mut parameters.$name))),*] };
@@ -159,6 +168,8 @@ mod tests {
         let LearnerSettings { parameters, mechanisms } = parsed(text).unwrap();
         assert_eq!(mechanisms, Mechanisms::PAPER);
         assert_eq!(parsed("profile = \"full\"").unwrap().mechanisms, Mechanisms::FULL);
+        let without = parsed("profile = \"full\"\nwithout = [\"curiosity\"]").unwrap().mechanisms;
+        assert_eq!(without, Mechanisms { curiosity: false, ..Mechanisms::FULL });
         assert!((parameters.association_weight - 0.5).abs() < f64::EPSILON && !parameters.attention);
         assert_eq!(parameters.type_overrides.len(), 1);
         assert_eq!(parameters.type_overrides[0].precondition, Some(true));
@@ -176,6 +187,11 @@ mod tests {
             ("chain_length_max = -1\n", "learner.toml:1:20:", "u32"),
             ("[types.finger]\nlifted = true\n", "learner.toml:2:1:", "unknown field `lifted`"),
             ("profile = \"some\"\n", "learner.toml:1:11:", "expected `paper` or `full`"),
+            (
+                "without = [\"claims\", \"clams\"]\n",
+                "learner.toml:1:22:",
+                "there is no mechanism `clams`; there are claims",
+            ),
             ("attention = = true\n", "learner.toml:1:13:", ""),
         ];
         for (text, place, complaint) in cases {

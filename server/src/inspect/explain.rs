@@ -100,6 +100,7 @@ fn term(content: &Content, from: &LearntTerm) -> ExcitationTerm {
         Role::PostCondition => TermRole::PostCondition,
         Role::Association => TermRole::Association,
         Role::Babbling => TermRole::Babbling,
+        Role::Curiosity => TermRole::Curiosity,
         Role::Habituation => TermRole::Habituation,
         Role::Rest => TermRole::Rest,
     };

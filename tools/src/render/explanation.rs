@@ -112,6 +112,9 @@ fn told(term: &ExcitationTerm, chosen: &Candidate) -> String {
         (_, _, TermRole::Habituation) => {
             format!("{part} from the drive to repeat what is not yet known well enough")
         }
+        (_, _, TermRole::Curiosity) => {
+            format!("{part} from curiosity: its action surprised of late, and is new in this place")
+        }
         (_, _, role) => format!("{part} of its {role}"),
     };
     match chosen.distance {

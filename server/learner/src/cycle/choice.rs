@@ -7,6 +7,7 @@ use std::cell::OnceCell;
 use crate::cycle::babbling;
 use crate::cycle::chaining::{Access, Achievement, Reach, achieve};
 use crate::cycle::claims;
+use crate::cycle::curiosity::Curiosity;
 use crate::cycle::excitation::{self, LawExcitation, PairCounts, Percepts, Resemblance};
 use crate::cycle::match_cache::MatchCache;
 use crate::memory::Memory;
@@ -32,7 +33,7 @@ struct Contender {
     distance: u32,
     excitation: f64,
     reliability: f64,
-    drive: Option<Drive>,
+    drives: [Option<Drive>; 2],
 }
 
 /// A candidate, in the order in which equals are drawn from.
@@ -65,6 +66,15 @@ pub(crate) struct Situation<'a> {
     pub(crate) unhabituated: &'a [SchemaId],
     /// Concrete schemas that can be executed here, ordered.
     pub(crate) executable: &'a [SchemaId],
+    /// What drives it beside equation 1.
+    pub(crate) curiosity: &'a Curiosity,
+}
+
+impl Situation<'_> {
+    /// The drive to carry a primitive out, if that is done at once.
+    fn drive(&self, memory: &Memory, primitive: PrimitiveId, access: Access) -> Option<Drive> {
+        if access.preceding == 0 { self.curiosity.drive(memory, primitive) } else { None }
+    }
 }
 
 impl Choice {
@@ -157,13 +167,15 @@ impl Choice {
         };
         let reliability = memory.content().reliability(action);
         let value = memory.parameters().babbling_excitation * reliability;
-        let (access, drive) = match which {
+        let (access, drives) = match which {
             ContenderKey::Concrete(id) => {
                 let wanting = situation.unhabituated.binary_search(&id).is_ok();
                 let drive = Drive { role: Role::Habituation, weight: reliability, value };
-                (access(memory, situation, id), wanting.then_some(drive))
+                let access = access(memory, situation, id);
+                let curious = access.and_then(|access| situation.drive(memory, action, access));
+                (access, [wanting.then_some(drive), curious])
             }
-            _ => (None, Some(Drive { role: Role::Babbling, weight: reliability, value })),
+            _ => (None, [Some(Drive { role: Role::Babbling, weight: reliability, value }), None]),
         };
         let distance = access.map_or(1, |access| access.preceding + 1);
         Some(Cow::Owned(Contender {
@@ -175,7 +187,7 @@ impl Choice {
             distance,
             excitation,
             reliability,
-            drive,
+            drives,
         }))
     }
 }
@@ -214,7 +226,7 @@ fn explain(
 
 /// What the terms of these candidates will be made of.
 fn keep(memory: &Memory, situation: &Situation<'_>, shown: &[Cow<'_, Contender>]) -> TermSource {
-    let Situation { world, perceived, .. } = *situation;
+    let Situation { world, perceived, curiosity, .. } = *situation;
     let seen = OnceCell::new();
     let seen = || seen.get_or_init(|| Percepts::new(memory, world, perceived));
     // The one that was needed last: there are often many bindings of one law.
@@ -223,15 +235,16 @@ fn keep(memory: &Memory, situation: &Situation<'_>, shown: &[Cow<'_, Contender>]
     let remembered = shown.iter().map(|scored| scored.places.as_ref().map_or(0, Vec::len) + 2);
     let mut kept = TermSource::new(world, shown.len(), remembered.sum());
     for scored in shown {
-        let Contender { subject, binding, places, reliability, drive, .. } = &**scored;
-        kept.add(*drive, |list| match (*subject, places) {
+        let Contender { subject, binding, places, reliability, drives, .. } = &**scored;
+        let weight = curiosity.weight(*reliability);
+        kept.add(*drives, |list| match (*subject, places) {
             (Subject::Schema(id), Some(places)) => {
                 if law.as_ref().is_none_or(|law| law.id != id) {
                     law = LawExcitation::new(memory, id, world, seen());
                 }
-                law.iter().for_each(|law| law.remember(binding, places, *reliability, list));
+                law.iter().for_each(|law| law.remember(binding, places, weight, list));
             }
-            (Subject::Schema(id), None) => excitation::remember(memory, id, binding, *reliability, list),
+            (Subject::Schema(id), None) => excitation::remember(memory, id, binding, weight, list),
             (Subject::Primitive(_), _) => (),
         });
     }
@@ -255,16 +268,20 @@ fn concrete(memory: &Memory, situation: &Situation<'_>) -> Vec<(f64, SchemaId)> 
     let mut found = Vec::with_capacity(situation.executable.len());
     for (access, group) in situation.reach.ways(index.groups()) {
         let distance = f64::from(access.preceding + 1);
-        let reliable = resemblance.of_pre(&group.pre, 1.0);
+        let reliable = resemblance.of_pre(&group.pre, situation.curiosity.weight(1.0));
         for id in &group.schemas {
             let Some(outline) = index.outline(*id) else { continue };
             let Some(reliability) = reliabilities.get(outline.action.0 as usize).copied().flatten() else {
                 continue;
             };
-            let pre = if reliability == 1.0 { reliable } else { resemblance.of_pre(&group.pre, reliability) };
-            let mut sum = resemblance.sum(*id, outline, pre, reliability);
+            let weight = situation.curiosity.weight(reliability);
+            let pre = if reliability == 1.0 { reliable } else { resemblance.of_pre(&group.pre, weight) };
+            let mut sum = resemblance.sum(*id, outline, pre, weight);
             if !unhabituated.is_empty() && unhabituated.binary_search(id).is_ok() {
                 sum += drive * reliability;
+            }
+            if let Some(curious) = situation.drive(memory, outline.action, access) {
+                sum += curious.value;
             }
             let excitation = sum / distance;
             if excitation > 0.0 {
@@ -314,7 +331,9 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
                 continue;
             }
             let reliability = memory.content().reliability(action);
-            let sum = generally.sum(&binding, &places, reliability);
+            let curious = situation.drive(memory, action, access);
+            let sum = generally.sum(&binding, &places, situation.curiosity.weight(reliability));
+            let sum = curious.map_or(sum, |drive| sum + drive.value);
             let distance = access.preceding + 1;
             let excitation = sum / f64::from(distance);
             if sum > 0.0 {
@@ -327,7 +346,7 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
                     distance,
                     excitation,
                     reliability,
-                    drive: None,
+                    drives: [None, curious],
                 });
             }
         }
@@ -391,7 +410,8 @@ pub(crate) fn continue_chain(
         && next.carrier.is_none_or(|carrier| holds(carrier, &Substitution::new()));
     let execution = allowed.then(|| begin(memory, situation.world, chain.to_vec())).flatten()?;
     let reliability = memory.content().reliability(execution.action);
-    let sum = excitation::sum(memory, next.schema, &next.binding, situation.perceived, reliability);
+    let weight = situation.curiosity.weight(reliability);
+    let sum = excitation::sum(memory, next.schema, &next.binding, situation.perceived, weight);
     let scored = Contender {
         subject: Subject::Schema(next.schema),
         binding: next.binding.clone(),
@@ -401,7 +421,7 @@ pub(crate) fn continue_chain(
         distance: 1,
         excitation: sum,
         reliability,
-        drive: None,
+        drives: [None, None],
     };
     let decision = explain(memory, situation, &[Cow::Owned(scored)], Reason::Chain, execution.action);
     Some((execution, decision))

@@ -16,7 +16,7 @@ use crate::nouns::vocabulary::PrimitiveId;
 use crate::nouns::world_state::WorldState;
 
 /// The part of a world state that claims may ask for: what lasts and does not come from others.
-fn context(content: &Content, world: &WorldState) -> WorldState {
+pub(crate) fn context(content: &Content, world: &WorldState) -> WorldState {
     let declared = |o: &Observation| content.vocabulary.types().get(usize::from(o.kind().0));
     world.filter(|o| declared(o).is_some_and(|known| !known.declared.transient && !known.declared.heard))
 }

@@ -8,6 +8,7 @@ mod chaining;
 mod choice;
 mod claims;
 mod creation;
+mod curiosity;
 mod excitation;
 mod generalisation;
 pub mod goals;

@@ -4,6 +4,7 @@
 
 use crate::cycle::chaining::Reach;
 use crate::cycle::choice::{self, Situation};
+use crate::cycle::curiosity::Curiosity;
 use crate::cycle::excitation::PairCounts;
 use crate::cycle::goals::holds;
 use crate::cycle::plan::plan_along;
@@ -130,7 +131,9 @@ pub(crate) fn next(
 ) -> Option<(Execution, Decision)> {
     let perceived = &PairCounts::new(world);
     let memory = draft.memory();
-    let situation = Situation { body, world, perceived, reach, unhabituated: &[], executable: &[] };
+    let curiosity = &Curiosity::new(memory, body, world);
+    let situation =
+        Situation { body, world, perceived, reach, unhabituated: &[], executable: &[], curiosity };
     let goal = memory.content().pursuit_of(body)?.goal.clone();
     let mut planned = None;
     let chosen = choice::continue_chain(memory, &situation, before.chain).or_else(|| {

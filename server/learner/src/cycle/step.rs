@@ -14,6 +14,7 @@ use crate::cycle::chaining::Reach;
 use crate::cycle::choice::{self, Choice, Situation};
 use crate::cycle::claims;
 use crate::cycle::creation::{self, Creation};
+use crate::cycle::curiosity::Curiosity;
 use crate::cycle::excitation::PairCounts;
 use crate::cycle::generalisation;
 use crate::cycle::habituation::unhabituated;
@@ -289,6 +290,7 @@ fn choose(
             rule.map_or_else(Vec::new, |rule| unhabituated(memory, rule, first_step, &executable))
         };
         let unhabituated = if memory.content().progress.habituating { wanting(memory) } else { Vec::new() };
+        let curiosity = Curiosity::new(memory, body, &world);
         let situation = Situation {
             body,
             world: &world,
@@ -296,6 +298,7 @@ fn choose(
             reach,
             unhabituated: &unhabituated,
             executable: &executable,
+            curiosity: &curiosity,
         };
         let scored = Choice::new(memory, &situation, &mut caches.matched);
         if let Some(novelty) = acted.take() {

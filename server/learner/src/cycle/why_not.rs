@@ -4,6 +4,7 @@
 use crate::cycle::babbling::executable;
 use crate::cycle::chaining::{Access, Achievement, Reach, achieve};
 use crate::cycle::claims;
+use crate::cycle::curiosity::Curiosity;
 use crate::cycle::excitation::{self, PairCounts};
 use crate::cycle::habituation::unhabituated;
 use crate::cycle::stages;
@@ -107,8 +108,9 @@ pub fn weigh(
     let rule = stages::present(memory, curriculum).habituation.as_ref().filter(|_| progress.habituating);
     let first_step = progress.report().map_or(0, |report| report.first_step);
     let wanting = rule.map(|rule| unhabituated(memory, rule, first_step, &executable));
-    let scale =
-        Scale { memory, curriculum, decision, perceived: PairCounts::new(&decision.world), reach, wanting };
+    let perceived = PairCounts::new(&decision.world);
+    let curiosity = Curiosity::new(memory, decision.body, &decision.world);
+    let scale = Scale { memory, curriculum, decision, perceived, reach, wanting, curiosity };
     scale.check()?;
     let mut weighed = match &schema.form {
         Form::Concrete(concrete) => scale.concrete(id, concrete),
@@ -132,6 +134,7 @@ struct Scale<'a> {
     reach: Reach,
     /// What the stage still asks to be tried, if it is at that.
     wanting: Option<Vec<SchemaId>>,
+    curiosity: Curiosity,
 }
 
 impl Scale<'_> {
@@ -200,27 +203,33 @@ impl Scale<'_> {
         Some((self.memory.content().concrete(achieved.carrier)?.action, achieved))
     }
 
-    fn drive(&self, id: SchemaId, reliability: f64) -> Option<f64> {
-        let wanting = self.wanting.as_ref()?.binary_search(&id).is_ok();
-        let drive = self.memory.parameters().babbling_excitation * reliability;
-        // What is followed is done without any drive.
-        (wanting && !self.is_followed()).then_some(drive)
+    /// The drives that add to its excitation: none where something is followed.
+    fn drives(&self, id: SchemaId, action: PrimitiveId, distance: u32) -> [Option<Drive>; 2] {
+        if self.is_followed() {
+            return [None, None];
+        }
+        let weight = self.memory.content().reliability(action);
+        let value = self.memory.parameters().babbling_excitation * weight;
+        let wanting = self.wanting.as_ref().is_some_and(|wanting| wanting.binary_search(&id).is_ok());
+        let habituation = wanting.then_some(Drive { role: Role::Habituation, weight, value });
+        let curious = if distance == 1 { self.curiosity.drive(self.memory, action) } else { None };
+        [habituation, curious]
     }
 
     fn excitation(&self, id: SchemaId, binding: &Substitution, action: PrimitiveId, distance: u32) -> f64 {
-        let reliability = self.memory.content().reliability(action);
-        let sum = excitation::sum(self.memory, id, binding, &self.perceived, reliability);
-        (sum + self.drive(id, reliability).unwrap_or(0.0)) / f64::from(distance)
+        let weight = self.curiosity.weight(self.memory.content().reliability(action));
+        let sum = excitation::sum(self.memory, id, binding, &self.perceived, weight);
+        let drives = self.drives(id, action, distance);
+        drives.iter().flatten().fold(sum, |sum, drive| sum + drive.value) / f64::from(distance)
     }
 
     /// As a candidate, reached by `access`, and what stood in its way as such.
     fn scored(&self, id: SchemaId, binding: Substitution, action: PrimitiveId, access: Access) -> Reweighing {
         let (memory, distance) = (self.memory, access.preceding + 1);
-        let reliability = memory.content().reliability(action);
-        let drive = self.drive(id, reliability);
-        let drive = drive.map(|value| Drive { role: Role::Habituation, weight: reliability, value });
+        let weight = self.curiosity.weight(memory.content().reliability(action));
+        let drives = self.drives(id, action, distance);
         let mut kept = TermSource::new(&self.decision.world, 1, 0);
-        kept.add(drive, |list| excitation::remember(memory, id, &binding, reliability, list));
+        kept.add(drives, |list| excitation::remember(memory, id, &binding, weight, list));
         let excitation = self.excitation(id, &binding, action, distance);
         let top = self.decision.candidates.first().map_or(0.0, |candidate| candidate.excitation);
         let verdict = if excitation == top {

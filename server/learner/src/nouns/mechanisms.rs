@@ -6,18 +6,27 @@ pub struct Mechanisms {
     /// Whether claims are grown from experiences, and say what a schema's conditions are, what it brings about and which law holds
     /// where. Off, a schema has the whole context as its conditions, and laws come of schemas alone (paper, II-D and II-E).
     pub claims: bool,
+    /// Whether what drives the learner knows what claims do not know: where an action surprised of late, it is tried where that is new;
+    /// and equation 1 is taken as a share of what is perceived, so that it does not grow with how much that is. It needs claims.
+    pub curiosity: bool,
 }
 
 impl Mechanisms {
     /// None: the learner of the paper.
-    pub const PAPER: Self = Self { claims: false };
+    pub const PAPER: Self = Self { claims: false, curiosity: false };
     /// All of them.
-    pub const FULL: Self = Self { claims: true };
+    pub const FULL: Self = Self { claims: true, curiosity: true };
+
+    /// Whether curiosity has the claims that it needs.
+    #[must_use]
+    pub fn is_curious(self) -> bool {
+        self.claims && self.curiosity
+    }
 
     /// Each with its name.
     #[must_use]
-    pub fn named(self) -> [(&'static str, bool); 1] {
-        [("claims", self.claims)]
+    pub fn named(self) -> [(&'static str, bool); 2] {
+        [("claims", self.claims), ("curiosity", self.curiosity)]
     }
 
     /// The profile by its name, `paper` or `full`; or the names of those that are on.
@@ -36,6 +45,7 @@ impl Mechanisms {
     pub fn switch(&mut self, name: &str) -> Option<&mut bool> {
         match name {
             "claims" => Some(&mut self.claims),
+            "curiosity" => Some(&mut self.curiosity),
             _ => None,
         }
     }

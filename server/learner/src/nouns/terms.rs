@@ -45,6 +45,8 @@ pub enum Role {
     Babbling,
     /// The drive to repeat what is not yet known well enough (II-G).
     Habituation,
+    /// The drive to do what may surprise here, of a learner that keeps claims.
+    Curiosity,
     /// The terms beyond [`TERMS_KEPT_MAX`], added up.
     Rest,
 }
@@ -122,8 +124,8 @@ pub(crate) struct TermSource {
     world: WorldState,
     /// The observations that the candidates remember, one candidate after another.
     remembered: Vec<Recollection>,
-    /// For each candidate the place where its observations end, and its drive.
-    candidates: Vec<(usize, Option<Drive>)>,
+    /// For each candidate the place where its observations end, and its drives.
+    candidates: Vec<(usize, [Option<Drive>; 2])>,
     made: OnceLock<Vec<Vec<Term>>>,
 }
 
@@ -139,9 +141,9 @@ impl TermSource {
     }
 
     /// Adds a candidate: `remember` lists the observations that it remembers, in the schema's order.
-    pub(crate) fn add(&mut self, drive: Option<Drive>, remember: impl FnOnce(&mut Vec<Recollection>)) {
+    pub(crate) fn add(&mut self, drives: [Option<Drive>; 2], remember: impl FnOnce(&mut Vec<Recollection>)) {
         remember(&mut self.remembered);
-        self.candidates.push((self.remembered.len(), drive));
+        self.candidates.push((self.remembered.len(), drives));
     }
 
     /// The terms of each candidate, in the order in which they were added.
@@ -158,9 +160,10 @@ impl TermSource {
 
     fn make(&self) -> Vec<Vec<Term>> {
         let (mut room, mut from) = (TERMS_KEPT_MAX, 0);
-        let of_one = |(end, drive): &(usize, Option<Drive>)| {
+        let of_one = |(end, drives): &(usize, [Option<Drive>; 2])| {
             let mut terms = self.of_one(self.remembered.get(from..*end).unwrap_or_default(), room);
-            terms.extend(drive.map(|Drive { role, weight, value }| lone(role, weight, value)));
+            let drives = drives.iter().flatten();
+            terms.extend(drives.map(|Drive { role, weight, value }| lone(*role, *weight, *value)));
             room = room.saturating_sub(terms.len());
             from = *end;
             terms

@@ -221,7 +221,7 @@ fn any_effect() -> impl Strategy<Value = Effect> {
         }),
         1 => any::<bool>().prop_map(Effect::Full),
         1 => (body(), ".*").prop_map(|(body, text)| Effect::Described { body, text }),
-        1 => any::<bool>().prop_map(|claims| Effect::Mechanisms(Mechanisms { claims })),
+        1 => any::<[bool; 2]>().prop_map(|[claims, curiosity]| Effect::Mechanisms(Mechanisms { claims, curiosity })),
         6 => experience().prop_map(|experience| Effect::Experienced(Box::new(experience))),
     ]
 }

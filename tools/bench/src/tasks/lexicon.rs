@@ -73,6 +73,11 @@ impl Lexicon {
         world.filter(|observation| !self.is(observation, |sense| sense.noise))
     }
 
+    /// Whether a type is noise.
+    pub(crate) fn is_noise(&self, kind: TypeId) -> bool {
+        self.senses.iter().any(|sense| sense.kind == kind && sense.noise)
+    }
+
     fn is(&self, observation: &Observation, flag: impl Fn(&SenseEntry) -> bool) -> bool {
         self.senses.iter().any(|sense| sense.kind == observation.kind() && flag(sense))
     }

@@ -8,6 +8,7 @@ use pschema_exact::Distribution;
 use pschema_exact::declaration::Declaration;
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::effect::Effect;
+use pschema_learner::evidence::Foretold;
 use pschema_learner::execution::Execution;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::observation::{Observation, Substitution};
@@ -150,13 +151,15 @@ impl Foretelling for Student {
 }
 
 impl Student {
-    /// What the claims in force foretell: each facet by itself, and what no facet is about stays.
+    /// What the claims in force foretell: each facet by itself, and what no facet is about stays. Of noise, which is not measured, nothing is
+    /// told: most of it may come to no form, and would take the rest along.
     fn claimed(&self, world: &WorldState, primitive: PrimitiveId) -> Distribution<WorldState> {
         let content = self.learner.memory().content();
         let lasting = self.lexicon.lasting(world);
         let facets = content.evidence.foretell(&content.vocabulary, primitive, lasting.observations());
         let mut all = vec![(BTreeSet::from_iter(lasting.observations().iter().cloned()), 1.0)];
-        for facet in &facets {
+        let is_noise = |facet: &Foretold| facet.kinds.iter().all(|kind| self.lexicon.is_noise(*kind));
+        for facet in facets.iter().filter(|facet| !is_noise(facet)) {
             let mut split = Vec::with_capacity(all.len() * facet.outcomes.len());
             for (mut world, share) in all {
                 world.retain(|o| facet.kinds.binary_search(&o.kind()).is_err());

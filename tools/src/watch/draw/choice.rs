@@ -65,6 +65,7 @@ fn told(term: &ExcitationTerm) -> String {
         (_, _, TermRole::Babbling) => {
             format!("babbling: never tried here, w {weight} / (1 + N {})", term.attention)
         }
+        (_, _, TermRole::Curiosity) => format!("curiosity: surprise x newness here, w {weight}"),
         (_, _, role) => format!("{role}, w {weight} / (1 + N {})", term.attention),
     }
 }

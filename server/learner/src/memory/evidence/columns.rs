@@ -133,6 +133,11 @@ impl Conditions {
         self.all.get(number)
     }
 
+    /// A condition that is known.
+    pub(super) fn find(&self, condition: &Condition) -> Option<&Asked> {
+        self.get(*self.numbers.get(condition)?)
+    }
+
     /// The conditions by tier, and in the order in which they were first met.
     pub(super) fn iter(&self) -> impl Iterator<Item = &Asked> {
         self.of_tier.iter().flatten().filter_map(|number| self.all.get(*number))

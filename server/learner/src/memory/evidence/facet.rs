@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::memory::evidence::columns::{Column, Conditions};
 use crate::memory::evidence::growth::{Ground, Growth, Place};
+use crate::memory::evidence::novelty::Surprise;
 use crate::memory::evidence::scene::{Scene, of_kind};
 use crate::nouns::claim::{Change, Claim, Condition, Sketch};
 use crate::nouns::experience::Experience;
@@ -150,6 +151,8 @@ pub(crate) struct Facet {
     pub(super) particular: BTreeMap<PrimitiveId, Grown>,
     /// For each primitive how well each view foretold it, each experience before it was learnt from: ln of the probabilities.
     pub(super) scores: BTreeMap<PrimitiveId, [f64; 3]>,
+    /// How often it surprised.
+    pub(super) surprise: Surprise,
 }
 
 impl Facet {

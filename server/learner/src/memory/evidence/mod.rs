@@ -5,6 +5,7 @@ mod columns;
 mod facet;
 mod foretold;
 mod growth;
+mod novelty;
 mod pool;
 mod price;
 mod scene;
@@ -115,6 +116,26 @@ impl Evidence {
     pub fn effect(&self, vocabulary: &Vocabulary, primitive: PrimitiveId) -> Option<&[Observation]> {
         let pool = self.pools.get(&action(vocabulary, primitive)?)?;
         Some(pool.effect(primitive))
+    }
+
+    /// How much may be learnt of each of these primitives in a context of lasting observations in canonical order: how often its action
+    /// surprised of late, times how new the primitive is there; from 0 to 1, and 1 of an action that was never carried out.
+    #[must_use]
+    pub fn curiosity(
+        &self,
+        vocabulary: &Vocabulary,
+        primitives: &[PrimitiveId],
+        context: &[Observation],
+    ) -> Vec<f64> {
+        let mut of_actions = BTreeMap::new();
+        let curiosity = |primitive: &PrimitiveId| {
+            let action = action(vocabulary, *primitive)?;
+            let pool = self.pools.get(&action)?;
+            let novelty = of_actions.entry(action).or_insert_with(|| pool.novelty(context));
+            Some(pool.surprise() * pool.newness(novelty, *primitive, false))
+        };
+        let mut curiosity = curiosity;
+        primitives.iter().map(|primitive| curiosity(primitive).unwrap_or(1.0)).collect()
     }
 
     /// What a primitive will bring about in a context of lasting observations in canonical order; nothing where nothing is known of

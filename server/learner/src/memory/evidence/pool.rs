@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::memory::evidence::columns::{Column, Conditions};
 use crate::memory::evidence::facet::{ANYTHING, Examples, Facet, Grown, conditions, path};
 use crate::memory::evidence::foretold::{Foretold, Seen, View, differs};
+use crate::memory::evidence::novelty::Novelty;
 use crate::memory::evidence::scene::Scene;
 use crate::nouns::claim::Claim;
 use crate::nouns::experience::Experience;
@@ -22,6 +23,20 @@ const SCORE_KEPT: f64 = 0.97;
 const DOUBTS_MAX: usize = 4;
 /// The share of a primitive's experiences in which an observation must come about to be an effect of its own.
 const EFFECT_SHARE: (usize, usize) = (3, 4);
+
+/// What is relied on of what the general claims, the particular ones and the memory of the very same context say, by their scores: the
+/// general unless the others are certainly better.
+fn relied<T>(scores: [f64; 3], [general, particular, remembered]: &[Option<T>; 3]) -> Option<&T> {
+    let claims = match (general, particular) {
+        (Some(_), Some(particular)) if scores[1] > scores[0] + CERTAIN => Some((particular, scores[1])),
+        (Some(general), _) => Some((general, scores[0])),
+        (None, particular) => particular.as_ref().map(|particular| (particular, scores[1])),
+    };
+    match (claims, remembered) {
+        (Some((_, score)), Some(remembered)) if scores[2] > score + CERTAIN => Some(remembered),
+        (claims, remembered) => claims.map(|(claimed, _)| claimed).or(remembered.as_ref()),
+    }
+}
 
 /// How many experiences a pool keeps that are with so many primitives.
 fn room(primitives: usize) -> usize {
@@ -251,6 +266,7 @@ impl Pool {
     /// Scores what is foretold in a scene by what came, which was learnt from `already` or not.
     fn score_in(&mut self, scene: &Scene, experience: &Experience, already: bool) {
         let mut facets = std::mem::take(&mut self.facets);
+        let newness = self.newness(&self.novelty(&scene.context), experience.primitive, already);
         for facet in facets.iter_mut().filter(|facet| facet.is_told_by(experience)) {
             let changes = facet.changes.len();
             let after = facet.part(&experience.after);
@@ -266,13 +282,32 @@ impl Pool {
             let remembered = self.seen_alike(facet, experience.primitive, scene, &after);
             let fallback = |seen: &Seen| seen.trials > u32::from(already);
             let remembered = remembered.filter(fallback).or(particular);
-            let probabilities = [general, particular, remembered].map(probability);
             let scores = facet.scores.entry(experience.primitive).or_default();
+            let views = [general, particular, remembered];
+            let less = u32::from(already);
+            let surprise = relied(*scores, &views).is_none_or(|seen| seen.came <= less);
+            facet.surprise.note(newness, surprise);
+            let probabilities = views.map(probability);
             for (score, probability) in scores.iter_mut().zip(probabilities) {
                 *score = *score * SCORE_KEPT + libm::log(probability);
             }
         }
         self.facets = facets;
+    }
+
+    /// How much what is new surprises, in the facet of which most may be learnt; from 0 to 1, and 1 of what nothing is known of.
+    pub(super) fn surprise(&self) -> f64 {
+        self.facets.iter().map(|facet| facet.surprise.of_new()).fold(0.0, f64::max)
+    }
+
+    /// A context as it was met.
+    pub(super) fn novelty(&self, context: &[Observation]) -> Novelty {
+        Novelty::new(&self.conditions, context)
+    }
+
+    /// How new a primitive is there, from 0 to 1; or was, if what was tried there counts `already`.
+    pub(super) fn newness(&self, novelty: &Novelty, primitive: PrimitiveId, already: bool) -> f64 {
+        self.of_primitive.get(&primitive).map_or(1.0, |tried| novelty.of(tried, already))
     }
 
     /// How often `after` came of a primitive in the very same context.
@@ -364,16 +399,7 @@ impl Pool {
         let scene = Scene::new(context, parameters, self.effect(primitive));
         let foretell = |facet: &Facet| {
             let scores = facet.scores.get(&primitive).copied().unwrap_or_default();
-            let [general, particular, remembered] = self.views(facet, primitive, &scene);
-            let claims = if particular.is_some() && (general.is_none() || scores[1] > scores[0] + CERTAIN) {
-                particular.map(|foretold| (foretold, scores[1]))
-            } else {
-                general.map(|foretold| (foretold, scores[0]))
-            };
-            match (claims, remembered) {
-                (Some((_, score)), Some(remembered)) if scores[2] > score + CERTAIN => Some(remembered),
-                (claims, remembered) => claims.map(|(foretold, _)| foretold).or(remembered),
-            }
+            relied(scores, &self.views(facet, primitive, &scene)).cloned()
         };
         self.facets.iter().filter_map(foretell).collect()
     }

@@ -30,13 +30,16 @@ mirror! {
 pub(crate) enum Mechanism {
     /// Claims are grown from experiences.
     Claims,
+    /// Curiosity drives the learner.
+    Curiosity,
 }
 
 /// The mechanisms that are on.
 impl Mirror<Mechanisms> for Vec<Mechanism> {
     fn of(live: &Mechanisms) -> Self {
-        let Mechanisms { claims } = *live;
-        claims.then_some(Mechanism::Claims).into_iter().collect()
+        let Mechanisms { claims, curiosity } = *live;
+        let all = [(claims, Mechanism::Claims), (curiosity, Mechanism::Curiosity)];
+        all.into_iter().filter_map(|(on, mechanism)| on.then_some(mechanism)).collect()
     }
 
     fn live(self) -> Mechanisms {
@@ -44,6 +47,7 @@ impl Mirror<Mechanisms> for Vec<Mechanism> {
         for mechanism in self {
             match mechanism {
                 Mechanism::Claims => live.claims = true,
+                Mechanism::Curiosity => live.curiosity = true,
             }
         }
         live

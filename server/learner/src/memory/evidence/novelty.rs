@@ -1,0 +1,75 @@
+//! How new it is to do something in a context: equation 1's 1 / (1 + N), with N counted of two observations and a primitive together.
+
+use crate::memory::evidence::columns::{Column, Conditions};
+use crate::nouns::claim::{Condition, Expression, Sketch};
+use crate::nouns::observation::Observation;
+
+/// Observations of a context that are looked at; more are not, so that a crowd can't make a step slow.
+const OBSERVATIONS_MAX: usize = 48;
+/// How far an experience counts after each one like it.
+const KEPT: f64 = 0.97;
+
+/// A context, as it was met by the examples of a pool.
+pub(super) struct Novelty {
+    /// Of each pair of observations in the context, an observation with itself included, the examples in which both were there.
+    pairs: Vec<Column>,
+}
+
+impl Novelty {
+    pub(super) fn new(conditions: &Conditions, context: &[Observation]) -> Self {
+        let met = |observation: &Observation| {
+            let given = |(property, value): &(_, _)| (*property, Expression::Constant(*value));
+            let properties = observation.properties().iter().map(given).collect();
+            let known =
+                conditions.find(&Condition::Observed(Sketch { kind: observation.kind(), properties }));
+            known.map(|asked| &asked.column)
+        };
+        let columns: Vec<_> = context.iter().take(OBSERVATIONS_MAX).map(met).collect();
+        let none = Column::default();
+        let mut pairs = Vec::with_capacity(columns.len() * (columns.len() + 1) / 2);
+        for (at, one) in columns.iter().enumerate() {
+            for other in &columns[at..] {
+                let (one, other) = (one.unwrap_or(&none), other.unwrap_or(&none));
+                pairs.push(one.both(other));
+            }
+        }
+        Self { pairs }
+    }
+
+    /// The mean of 1 / (1 + N) over the pairs, where N counts the examples among those that `tried` the primitive; from 0 to 1. If the
+    /// context is that of one of them, it may be left out: `already`.
+    pub(super) fn of(&self, tried: &Column, already: bool) -> f64 {
+        let new = |count: usize| 1.0 / (1 + count.saturating_sub(usize::from(already))) as f64;
+        if self.pairs.is_empty() {
+            return new(tried.count());
+        }
+        self.pairs.iter().map(|both| new(both.count_both(tried))).sum::<f64>() / self.pairs.len() as f64
+    }
+}
+
+/// How often a facet surprised: what came about was not foretold at all. Of late, for an earlier experience counts less.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Surprise {
+    /// Surprises and experiences, by how new they were.
+    new: (f64, f64),
+    /// The same, by how familiar they were.
+    familiar: (f64, f64),
+}
+
+impl Surprise {
+    /// Notes an experience that was so new, from 0 to 1.
+    pub(super) fn note(&mut self, newness: f64, surprise: bool) {
+        let note = |(surprises, all): (f64, f64), weight: f64| {
+            let kept = libm::pow(KEPT, weight);
+            (surprises * kept + if surprise { weight } else { 0.0 }, all * kept + weight)
+        };
+        self.new = note(self.new, newness);
+        self.familiar = note(self.familiar, 1.0 - newness);
+    }
+
+    /// How often what is new surprises, unless what is familiar surprises as well: then it is noise. From 0 to 1; 1 at first.
+    pub(super) fn of_new(&self) -> f64 {
+        let noise = self.familiar.0 / (self.familiar.1 + 1.0);
+        (self.new.0 + 1.0) / (self.new.1 + 1.0) * (1.0 - noise)
+    }
+}

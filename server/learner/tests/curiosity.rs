@@ -1,0 +1,144 @@
+//! Curiosity: what drives a learner that keeps claims, where a few schemas cover all that it can do.
+
+// A test may stop at what cannot be; every number here is small.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::collections::BTreeMap;
+
+use common::free;
+use pschema_learner::decision::Role;
+use pschema_learner::mechanisms::Mechanisms;
+use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
+use pschema_learner::parameters::Parameters;
+use pschema_learner::random::Random;
+use pschema_learner::vocabulary::{
+    Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, PrimitiveId, ValueKind,
+};
+use pschema_learner::{ActionOutcome, Frame, Learner, Output, why_not};
+
+const PLACES: usize = 12;
+/// One step on, one step back, a jump to the place across, and a look at a picture.
+const ACTIONS: u32 = 4;
+const PICTURES: usize = 8;
+
+fn property(name: &str) -> DeclaredProperty {
+    DeclaredProperty { name: name.into(), unit: String::new(), kind: ValueKind::Symbol }
+}
+
+/// A ring of places with opaque names, and pictures that come at random.
+struct Ring {
+    learner: Learner,
+    names: Vec<SymbolId>,
+    place: usize,
+    picture: usize,
+    random: Random,
+    /// How often each action was carried out at each place.
+    tried: BTreeMap<(usize, u32), u32>,
+}
+
+impl Ring {
+    fn new(seed: u64, mechanisms: Mechanisms) -> Self {
+        let mut learner = Learner::new(seed, Parameters::default(), free()).unwrap();
+        learner.set_mechanisms(mechanisms);
+        let kind = |name: &str, property_name: &str| DeclaredType {
+            name: name.into(),
+            own: false,
+            transient: false,
+            heard: false,
+            properties: vec![property(property_name)],
+        };
+        let action = |name: &str| DeclaredAction { name: name.into(), parameters: vec![property("of")] };
+        let declaration = Declaration {
+            body: "ring".into(),
+            observation_types: vec![kind("at", "place"), kind("picture", "shows")],
+            actions: ["on", "back", "across", "look"].map(action).into(),
+            repertoire: (0..4).map(|number| (number, vec![Parameter::Symbol("it".into())])).collect(),
+        };
+        learner.declare(declaration).unwrap();
+        let names = (0..PLACES.max(PICTURES)).map(|i| learner.symbol(&format!("s{i}")).0).collect();
+        let random = Random::from_seed(seed ^ 0x51);
+        Self { learner, names, place: 0, picture: 0, random, tried: BTreeMap::new() }
+    }
+
+    fn frame(&self, outcome: Option<ActionOutcome>) -> Frame {
+        let shown = |kind: u16, property: u16, number: usize| {
+            // The names do not tell which place is beside which.
+            let name = self.names[number * 5 % PLACES % self.names.len()];
+            Observation::new(TypeId(kind), [(PropertyId(property), Value::Symbol(name))])
+        };
+        let observations = vec![shown(0, 0, self.place), shown(1, 1, self.picture)];
+        Frame { body: pschema_learner::vocabulary::BodyId(0), outcome, observations }
+    }
+
+    fn live(mut self, actions: usize) -> Self {
+        let mut outcome = None;
+        for _ in 0..actions {
+            let frame = self.frame(outcome);
+            let step = self.learner.step(&frame);
+            let Output::Act(PrimitiveId(action)) = step.output else { panic!("nothing was chosen") };
+            *self.tried.entry((self.place, action)).or_default() += 1;
+            match action {
+                0 => self.place = (self.place + 1) % PLACES,
+                1 => self.place = (self.place + PLACES - 1) % PLACES,
+                2 => self.place = (self.place + PLACES / 2) % PLACES,
+                _ => self.picture = self.random.below(PICTURES),
+            }
+            outcome = Some(ActionOutcome::Done);
+        }
+        self
+    }
+
+    /// The share of what can be done at each place that was done.
+    fn covered(&self) -> f64 {
+        self.tried.len() as f64 / (PLACES * ACTIONS as usize) as f64
+    }
+
+    /// The share of its actions in which it looked at pictures.
+    fn looked(&self) -> f64 {
+        let all: u32 = self.tried.values().sum();
+        let looked: u32 = self.tried.iter().filter(|((_, action), _)| *action == 3).map(|(_, n)| n).sum();
+        f64::from(looked) / f64::from(all)
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[test]
+fn whatever_can_be_done_anywhere_is_tried_and_noise_holds_nobody() {
+    let lives =
+        |mechanisms| -> Vec<Ring> { (1..=9).map(|seed| Ring::new(seed, mechanisms).live(300)).collect() };
+    let covered = |lives: &[Ring]| median(lives.iter().map(Ring::covered).collect());
+    let without = lives(Mechanisms { curiosity: false, ..Mechanisms::FULL });
+    let curious = lives(Mechanisms::FULL);
+    let looked = median(curious.iter().map(Ring::looked).collect());
+    let found = (covered(&without), covered(&curious), looked);
+    assert!(found.1 >= 0.95 && found.1 > found.0 && looked < 0.5, "seeds 1 to 9: {found:?}");
+}
+
+#[test]
+fn a_decision_tells_of_curiosity_and_can_be_weighed_once_more() {
+    let mut ring = Ring::new(3, Mechanisms::FULL).live(40);
+    let decision = loop {
+        let frame = ring.frame(Some(ActionOutcome::Done));
+        let decision = ring.learner.step(&frame).decision.unwrap();
+        if decision.candidates.iter().any(|c| c.terms.iter().any(|term| term.role == Role::Curiosity)) {
+            break decision;
+        }
+    };
+    for candidate in &decision.candidates {
+        let sum: f64 = candidate.terms.iter().map(|term| term.value).sum();
+        let excitation = candidate.excitation * f64::from(candidate.distance);
+        assert!((sum - excitation).abs() < 1e-9, "{sum} {excitation}");
+    }
+    let (memory, curriculum) = (ring.learner.memory(), ring.learner.curriculum());
+    let schemas = decision.candidates.iter().filter_map(|candidate| match candidate.subject {
+        pschema_learner::decision::Subject::Schema(id) => Some(id),
+        pschema_learner::decision::Subject::Primitive(_) => None,
+    });
+    assert!(schemas.map(|id| why_not::weigh(memory, curriculum, &decision, id)).all(|told| told.is_ok()));
+}
