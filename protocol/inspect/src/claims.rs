@@ -115,6 +115,48 @@ pub struct ClaimList {
     pub matching: u32,
     /// Those listed.
     pub claims: Vec<ClaimTree>,
+    /// The synthetic items that are kept, about the actions that were asked for.
+    pub items: Vec<SyntheticItem>,
+}
+
+/// What is supposed to be so or not though no sense shows it: a condition that claims may ask for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SyntheticItem {
+    /// The name of the type by which it is perceived.
+    pub name: String,
+    /// The primitive whose outcomes it was found to tell apart, as it prints.
+    pub action: String,
+    /// The types of these outcomes.
+    pub types: Vec<String>,
+    /// The names of the bodies that suppose it now.
+    pub supposed_by: Vec<String>,
+    /// What becomes of it at each of these events; at others it stays as it is.
+    pub events: Vec<ItemEvent>,
+}
+
+/// Something at which a synthetic item changes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ItemEvent {
+    /// The primitive that is carried out, as it prints.
+    pub action: String,
+    /// What is observed afterwards of the types that the item is about.
+    pub after: Vec<ObservationText>,
+    /// What becomes of the item.
+    pub update: ItemUpdate,
+}
+
+closed_set! {
+    /// What becomes of a synthetic item.
+    ItemUpdate {
+        /// It is supposed from then on.
+        On = "on",
+        /// It is not supposed from then on.
+        Off = "off",
+        /// It is supposed if it was not, and the other way round.
+        Turn = "turn",
+    }
 }
 
 closed_set! {

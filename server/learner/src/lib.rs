@@ -18,6 +18,6 @@ pub use cycle::{goals, plan, why_not};
 pub use memory::{chunks, digest, evidence, notation};
 pub use nouns::frame::{ActionOutcome, Frame, Output, Step};
 pub use nouns::{
-    claim, curriculum, decision, effect, effect_error, execution, experience, frame, mechanisms, observation,
-    parameters, probability, progress, pursuit, random, schema, vocabulary, world_state,
+    claim, curriculum, decision, effect, effect_error, execution, experience, frame, item, mechanisms,
+    observation, parameters, probability, progress, pursuit, random, schema, vocabulary, world_state,
 };

@@ -129,7 +129,8 @@ fn parse(
 ) -> Result<(Curriculum, LearnerSettings), ConfigError> {
     let mut written: WrittenCurriculum = source.parse()?;
     let mut replaced = Vec::new();
-    for text in settings {
+    let settings: Vec<_> = settings.iter().map(|text| quoted(text)).collect();
+    for text in &settings {
         let setting = Source { name: "setting", text };
         let WrittenSetting { learner, values } = setting.parse()?;
         for (name, value) in values {
@@ -150,6 +151,19 @@ fn parse(
         take_over(setting, written, &mut learner)?;
     }
     Ok((curriculum, learner))
+}
+
+/// A setting whose value is one word, as TOML writes it: nobody expects to quote it twice, for TOML and for the shell.
+fn quoted(setting: &str) -> Cow<'_, str> {
+    let is_word = |value: &str| {
+        value.starts_with(|c: char| c.is_ascii_alphabetic())
+            && value.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_'))
+            && !matches!(value, "true" | "false" | "nan" | "inf")
+    };
+    match setting.split_once('=') {
+        Some((key, value)) if is_word(value.trim()) => Cow::Owned(format!("{key}=\"{}\"", value.trim())),
+        _ => Cow::Borrowed(setting),
+    }
 }
 
 fn checked(written: &WrittenCurriculum) -> Result<Curriculum, Mistake> {
@@ -366,7 +380,11 @@ mod tests {
         assert_eq!(curriculum.stages[0].habituation.as_ref().unwrap().executions_min, 7);
         assert_eq!(learner, LearnerSettings::default());
         assert!(!set("learner.attention=false").unwrap().1.parameters.attention);
+        for full in ["learner.profile=full", "learner.profile = \"full\""] {
+            assert_eq!(set(full).unwrap().1.mechanisms, Mechanisms::FULL);
+        }
         let cases = [
+            ("learner.profile=some", "setting:1:17:", "expected `paper` or `full`"),
             ("values.exections=7", "setting:1:8:", "its values are: executions"),
             ("values.executions=\"seven\"", "setting:1:19:", "\"seven\""),
             ("values.executions=", "setting:1:19:", ""),

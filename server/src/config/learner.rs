@@ -96,6 +96,7 @@ pub(super) fn take_over(
         };
         *switch = false;
     }
+    *mechanisms = mechanisms.sound();
     // Each number, with where it is written: a number out of its range is reported there.
     macro_rules! numbers {
         ($($name:ident),*) => { [$((stringify!($name), take(&written.$name, &mut parameters.$name))),*] };
@@ -170,6 +171,8 @@ mod tests {
         assert_eq!(parsed("profile = \"full\"").unwrap().mechanisms, Mechanisms::FULL);
         let without = parsed("profile = \"full\"\nwithout = [\"curiosity\"]").unwrap().mechanisms;
         assert_eq!(without, Mechanisms { curiosity: false, ..Mechanisms::FULL });
+        let without = parsed("profile = \"full\"\nwithout = [\"claims\"]").unwrap().mechanisms;
+        assert_eq!(without, Mechanisms::PAPER, "what needs claims is off with them");
         assert!((parameters.association_weight - 0.5).abs() < f64::EPSILON && !parameters.attention);
         assert_eq!(parameters.type_overrides.len(), 1);
         assert_eq!(parameters.type_overrides[0].precondition, Some(true));

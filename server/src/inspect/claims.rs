@@ -9,6 +9,7 @@ use pschema_inspect::{
 use pschema_learner::claim::{Anchor, Change, Claim, Condition, Expression, Reference, Sketch};
 use pschema_learner::evidence::{About, Foretold, View as Basis};
 use pschema_learner::goals;
+use pschema_learner::item::{Event, Item, Update};
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, PropertyId, TypeId, Value};
@@ -34,7 +35,11 @@ impl Inspect for ClaimQuery {
             ));
         }
         let vocabulary = &content.vocabulary;
-        let trees = asked(content, self.action.as_deref())?.into_iter().flat_map(|about| {
+        let asked = asked(content, self.action.as_deref())?;
+        let items = content.items.all.iter().filter(|item| !item.dropped);
+        let items = items.filter(|item| asked.iter().any(|about| is_about(content, *about, item.primitive)));
+        let items = items.map(|item| one_item(content, item)).collect();
+        let trees = asked.into_iter().flat_map(|about| {
             let claims = content.evidence.claims(vocabulary, about);
             claims.into_iter().map(move |(kinds, claim)| (about, kinds, claim))
         });
@@ -45,6 +50,7 @@ impl Inspect for ClaimQuery {
         Ok(ClaimList {
             matching: u32::try_from(trees.len()).unwrap_or(u32::MAX),
             claims: page.map(|(about, kinds, claim)| tree(content, *about, kinds, claim)).collect(),
+            items,
         })
     }
 }
@@ -63,6 +69,40 @@ fn asked(content: &Content, action: Option<&str>) -> Result<Vec<About>, Problem>
     let primitives: Vec<_> = all.map(PrimitiveId).collect();
     let primitive = notation::parse_primitive(vocabulary, &primitives, given).map_err(Problem::of)?;
     Ok(vec![About::Primitive(primitive)])
+}
+
+/// Whether claims about this tell of a primitive.
+fn is_about(content: &Content, about: About, primitive: PrimitiveId) -> bool {
+    match about {
+        About::Primitive(one) => one == primitive,
+        about => Words::about_action(content, primitive) == about,
+    }
+}
+
+fn one_item(content: &Content, item: &Item) -> told::SyntheticItem {
+    let vocabulary = &content.vocabulary;
+    let number = content.items.all.iter().position(|known| known.kind == item.kind);
+    let supposes = |body: &usize| {
+        let on = content.items.lines.get(*body).and_then(|line| line.on.get(number?));
+        on.copied().unwrap_or(false)
+    };
+    let bodies = vocabulary.bodies().iter().enumerate().filter(|(body, _)| supposes(body));
+    let event = |(event, update): &(Event, Update)| told::ItemEvent {
+        action: notation::primitive(vocabulary, event.primitive),
+        after: text::observations(vocabulary, &event.after),
+        update: match update {
+            Update::On => told::ItemUpdate::On,
+            Update::Off => told::ItemUpdate::Off,
+            Update::Turn => told::ItemUpdate::Turn,
+        },
+    };
+    told::SyntheticItem {
+        name: text::kind(vocabulary, item.kind),
+        action: notation::primitive(vocabulary, item.primitive),
+        types: types(content, &item.kinds),
+        supposed_by: bodies.map(|(_, body)| body.name.clone()).collect(),
+        events: item.updates.iter().map(event).collect(),
+    }
 }
 
 fn tree(content: &Content, about: About, kinds: &[TypeId], claim: &Claim) -> ClaimTree {

@@ -145,7 +145,7 @@ pub(super) fn followed(content: &Content, from: &decision::DecisionGoal) -> Deci
 /// The body that tools ask about, with what it perceives under the constraints of the present stage.
 fn here(view: &View) -> Result<(BodyId, WorldState), Problem> {
     let (body, observations) = view.perceived().ok_or_else(|| Problem::of(NO_BODY))?;
-    Ok((body, goals::perceived(&view.content, &view.setup.curriculum, observations)))
+    Ok((body, goals::perceived(&view.content, &view.setup.curriculum, body, observations)))
 }
 
 fn goal_text(content: &Content, goal: &Goal) -> Vec<String> {

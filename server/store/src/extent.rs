@@ -6,6 +6,7 @@ use std::sync::Arc;
 use pschema_learner::Frame;
 use pschema_learner::execution::{ChainLink, Execution};
 use pschema_learner::experience::Experience;
+use pschema_learner::item::{EVENTS_MAX, Item};
 use pschema_learner::memory::Content;
 use pschema_learner::observation::{Observation, Pattern, Substitution};
 use pschema_learner::probability::Count;
@@ -103,6 +104,36 @@ impl Extent {
             return Ok(());
         }
         Err(ContentError::new("the lists of an experience are out of order"))
+    }
+
+    /// The same of a body's own experience, which is with one of the primitives.
+    pub(crate) fn lived(&self, experience: &Experience) -> Checked {
+        self.primitive(experience.primitive)?;
+        self.experience(experience)
+    }
+
+    /// A synthetic item.
+    pub(crate) fn item(&self, item: &Item) -> Checked {
+        let Item { kind, property, primitive, kinds, updates, dropped: _ } = item;
+        self.primitive(*primitive)?;
+        let types = self.vocabulary.types().len();
+        let mut all = [kind].into_iter().chain(kinds);
+        all.try_for_each(|kind| within("observation type", usize::from(kind.0), types))?;
+        self.observation(&item.observation(true))?;
+        within("property", usize::from(property.0), self.vocabulary.properties().len())?;
+        limited("events of a synthetic item", updates.len(), EVENTS_MAX)?;
+        for (event, _) in updates {
+            self.primitive(event.primitive)?;
+            event.after.iter().try_for_each(|one| self.observation(one))?;
+        }
+        let ordered = kinds.is_sorted_by(|a, b| a < b)
+            && updates.is_sorted_by(|a, b| a.0 < b.0)
+            && updates.iter().all(|(event, _)| event.after.is_sorted_by(|a, b| a < b));
+        if ordered {
+            Ok(())
+        } else {
+            Err(ContentError::new("the lists of a synthetic item are out of order"))
+        }
     }
 
     fn link(&self, link: &ChainLink) -> Checked {

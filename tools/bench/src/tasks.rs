@@ -44,7 +44,7 @@ pub(crate) struct TasksArgs {
     /// The seeds, each of which is a life in each world
     #[arg(long, value_name = "A..B", default_value = "1..20")]
     seeds: Seeds,
-    /// A mechanism of the full profile that is off: claims, curiosity. May be given several times
+    /// A mechanism of the full profile that is off: claims, curiosity, items. May be given several times
     #[arg(long, value_name = "MECHANISM", value_parser = mechanism)]
     without: Vec<String>,
     /// Print JSON
@@ -122,6 +122,7 @@ pub(crate) fn run(args: &TasksArgs, quiet: bool) -> Result<(), Failure> {
     for name in &args.without {
         ours.switch(name).into_iter().for_each(|switch| *switch = false);
     }
+    let ours = ours.sound();
     for task in chosen(args.world.as_deref()) {
         if !quiet {
             say(&format!("{}: {} lives of {} actions", task.title(), seeds.len(), task.actions));

@@ -2,7 +2,7 @@
 
 use pschema_inspect::{
     Change, Claim, ClaimCondition, ClaimEvidence, ClaimList, ClaimTree, ClaimView, Comparison, Foretold,
-    JointOutcome, ObservationText,
+    JointOutcome, ObservationText, SyntheticItem,
 };
 use pschema_learner::notation::side;
 
@@ -25,6 +25,7 @@ pub(crate) fn list(list: &ClaimList, offset: u32) -> String {
         text.push_str(&one(tree));
         text.push('\n');
     }
+    list.items.iter().for_each(|item| text.push_str(&supposed(item)));
     let (shown, all) = (list.claims.len() as u64, count(list.matching, "tree"));
     let end = u64::from(offset) + shown;
     let more =
@@ -34,6 +35,30 @@ pub(crate) fn list(list: &ClaimList, offset: u32) -> String {
         0 => format!("{shown} of {all}{more}.\n"),
         _ => format!("{} to {end} of {all}{more}.\n", offset + 1),
     }
+}
+
+/// A synthetic item, and what becomes of it.
+fn supposed(item: &SyntheticItem) -> String {
+    let by = match item.supposed_by.as_slice() {
+        [] => "not supposed now".to_owned(),
+        bodies => {
+            format!("supposed now by {}", bodies.iter().map(|b| plain(b)).collect::<Vec<_>>().join(", "))
+        }
+    };
+    let (name, action) = (plain(&item.name), plain(&item.action));
+    let mut text = String::new();
+    hanging("", &format!("{name}, {by}: tells what comes of {action}, in {}", types(&item.types)), &mut text);
+    for event in &item.events {
+        let after: Vec<_> = event.after.iter().map(notation).collect();
+        let after = if after.is_empty() { "nothing".to_owned() } else { after.join(" & ") };
+        hanging(
+            "  ",
+            &format!("{}: when {} comes to {after}", event.update, plain(&event.action)),
+            &mut text,
+        );
+    }
+    text.push('\n');
+    text
 }
 
 /// The claims about one group of types.

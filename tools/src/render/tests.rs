@@ -560,10 +560,21 @@ fn claims_as_text_and_json() {
             }],
         },
     };
-    let list = ClaimList { matching: 3, claims: vec![tree] };
+    let event = |update, after| ItemEvent { action: "move(posture=3)".to_owned(), after, update };
+    let item = SyntheticItem {
+        name: "item-1".to_owned(),
+        action: "move(posture=3)".to_owned(),
+        types: vec!["touch".to_owned()],
+        supposed_by: vec!["arm".to_owned()],
+        events: vec![
+            event(ItemUpdate::Off, Vec::new()),
+            event(ItemUpdate::On, vec![observation("touch", &[])]),
+        ],
+    };
+    let list = ClaimList { matching: 3, claims: vec![tree], items: vec![item] };
     check_text("claims.txt", &claims::list(&list, 1));
     check_json("claims.json", &list);
-    let none = ClaimList { matching: 0, claims: Vec::new() };
+    let none = ClaimList { matching: 0, claims: Vec::new(), items: Vec::new() };
     assert_eq!(claims::list(&none, 0), "There are no claims yet: they come of experiences.\n");
 }
 

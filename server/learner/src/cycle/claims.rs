@@ -38,8 +38,12 @@ pub(crate) fn experience(
 ) -> Effect {
     let vocabulary = &memory.content().vocabulary;
     let types = 0..u16::try_from(vocabulary.types().len()).unwrap_or(u16::MAX);
-    let sensed = types.map(TypeId).filter(|kind| lifted(*kind) && !memory.rules().of(*kind).heard);
-    let after = after.filter(|o| !memory.rules().of(o.kind()).heard);
+    let sensed = types.map(TypeId).filter(|kind| {
+        lifted(*kind) && !memory.rules().of(*kind).heard && memory.content().items.of_kind(*kind).is_none()
+    });
+    // What is supposed is not sensed: it may be a condition, and no outcome.
+    let items = &memory.content().items;
+    let after = after.filter(|o| !memory.rules().of(o.kind()).heard && items.of_kind(o.kind()).is_none());
     Effect::Experienced(Box::new(Experience {
         primitive: execution.action,
         parameters: parameters(vocabulary, execution.action),

@@ -23,13 +23,20 @@ pub struct Prediction {
     pub outcomes: Vec<PostCondition<Observation>>,
 }
 
-/// The world state that these observations make in the present stage, which may not lift all of their types.
+/// The world state that these observations of a body make in the present stage, which may not lift all of their types, with what is
+/// supposed besides.
 #[must_use]
-pub fn perceived(content: &Content, curriculum: &Curriculum, observations: &[Observation]) -> WorldState {
+pub fn perceived(
+    content: &Content,
+    curriculum: &Curriculum,
+    body: BodyId,
+    observations: &[Observation],
+) -> WorldState {
     let at = content.progress.stage.min(curriculum.stages.len().saturating_sub(1));
     let stage = curriculum.stages.get(at);
-    let lifted = stage.map_or_else(Vec::new, |stage| stages::lifted(&content.vocabulary, stage));
-    WorldState::new(observations.iter().filter(|o| stages::is_lifted(&lifted, o.kind())).cloned())
+    let lifted = stage.map_or_else(Vec::new, |stage| stages::lifted(content, stage));
+    let seen = observations.iter().filter(|o| stages::is_lifted(&lifted, o.kind()));
+    content.items.perceived(usize::from(body.0), &WorldState::new(seen.cloned()))
 }
 
 /// Whether `world` has a match for every pattern of `goal`.

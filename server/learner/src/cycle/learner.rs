@@ -252,8 +252,9 @@ impl Learner {
         draft.effects()
     }
 
-    /// Switches the mechanisms beyond the paper. No effect is returned if nothing changes.
+    /// Switches the mechanisms beyond the paper; those that need one that is off are off with it. No effect is returned if nothing changes.
     pub fn set_mechanisms(&mut self, mechanisms: Mechanisms) -> Vec<Effect> {
+        let mechanisms = mechanisms.sound();
         if self.memory.content().mechanisms == mechanisms {
             return Vec::new();
         }

@@ -20,5 +20,6 @@ mod pursue;
 mod search;
 mod stages;
 mod step;
+mod supposing;
 mod target_action;
 pub mod why_not;

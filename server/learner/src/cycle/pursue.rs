@@ -78,7 +78,7 @@ pub(crate) fn cancel(draft: &mut Draft<'_>) -> Result<(), PursueError> {
 
 /// A pattern of `goal` whose type the present stage does not lift.
 fn constrained<'a>(memory: &Memory, curriculum: &Curriculum, goal: &'a Goal) -> Option<&'a Pattern> {
-    let lifted = stages::lifted(&memory.content().vocabulary, stages::present(memory, curriculum));
+    let lifted = stages::lifted(memory.content(), stages::present(memory, curriculum));
     goal.iter().find(|pattern| !stages::is_lifted(&lifted, pattern.kind()))
 }
 

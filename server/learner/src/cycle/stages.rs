@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use crate::memory::Memory;
 use crate::memory::draft::Draft;
+use crate::memory::{Content, Memory};
 use crate::nouns::curriculum::{
     Afterwards, Argument, Curriculum, Lift, NamedObservation, SceneCommand, Stage, Utterance,
 };
@@ -34,12 +34,18 @@ pub(crate) fn is_at_end(progress: &Progress, curriculum: &Curriculum) -> bool {
 }
 
 /// For each observation type, whether the stage lifts it.
-pub(crate) fn lifted(vocabulary: &Vocabulary, stage: &Stage) -> Vec<bool> {
+pub(crate) fn lifted(content: &Content, stage: &Stage) -> Vec<bool> {
     let lifts = |name: &String| match &stage.lift {
         Lift::All => true,
         Lift::Types(names) => names.contains(name),
     };
-    vocabulary.types().iter().map(|kind| lifts(&kind.declared.name)).collect()
+    let types = content.vocabulary.types().iter();
+    let mut lifted: Vec<_> = types.map(|kind| lifts(&kind.declared.name)).collect();
+    // What is supposed is no sense, and is withheld by none.
+    for item in content.items.all.iter() {
+        lifted.get_mut(usize::from(item.kind.0)).into_iter().for_each(|lifted| *lifted = true);
+    }
+    lifted
 }
 
 /// Whether `kind` is lifted, by the table of [`lifted`].

@@ -21,9 +21,10 @@ use crate::cycle::habituation::unhabituated;
 use crate::cycle::match_cache::MatchCache;
 use crate::cycle::pursue;
 use crate::cycle::stages::{self, Demand, Novelty, is_lifted};
-use crate::memory::Memory;
+use crate::cycle::supposing;
 use crate::memory::draft::Draft;
 use crate::memory::instance::Instance;
+use crate::memory::{Content, Memory};
 use crate::nouns::curriculum::Curriculum;
 use crate::nouns::decision::Decision;
 use crate::nouns::effect::Effect;
@@ -65,9 +66,12 @@ pub(crate) fn step(memory: &mut Memory, curriculum: &Curriculum, caches: &mut Ca
         arranged(&mut draft, outcome);
     }
     let (acted, chain) = match pending {
-        Some(execution) => end(&mut draft, curriculum, &execution, outcome, &world, &lifted),
+        Some(execution) => end(&mut draft, curriculum, body, &execution, outcome, &world, &lifted),
         None => (None, Vec::new()),
     };
+    // What is supposed may have changed by what came about.
+    let items = &draft.memory().content().items;
+    let world = if items.all.is_empty() { world } else { items.perceived(usize::from(body.0), &world) };
     // 8. Where the curriculum stands.
     let novelty = acted.filter(|_| student && !for_goal);
     if let Some(novelty) = novelty {
@@ -117,6 +121,7 @@ fn arranged(draft: &mut Draft<'_>, outcome: Option<ActionOutcome>) {
 fn end(
     draft: &mut Draft<'_>,
     curriculum: &Curriculum,
+    body: BodyId,
     execution: &Execution,
     outcome: Option<ActionOutcome>,
     world: &WorldState,
@@ -130,17 +135,35 @@ fn end(
     if outcome != Some(ActionOutcome::Done) {
         return (None, Vec::new());
     }
-    let novelty = if learning { learn(draft, execution, world, lifted) } else { Novelty::default() };
+    let supposes = draft.memory().content().mechanisms.supposes();
+    let on =
+        if supposes { supposing::follow(draft.memory(), body, execution.action, world) } else { Vec::new() };
+    let after = draft.memory().content().items.with(on.iter().copied(), world);
+    if learning && draft.memory().content().mechanisms.claims && !draft.memory().is_full() {
+        let lifted = |kind: TypeId| is_lifted(lifted, kind);
+        let experience = claims::experience(draft.memory(), execution, &after, &lifted);
+        draft.emit(experience);
+    }
+    if supposes {
+        draft.emit(Effect::Followed { body, on });
+    }
+    let novelty = if learning { learn(draft, execution, &after, lifted) } else { Novelty::default() };
+    if supposes && learning && !draft.memory().is_full() {
+        let supposed = supposing::suppose(draft.memory(), body);
+        draft.emit_all(supposed);
+    }
     (Some(novelty), execution.chain.clone())
 }
 
-/// The world state under the constraints of the present stage, and which types it lifts.
+/// The world state under the constraints of the present stage, with what is supposed, and which types it lifts.
 fn lift(memory: &Memory, curriculum: &Curriculum, frame: &Frame) -> (WorldState, Vec<bool>) {
-    let vocabulary = &memory.content().vocabulary;
-    let lifted = stages::lifted(vocabulary, stages::present(memory, curriculum));
+    let Content { vocabulary, items, .. } = memory.content();
+    let lifted = stages::lifted(memory.content(), stages::present(memory, curriculum));
     // What was never declared can't be referred to, and is not perceived.
     let seen = frame.observations.iter().filter(|o| is_lifted(&lifted, o.kind()) && vocabulary.knows(o));
-    (WorldState::new(seen.cloned()), lifted)
+    let seen = WorldState::new(seen.cloned());
+    let seen = if items.all.is_empty() { seen } else { items.perceived(usize::from(frame.body.0), &seen) };
+    (seen, lifted)
 }
 
 /// Steps 2 to 7: what an execution that was carried out teaches.
@@ -148,10 +171,6 @@ fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifte
     let lifted = |kind: TypeId| is_lifted(lifted, kind);
     let before = &execution.before;
     let claims = draft.memory().content().mechanisms.claims;
-    if claims && !draft.memory().is_full() {
-        let experience = claims::experience(draft.memory(), execution, after, &lifted);
-        draft.emit(experience);
-    }
     let expectation = claims.then(|| claims::expectation(draft.memory(), execution.action, before));
     let none = Substitution::new();
     let executed: Vec<(SchemaId, &Substitution)> = execution

@@ -336,7 +336,7 @@ impl Scale<'_> {
         // Of equals the first.
         let nearest = of_type.rev().max_by_key(|seen| alike(seen)).cloned();
         let stage = stages::present(self.memory, self.curriculum);
-        let lifted = stages::lifted(&self.memory.content().vocabulary, stage);
+        let lifted = stages::lifted(self.memory.content(), stage);
         let constrained = !stages::is_lifted(&lifted, wanted.kind());
         UnmetCondition { wanted, nearest, constrained }
     }

@@ -1,5 +1,6 @@
 //! Memory: everything the learner knows. [`Memory::apply`] is the only thing that changes it.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::memory::check::Check;
@@ -8,6 +9,8 @@ use crate::memory::index::Index;
 use crate::memory::outline::Basis;
 use crate::nouns::effect::{Effect, Score};
 use crate::nouns::effect_error::EffectError;
+use crate::nouns::experience::Experience;
+use crate::nouns::item::{EXPERIENCES_MAX, Item, Line};
 use crate::nouns::observation::{Observation, Pattern};
 use crate::nouns::parameters::{Parameters, TypeRules};
 use crate::nouns::probability::Count;
@@ -18,7 +21,7 @@ use crate::nouns::schema::{
     Association, Concrete, EXAMPLES_MAX, Form, Generalised, ObservationId, PostCondition, SCHEMAS_MAX,
     Schema, SchemaId,
 };
-use crate::nouns::vocabulary::{Declaration, PrimitiveId};
+use crate::nouns::vocabulary::{BodyId, Declaration, PrimitiveId};
 
 /// Everything that a learner knows, with the indexes that make it fast to ask. Effects are the only thing that changes it.
 ///
@@ -42,6 +45,8 @@ pub struct Memory {
     index: Index,
     rules: TypeRules,
     parameters: Parameters,
+    /// The experience that was taken in and of which it is not yet said whose it is: never from one step to the next.
+    latest: Option<Arc<Experience>>,
 }
 
 impl Memory {
@@ -49,7 +54,7 @@ impl Memory {
     #[must_use]
     pub fn new(seed: u64, parameters: Parameters) -> Self {
         let content = Content { random: Random::from_seed(seed), ..Content::default() };
-        Self { content, index: Index::default(), rules: TypeRules::default(), parameters }
+        Self { content, index: Index::default(), rules: TypeRules::default(), parameters, latest: None }
     }
 
     /// The memory of which `content` was taken, with its indexes built anew: to ask it more than content can answer, or to go on from
@@ -58,7 +63,7 @@ impl Memory {
     pub fn restore(content: Content, parameters: Parameters) -> Self {
         let rules = TypeRules::new(&content.vocabulary, &parameters);
         let index = Index::build(Basis { content: &content, rules: &rules, parameters: &parameters });
-        Self { content, index, rules, parameters }
+        Self { content, index, rules, parameters, latest: None }
     }
 
     /// All that is known.
@@ -154,6 +159,23 @@ impl Memory {
             Effect::Mechanisms(mechanisms) => self.content.mechanisms = *mechanisms,
             Effect::Experienced(experience) => {
                 self.content.evidence.experience(&self.content.vocabulary, experience);
+                if self.content.mechanisms.supposes() {
+                    self.latest = Some(Arc::new((**experience).clone()));
+                }
+            }
+            Effect::Followed { body, on } => self.follow(*body, on),
+            Effect::Supposed { body, on, primitive, kinds, updates } => {
+                let number = self.content.items.all.len();
+                let (kind, property) = Arc::make_mut(&mut self.content.vocabulary).suppose(number);
+                let (primitive, kinds, updates) = (*primitive, kinds.clone(), updates.clone());
+                let item = Item { kind, property, primitive, kinds, updates, dropped: false };
+                self.suppose(*body, *on, item);
+            }
+            Effect::Dropped { item } => {
+                let all = Arc::make_mut(&mut self.content.items.all);
+                if let Some(item) = all.get_mut(*item as usize) {
+                    item.dropped = true;
+                }
             }
             Effect::Described { body, text } => {
                 let descriptions = &mut self.content.descriptions;
@@ -169,7 +191,7 @@ impl Memory {
     // The functions below are called for checked effects alone. A number that nothing has would change nothing.
 
     fn declare(&mut self, declaration: &Declaration) {
-        let Self { content, index, rules, parameters } = self;
+        let Self { content, index, rules, parameters, .. } = self;
         Arc::make_mut(&mut content.vocabulary).merge(declaration);
         *rules = TypeRules::new(&content.vocabulary, parameters);
         while content.attempts.len() < content.vocabulary.primitives().len() {
@@ -177,6 +199,43 @@ impl Memory {
         }
         content.pending.resize(content.vocabulary.bodies().len(), None);
         index.edges_changed();
+    }
+
+    /// What a body lived through of late.
+    fn line(&mut self, body: BodyId) -> Option<&mut Line> {
+        let lines = &mut self.content.items.lines;
+        if lines.len() <= usize::from(body.0) {
+            lines.resize(usize::from(body.0) + 1, Line::default());
+        }
+        lines.get_mut(usize::from(body.0))
+    }
+
+    fn follow(&mut self, body: BodyId, on: &[bool]) {
+        let latest = self.latest.take();
+        let Some(line) = self.line(body) else { return };
+        line.on = on.to_vec();
+        if let Some(experience) = latest {
+            line.recent.push_back(experience);
+            line.taken = line.taken.saturating_add(1);
+            if line.recent.len() > EXPERIENCES_MAX {
+                line.recent.pop_front();
+            }
+        }
+    }
+
+    fn suppose(&mut self, body: BodyId, on: bool, item: Item) {
+        Arc::make_mut(&mut self.content.items.all).push(item);
+        let count = self.content.items.all.len();
+        if let Some(line) = self.line(body) {
+            line.on.resize(count, false);
+            line.on.last_mut().into_iter().for_each(|last| *last = on);
+        }
+        // The next item is sought where this one is perceived.
+        for line in &mut self.content.items.lines {
+            (line.recent, line.taken) = (VecDeque::new(), 0);
+        }
+        self.rules = TypeRules::new(&self.content.vocabulary, &self.parameters);
+        self.index.edges_changed();
     }
 
     fn attempt(&mut self, primitive: PrimitiveId, carried_out: bool) {
@@ -218,7 +277,7 @@ impl Memory {
 
     /// The index, and what it is made from.
     fn indexed(&mut self) -> (&mut Index, Basis<'_>) {
-        let Self { content, index, rules, parameters } = self;
+        let Self { content, index, rules, parameters, .. } = self;
         (index, Basis { content, rules, parameters })
     }
 
@@ -354,7 +413,7 @@ impl Memory {
         let Some(schema) = self.content.schemas.get_mut(id.index()) else { return };
         let gone = replaces.map(|at| schema.associations.remove(at));
         schema.associations.push(association.clone());
-        let Self { content, index, rules, parameters } = self;
+        let Self { content, index, rules, parameters, .. } = self;
         let Some(schema) = content.schema(id) else { return };
         gone.iter().for_each(|gone| index.unrank(id, schema, gone));
         index.rank(id, schema, &association, content, rules);

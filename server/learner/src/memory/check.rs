@@ -11,7 +11,8 @@ use crate::nouns::effect::Effect;
 use crate::nouns::effect_error::EffectError;
 use crate::nouns::execution::{ChainLink, Execution};
 use crate::nouns::experience::Experience;
-use crate::nouns::observation::{Observation, Pattern, Substitution};
+use crate::nouns::item::{EVENTS_MAX, Event, ITEMS_MAX, Update};
+use crate::nouns::observation::{Observation, Pattern, Substitution, TypeId};
 use crate::nouns::parameters::CHAIN_LENGTH_MAX;
 use crate::nouns::progress::{Progress, StageEffect};
 use crate::nouns::pursuit::{GOAL_ACTIONS_MAX, GOAL_PATTERNS_MAX, PlanRecord, Pursuit, PursuitEffect};
@@ -81,6 +82,21 @@ impl Check<'_> {
             }
             Effect::Full(_) | Effect::Mechanisms(_) => Ok(()),
             Effect::Experienced(experience) => self.experience(experience),
+            Effect::Followed { body, on } => {
+                self.body(*body)?;
+                let known = self.content.items.all.len();
+                if on.len() == known { Ok(()) } else { Err(EffectError::Items { given: on.len(), known }) }
+            }
+            Effect::Supposed { body, primitive, kinds, updates, .. } => {
+                self.body(*body)?;
+                self.primitive(*primitive)?;
+                self.item(kinds, updates)
+            }
+            Effect::Dropped { item } => {
+                let known = self.content.items.all.len();
+                let given = *item as usize;
+                if given < known { Ok(()) } else { Err(EffectError::Items { given, known }) }
+            }
             Effect::Described { body, text } => {
                 self.body(*body)?;
                 at_most("bytes of a description", text.len(), DESCRIPTION_BYTES_MAX)
@@ -98,6 +114,24 @@ impl Check<'_> {
         declared.then_some(()).ok_or(EffectError::Undeclared)?;
         let ordered = [before, after].iter().all(|list| list.is_sorted_by(|a, b| a < b))
             && sensed.is_sorted_by(|a, b| a < b);
+        ordered.then_some(()).ok_or(EffectError::Order)
+    }
+
+    fn item(&self, kinds: &[TypeId], updates: &[(Event, Update)]) -> Result<(), EffectError> {
+        let items = self.content.items.all.len();
+        at_most("items", items + 1, ITEMS_MAX)?;
+        at_most("events of an item", updates.len(), EVENTS_MAX)?;
+        for (event, _) in updates {
+            self.primitive(event.primitive)?;
+            self.known(event.after.iter())?;
+        }
+        let types = self.content.vocabulary.types().len();
+        let declared = kinds.iter().all(|kind| usize::from(kind.0) < types)
+            && self.content.vocabulary.may_suppose(items);
+        declared.then_some(()).ok_or(EffectError::Undeclared)?;
+        let ordered = kinds.is_sorted_by(|a, b| a < b)
+            && updates.is_sorted_by(|a, b| a.0 < b.0)
+            && updates.iter().all(|(event, _)| event.after.is_sorted_by(|a, b| a < b));
         ordered.then_some(()).ok_or(EffectError::Order)
     }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::memory::chunks::Chunks;
 use crate::memory::evidence::Evidence;
 use crate::nouns::execution::Execution;
+use crate::nouns::item::Items;
 use crate::nouns::mechanisms::Mechanisms;
 use crate::nouns::observation::Observation;
 use crate::nouns::probability::Count;
@@ -51,6 +52,8 @@ pub struct Content {
     pub mechanisms: Mechanisms,
     /// The experiences that claims grow from, and the claims.
     pub evidence: Evidence,
+    /// What is supposed though no sense shows it.
+    pub items: Items,
 }
 
 impl Content {

@@ -4,6 +4,7 @@ use crate::memory::chunks::ChunkDigest;
 use crate::memory::content::Content;
 use crate::nouns::execution::{ChainLink, Execution};
 use crate::nouns::experience::Experience;
+use crate::nouns::item::{Item, Items, Update};
 use crate::nouns::mechanisms::Mechanisms;
 use crate::nouns::observation::{Observation, Pattern, Substitution, Term, Value};
 use crate::nouns::probability::Count;
@@ -47,7 +48,37 @@ pub fn digest(content: &Content) -> String {
             experience(&mut sink, one);
         }
     }
+    // And one that supposes nothing the one that it had before it could.
+    if !content.items.is_empty() {
+        items(&mut sink, &content.items);
+    }
     sink.0.finalize().to_hex().to_string()
+}
+
+fn items(sink: &mut Sink, items: &Items) {
+    sink.each(&items.all, |sink, item| {
+        let Item { kind, property, primitive, kinds, updates, dropped } = item;
+        sink.number(u64::from(kind.0));
+        sink.number(u64::from(property.0));
+        sink.number(u64::from(primitive.0));
+        sink.each(kinds, |sink, kind| sink.number(u64::from(kind.0)));
+        sink.each(updates, |sink, (event, update)| {
+            sink.number(u64::from(event.primitive.0));
+            sink.each(&event.after, observation);
+            sink.number(match update {
+                Update::On => 0,
+                Update::Off => 1,
+                Update::Turn => 2,
+            });
+        });
+        sink.flag(*dropped);
+    });
+    sink.each(&items.lines, |sink, line| {
+        sink.each(&line.on, |sink, on| sink.flag(*on));
+        sink.list(line.recent.len());
+        line.recent.iter().for_each(|one| experience(sink, one));
+        sink.number(line.taken);
+    });
 }
 
 /// Claims follow from the experiences, in their order.

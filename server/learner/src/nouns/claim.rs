@@ -106,6 +106,22 @@ impl Condition {
         }
     }
 
+    /// Whether it asks for an observation of this type, or for a value of one.
+    pub(crate) fn asks_for(&self, kind: TypeId) -> bool {
+        let names = |reference: Reference| match reference {
+            Reference::Only(named, _) | Reference::Tied { kind: named, .. } => named == kind,
+            Reference::Parameter(_) | Reference::Effect(..) => false,
+        };
+        match self {
+            Self::Is(anchor, _) | Self::AtLeast(anchor, _) => names((*anchor).into()),
+            Self::Observed(sketch) => {
+                let named =
+                    |(_, e): &(PropertyId, Expression)| matches!(e, Expression::Named(r, _) if names(*r));
+                sketch.kind == kind || sketch.properties.iter().any(named)
+            }
+        }
+    }
+
     /// How many values it names.
     pub(crate) fn names(&self) -> usize {
         let Self::Observed(sketch) = self else { return 0 };

@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use crate::nouns::execution::Execution;
 use crate::nouns::experience::Experience;
+use crate::nouns::item::{Event, Update};
 use crate::nouns::mechanisms::Mechanisms;
-use crate::nouns::observation::{Observation, Pattern};
+use crate::nouns::observation::{Observation, Pattern, TypeId};
 use crate::nouns::progress::StageEffect;
 use crate::nouns::pursuit::PursuitEffect;
 use crate::nouns::schema::SchemaId;
@@ -124,6 +125,31 @@ pub enum Effect {
     Mechanisms(Mechanisms),
     /// What an action was carried out in, and what was there afterwards: evidence for claims.
     Experienced(Box<Experience>),
+    /// What was just experienced, if anything was, is of this body, and it supposes these of the items from then on.
+    Followed {
+        /// The body.
+        body: BodyId,
+        /// For each item whether it is supposed.
+        on: Vec<bool>,
+    },
+    /// A synthetic item is made: what becomes of it at each event, in order, tells these outcomes of the action apart.
+    Supposed {
+        /// The body in whose life it was found.
+        body: BodyId,
+        /// Whether the body supposes it now.
+        on: bool,
+        /// The action.
+        primitive: PrimitiveId,
+        /// The types of the outcomes, in order.
+        kinds: Box<[TypeId]>,
+        /// What becomes of it at each event.
+        updates: Box<[(Event, Update)]>,
+    },
+    /// No claim asks for this synthetic item, and it is not kept any longer.
+    Dropped {
+        /// Its number.
+        item: u32,
+    },
 }
 
 /// Whether something held after an execution.

@@ -25,6 +25,14 @@ pub enum EffectError {
     /// No such body.
     #[error("effect refers to body {0}, which never attached")]
     Body(u16),
+    /// Items that are not there.
+    #[error("effect speaks of {given} synthetic items, or of the one of this number, and there are {known}")]
+    Items {
+        /// How many are spoken of, or which.
+        given: usize,
+        /// How many there are.
+        known: usize,
+    },
     /// An observation, a pattern or a binding with a type, property or symbol that was never declared.
     #[error("effect speaks of an observation type, a property or a symbol that was never declared")]
     Undeclared,

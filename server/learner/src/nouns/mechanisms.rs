@@ -9,13 +9,21 @@ pub struct Mechanisms {
     /// Whether what drives the learner knows what claims do not know: where an action surprised of late, it is tried where that is new;
     /// and equation 1 is taken as a share of what is perceived, so that it does not grow with how much that is. It needs claims.
     pub curiosity: bool,
+    /// Whether synthetic items are supposed where an action's outcomes differ and nothing that is sensed tells why. It needs claims.
+    pub items: bool,
 }
 
 impl Mechanisms {
     /// None: the learner of the paper.
-    pub const PAPER: Self = Self { claims: false, curiosity: false };
+    pub const PAPER: Self = Self { claims: false, curiosity: false, items: false };
     /// All of them.
-    pub const FULL: Self = Self { claims: true, curiosity: true };
+    pub const FULL: Self = Self { claims: true, curiosity: true, items: true };
+
+    /// The same without those that need one that is off.
+    #[must_use]
+    pub fn sound(self) -> Self {
+        Self { curiosity: self.is_curious(), items: self.supposes(), ..self }
+    }
 
     /// Whether curiosity has the claims that it needs.
     #[must_use]
@@ -23,10 +31,16 @@ impl Mechanisms {
         self.claims && self.curiosity
     }
 
+    /// Whether items have the claims that they need.
+    #[must_use]
+    pub fn supposes(self) -> bool {
+        self.claims && self.items
+    }
+
     /// Each with its name.
     #[must_use]
-    pub fn named(self) -> [(&'static str, bool); 2] {
-        [("claims", self.claims), ("curiosity", self.curiosity)]
+    pub fn named(self) -> [(&'static str, bool); 3] {
+        [("claims", self.claims), ("curiosity", self.curiosity), ("items", self.items)]
     }
 
     /// The profile by its name, `paper` or `full`; or the names of those that are on.
@@ -46,6 +60,7 @@ impl Mechanisms {
         match name {
             "claims" => Some(&mut self.claims),
             "curiosity" => Some(&mut self.curiosity),
+            "items" => Some(&mut self.items),
             _ => None,
         }
     }

@@ -9,6 +9,7 @@ pub mod effect_error;
 pub mod execution;
 pub mod experience;
 pub mod frame;
+pub mod item;
 pub mod mechanisms;
 pub mod observation;
 pub mod parameters;

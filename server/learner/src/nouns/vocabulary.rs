@@ -7,6 +7,9 @@ use rustc_hash::FxHashMap;
 
 use crate::nouns::observation::{Observation, Pattern, PropertyId, SymbolId, Term, TypeId, Value};
 
+/// The property of a synthetic item that says whether it is supposed to be so.
+const SUPPOSED: &str = "supposed";
+
 /// A primitive: an action with its parameters filled in, as it stands in some body's repertoire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PrimitiveId(pub u32);
@@ -523,6 +526,39 @@ impl Vocabulary {
                 self.lists.properties.len() - 1
             });
         PropertyId(u16::try_from(at).unwrap_or(u16::MAX))
+    }
+
+    /// The name of the type by which the item of this number is perceived; items are counted from 0.
+    fn item_name(number: usize) -> String {
+        format!("item-{}", number + 1)
+    }
+
+    /// Whether there is room for the type of a synthetic item of this number, and nobody declared one like it.
+    pub(crate) fn may_suppose(&self, number: usize) -> bool {
+        let property = self.property_named(SUPPOSED);
+        let taken = property.is_some_and(|known| {
+            self.lists.property_kinds.get(usize::from(known.0)) != Some(&ValueKind::Boolean)
+        });
+        let room = self.lists.types.len() < limits::TYPES_MAX
+            && (property.is_some() || self.lists.properties.len() < limits::PROPERTIES_MAX);
+        room && !taken && self.type_named(&Self::item_name(number)).is_none()
+    }
+
+    /// Takes in the type by which a synthetic item is perceived.
+    pub(crate) fn suppose(&mut self, number: usize) -> (TypeId, PropertyId) {
+        let property =
+            DeclaredProperty { name: SUPPOSED.to_owned(), unit: String::new(), kind: ValueKind::Boolean };
+        let declared = DeclaredType {
+            name: Self::item_name(number),
+            own: false,
+            transient: false,
+            heard: false,
+            properties: vec![property],
+        };
+        let properties: Vec<_> = declared.properties.iter().map(|p| self.intern_property(p)).collect();
+        let id = properties.first().copied().unwrap_or(PropertyId(u16::MAX));
+        self.lists.types.push(ObservationType { declared, properties });
+        (TypeId(u16::try_from(self.lists.types.len() - 1).unwrap_or(u16::MAX)), id)
     }
 
     /// Takes over those of `symbols` that are new. The limit on symbols is the caller's to keep.

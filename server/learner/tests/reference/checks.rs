@@ -8,6 +8,7 @@ use pschema_learner::memory::Content;
 use pschema_learner::observation::{Observation, Substitution};
 use pschema_learner::probability::Count;
 use pschema_learner::schema::{ASSOCIATIONS_MAX, Form, POST_CONDITIONS_MAX, SchemaId};
+use pschema_learner::world_state::WorldState;
 
 /// What a schema refers to under a binding, as far as attention may rise by it.
 fn mentions(content: &Content, schema: SchemaId, binding: &Substitution, wanted: &Observation) -> bool {
@@ -35,12 +36,13 @@ pub(crate) fn only_what_was_attended(
     after: &Content,
 ) -> Result<(), TestCaseError> {
     let made = before.schemas.len()..after.schemas.len();
+    let seen = WorldState::new(frame.observations.iter().cloned());
+    let seen = after.items.perceived(usize::from(frame.body.0), &seen);
     for (at, (observation, n)) in after.observations.iter().zip(after.attention.iter()).enumerate() {
         let earlier = before.attention.get(at).copied().unwrap_or(0);
         prop_assert!(*n == earlier || *n == earlier + 1, "N({observation:?}) from {earlier} to {n}");
         if *n > earlier {
-            let perceived =
-                frame.observations.contains(observation) || execution.before.contains(observation);
+            let perceived = seen.contains(observation) || execution.before.contains(observation);
             let none = Substitution::new();
             let referring = match execution.schema {
                 Some(schema) => {

@@ -8,6 +8,7 @@ use proptest::prelude::*;
 use pschema_learner::effect::{Effect, Score};
 use pschema_learner::execution::{ChainLink, Execution};
 use pschema_learner::experience::Experience;
+use pschema_learner::item::{Event, Update};
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Content;
 use pschema_learner::observation::{
@@ -221,9 +222,29 @@ fn any_effect() -> impl Strategy<Value = Effect> {
         }),
         1 => any::<bool>().prop_map(Effect::Full),
         1 => (body(), ".*").prop_map(|(body, text)| Effect::Described { body, text }),
-        1 => any::<[bool; 2]>().prop_map(|[claims, curiosity]| Effect::Mechanisms(Mechanisms { claims, curiosity })),
+        1 => any::<[bool; 3]>().prop_map(|[claims, curiosity, items]| {
+            Effect::Mechanisms(Mechanisms { claims, curiosity, items })
+        }),
+        2 => (body(), vec(any::<bool>(), 0..3)).prop_map(|(body, on)| Effect::Followed { body, on }),
+        2 => supposed(),
+        2 => prop_oneof![0..3_u32, any::<u32>()].prop_map(|item| Effect::Dropped { item }),
         6 => experience().prop_map(|experience| Effect::Experienced(Box::new(experience))),
     ]
+}
+
+fn supposed() -> impl Strategy<Value = Effect> {
+    let update = prop_oneof![Just(Update::On), Just(Update::Off), Just(Update::Turn)];
+    let event =
+        (primitive(), observations()).prop_map(|(primitive, after)| Event { primitive, after: after.into() });
+    (body(), any::<bool>(), primitive(), vec(kind(), 0..3), vec((event, update), 0..4)).prop_map(
+        |(body, on, primitive, kinds, updates)| Effect::Supposed {
+            body,
+            on,
+            primitive,
+            kinds: kinds.into(),
+            updates: updates.into(),
+        },
+    )
 }
 
 fn experience() -> impl Strategy<Value = Experience> {
@@ -273,6 +294,20 @@ pub(crate) fn mended(effect: &Effect, content: &Content) -> Effect {
             sensed.sort_unstable();
             sensed.dedup();
             experience.sensed = sensed.into();
+        }
+        Effect::Followed { on, .. } => on.resize(content.items.all.len(), true),
+        Effect::Supposed { kinds, updates, .. } => {
+            let mut ordered = kinds.to_vec();
+            ordered.sort_unstable();
+            ordered.dedup();
+            *kinds = ordered.into();
+            let mut ordered = updates.to_vec();
+            for (event, _) in &mut ordered {
+                event.after = WorldState::new(event.after.to_vec()).observations().into();
+            }
+            ordered.sort_unstable();
+            ordered.dedup_by(|a, b| a.0 == b.0);
+            *updates = ordered.into();
         }
         Effect::Stage(StageEffect::TrialBegun { drawn }) => {
             let pools = content.progress.pools.iter().enumerate();

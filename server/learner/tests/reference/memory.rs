@@ -139,7 +139,11 @@ impl Memory {
             // It decides nothing.
             Effect::Described { .. } => (),
             // It is the learner of the paper, and is given no others.
-            Effect::Mechanisms(_) | Effect::Experienced(_) => (),
+            Effect::Mechanisms(_)
+            | Effect::Experienced(_)
+            | Effect::Followed { .. }
+            | Effect::Supposed { .. }
+            | Effect::Dropped { .. } => (),
         }
     }
 

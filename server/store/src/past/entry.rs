@@ -155,6 +155,9 @@ pub(super) fn kind(effect: &Effect) -> &'static str {
         Effect::Described { .. } => "described",
         Effect::Mechanisms(_) => "mechanisms",
         Effect::Experienced(_) => "experienced",
+        Effect::Followed { .. } => "followed",
+        Effect::Supposed { .. } => "supposed",
+        Effect::Dropped { .. } => "dropped",
     }
 }
 
@@ -277,6 +280,15 @@ impl Wording {
                 let action = notation::primitive(&self.0, experience.primitive);
                 format!("evidence is taken in of {action}")
             }
+            Effect::Followed { body, on } => {
+                let supposed = on.iter().filter(|on| **on).count();
+                format!("body {} supposes {supposed} of {} synthetic items", self.body(*body), on.len())
+            }
+            Effect::Supposed { primitive, updates, .. } => {
+                let action = notation::primitive(&self.0, *primitive);
+                format!("a synthetic item tells what comes of {action}, by {} events", updates.len())
+            }
+            Effect::Dropped { item } => format!("no claim asks for synthetic item {item}: it is dropped"),
         }
     }
 

@@ -1,10 +1,13 @@
 //! A memory whose learner does more than the paper's: its evidence is found again, and its profile is kept.
 
 use pschema_learner::digest::digest;
+use pschema_learner::effect::Effect;
+use pschema_learner::item::{Event, Update};
 use pschema_learner::mechanisms::Mechanisms;
+use pschema_learner::observation::TypeId;
 use pschema_learner::parameters::Parameters;
 use pschema_learner::random::Random;
-use pschema_learner::vocabulary::PrimitiveId;
+use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::{Frame, Learner};
 
 use crate::error::StoreError;
@@ -55,6 +58,7 @@ fn evidence_is_found_again_and_foretells_alike() {
             let (now, then) = (learner.memory().content(), lived.memory().content());
             assert_eq!(digest(now), digest(then), "life {life}");
             assert_eq!(now.evidence, then.evidence, "life {life}");
+            assert_eq!(now.items, then.items, "life {life}");
             assert_eq!((now.mechanisms, recovered.snapshot_step.is_some()), (Mechanisms::FULL, life > 0));
             assert_eq!(future(&learner, &world), future(lived, &world), "life {life}");
         }
@@ -103,8 +107,10 @@ fn evidence_is_found_again_and_foretells_alike() {
         ),
         ("\"sensed\":[0,1,2]", "\"sensed\":[0,2,1]", "out of order"),
         ("\"sensed\":[0,1,2]", "\"sensed\":[0,1,9]", "it refers to observation type 9"),
+        ("{\"line\":{\"body\":0", "{\"line\":{\"body\":5", "it refers to body 5"),
+        ("{\"lived\":{\"body\":0", "{\"lived\":{\"body\":5", "it refers to line of a body 5"),
         ("\"before\":[{\"kind\":", "\"before\":[{\"kind\":9", "was never declared"),
-        ("{\"mechanisms\":[\"claims\"]}", "{\"mechanisms\":[\"magic\"]}", "unknown variant `magic`"),
+        ("{\"mechanisms\":[\"claims\"", "{\"mechanisms\":[\"magic\"", "unknown variant `magic`"),
     ] {
         let forged = match text.split_once("{\"mechanisms\"") {
             Some((before, after)) => {
@@ -112,6 +118,43 @@ fn evidence_is_found_again_and_foretells_alike() {
             }
             None => panic!("the export does not tell the mechanisms"),
         };
+        assert_ne!(forged, text, "{number}");
+        let error = export::read(&mut forged.as_bytes(), |_| ()).unwrap_err().to_string();
+        assert!(error.starts_with("line ") && error.contains(says), "{says}: {error}");
+    }
+}
+
+/// Synthetic items are written as they are, and unsound ones are not read.
+#[test]
+fn synthetic_items_are_written_and_read() {
+    let (twin, mut world) = (Twin::new(), World::new(5));
+    let (mut learner, mut store, _) = opened(&twin, |_| ()).unwrap();
+    attach(&mut learner, &mut store).unwrap();
+    let mut memory = learner.into_memory();
+    let mut after = world.frame().observations;
+    after.retain(|o| o.kind() == TypeId(0));
+    let event = |primitive| Event { primitive: PrimitiveId(primitive), after: after.clone().into() };
+    for on in [true, false] {
+        let updates = [(event(0), Update::Turn), (event(1), Update::On), (event(2), Update::Off)];
+        let (body, primitive, kinds) = (BodyId(0), PrimitiveId(1), [TypeId(0)].into());
+        memory.apply(&Effect::Supposed { body, on, primitive, kinds, updates: updates.into() }).unwrap();
+    }
+    memory.apply(&Effect::Dropped { item: 1 }).unwrap();
+    let (content, curriculum) = (memory.content(), curriculum());
+    let parameters = memory.parameters();
+    let identity = export::Identity { learner: "it", seed: 5, parameters, curriculum: &curriculum };
+    let mut bytes = Vec::new();
+    export::write(content, identity, &mut bytes, |_| ()).unwrap();
+    let read = export::read(&mut &*bytes, |_| ()).unwrap();
+    assert_eq!((digest(&read.content), &read.content.items), (digest(content), &content.items));
+    let text = String::from_utf8(bytes).unwrap();
+    for (number, forged, says) in [
+        ("\"primitive\":1,\"kinds\"", "\"primitive\":99,\"kinds\"", "it refers to primitive 99"),
+        ("\"kinds\":[0]", "\"kinds\":[900]", "it refers to observation type 900"),
+        ("\"kinds\":[0]", "\"kinds\":[0,0]", "out of order"),
+        ("\"on\":[true,false]", "\"on\":[true,false,true]", "more than"),
+    ] {
+        let forged = text.replacen(number, forged, 1);
         assert_ne!(forged, text, "{number}");
         let error = export::read(&mut forged.as_bytes(), |_| ()).unwrap_err().to_string();
         assert!(error.starts_with("line ") && error.contains(says), "{says}: {error}");

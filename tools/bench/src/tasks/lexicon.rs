@@ -68,14 +68,14 @@ impl Lexicon {
         world.filter(|observation| !self.is(observation, |sense| sense.transient))
     }
 
-    /// The part of `world` that is no noise.
+    /// The part of `world` that is sensed and no noise.
     pub(crate) fn measured(&self, world: &WorldState) -> WorldState {
-        world.filter(|observation| !self.is(observation, |sense| sense.noise))
+        world.filter(|observation| self.is_measured(observation.kind()))
     }
 
-    /// Whether a type is noise.
-    pub(crate) fn is_noise(&self, kind: TypeId) -> bool {
-        self.senses.iter().any(|sense| sense.kind == kind && sense.noise)
+    /// Whether a type is sensed and no noise.
+    pub(crate) fn is_measured(&self, kind: TypeId) -> bool {
+        self.senses.iter().any(|sense| sense.kind == kind && !sense.noise)
     }
 
     fn is(&self, observation: &Observation, flag: impl Fn(&SenseEntry) -> bool) -> bool {

@@ -89,6 +89,7 @@ impl Student {
     /// The same learner, as if it had chosen `primitive` itself where it perceived `world`: what it executes is the most specific schema of the
     /// primitive that holds there.
     pub(crate) fn led_to(self, primitive: PrimitiveId, world: &WorldState) -> Result<Self, Failure> {
+        let world = &self.perceived(world);
         let schema = self.most_specific(world, primitive).map(|(id, _)| id);
         let execution = Execution {
             schema,
@@ -117,6 +118,11 @@ impl Student {
         known.filter(|(_, concrete)| holds(concrete)).max_by_key(|(_, concrete)| concrete.pre.len())
     }
 
+    /// What it perceives where it senses `world`: what it supposes besides.
+    fn perceived(&self, world: &WorldState) -> WorldState {
+        self.learner.memory().content().items.perceived(usize::from(self.body.0), world)
+    }
+
     /// Schemas, laws left out.
     pub(crate) fn schemas(&self) -> usize {
         self.learner.memory().content().schemas.len() - self.all_laws().count()
@@ -142,6 +148,7 @@ impl Student {
 /// The foretelling of the learner: of its claims if it has the mechanism, else of its schemas.
 impl Foretelling for Student {
     fn foretell(&self, world: &WorldState, primitive: PrimitiveId) -> Distribution<WorldState> {
+        let world = &self.perceived(world);
         if self.learner.memory().content().mechanisms.claims {
             self.claimed(world, primitive)
         } else {
@@ -158,7 +165,7 @@ impl Student {
         let lasting = self.lexicon.lasting(world);
         let facets = content.evidence.foretell(&content.vocabulary, primitive, lasting.observations());
         let mut all = vec![(BTreeSet::from_iter(lasting.observations().iter().cloned()), 1.0)];
-        let is_noise = |facet: &Foretold| facet.kinds.iter().all(|kind| self.lexicon.is_noise(*kind));
+        let is_noise = |facet: &Foretold| facet.kinds.iter().all(|kind| !self.lexicon.is_measured(*kind));
         for facet in facets.iter().filter(|facet| !is_noise(facet)) {
             let mut split = Vec::with_capacity(all.len() * facet.outcomes.len());
             for (mut world, share) in all {

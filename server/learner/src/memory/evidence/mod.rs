@@ -7,7 +7,7 @@ mod foretold;
 mod growth;
 mod novelty;
 mod pool;
-mod price;
+pub(crate) mod price;
 mod scene;
 #[cfg(test)]
 mod tests;
@@ -19,7 +19,7 @@ pub use foretold::{Foretold, View};
 use pool::Pool;
 
 use crate::memory::evidence::facet::ANYTHING;
-use crate::nouns::claim::Claim;
+use crate::nouns::claim::{Change, Claim};
 use crate::nouns::experience::Experience;
 use crate::nouns::observation::{Observation, TypeId, Value};
 use crate::nouns::vocabulary::{PrimitiveId, Vocabulary, value_of};
@@ -109,6 +109,28 @@ impl Evidence {
             About::Anything => (Some(&self.background), None),
         };
         pool.into_iter().flat_map(|pool| pool.claims(primitive)).collect()
+    }
+
+    /// The types of each facet of what a primitive's action brings about.
+    pub(crate) fn facets(&self, vocabulary: &Vocabulary, primitive: PrimitiveId) -> Vec<&[TypeId]> {
+        let pool = action(vocabulary, primitive).and_then(|action| self.pools.get(&action));
+        pool.into_iter().flat_map(|pool| pool.claims(None)).map(|(kinds, _)| kinds).collect()
+    }
+
+    /// The place of the general claim about these types that was in force in an experience, and which of its outcomes came, none if it
+    /// was another; nothing if nothing is told of the types together.
+    pub(crate) fn in_force(
+        &self,
+        vocabulary: &Vocabulary,
+        experience: &Experience,
+        kinds: &[TypeId],
+    ) -> Option<(Vec<usize>, Option<&Change>)> {
+        self.pools.get(&action(vocabulary, experience.primitive)?)?.in_force(experience, kinds)
+    }
+
+    /// Whether any claim asks for an observation of this type.
+    pub(crate) fn asks_for(&self, kind: TypeId) -> bool {
+        self.pools.values().any(|pool| pool.asks_for(kind))
     }
 
     /// What a primitive brings about of itself, whatever the context, in canonical order; none while it was never carried out.

@@ -8,7 +8,7 @@ use crate::memory::evidence::facet::{ANYTHING, Examples, Facet, Grown, condition
 use crate::memory::evidence::foretold::{Foretold, Seen, View, differs};
 use crate::memory::evidence::novelty::Novelty;
 use crate::memory::evidence::scene::Scene;
-use crate::nouns::claim::Claim;
+use crate::nouns::claim::{Change, Claim};
 use crate::nouns::experience::Experience;
 use crate::nouns::observation::{Observation, TypeId, Value};
 use crate::nouns::vocabulary::PrimitiveId;
@@ -21,6 +21,8 @@ const CERTAIN: f64 = 2.995_732_273_553_991;
 const SCORE_KEPT: f64 = 0.97;
 /// Primitives whose own effect is looked at again with each experience of another.
 const DOUBTS_MAX: usize = 4;
+/// What a primitive brings about of itself may change again when it was tried so much more often, as one part in so many.
+const EFFECT_CHANGES: usize = 8;
 /// The share of a primitive's experiences in which an observation must come about to be an effect of its own.
 const EFFECT_SHARE: (usize, usize) = (3, 4);
 
@@ -51,6 +53,8 @@ pub(super) struct Pool {
     of_primitive: BTreeMap<PrimitiveId, Column>,
     /// What each primitive brings about of itself, whatever the context.
     effects: BTreeMap<PrimitiveId, Vec<Observation>>,
+    /// After how many tries of each this was changed last.
+    changed: BTreeMap<PrimitiveId, usize>,
     /// Those that brought something about once, of which it is not known yet whether that comes anyway.
     doubtful: BTreeSet<PrimitiveId>,
     /// After how many of the experiences each lasting observation was there.
@@ -188,6 +192,11 @@ impl Pool {
     fn update_effect(&mut self, primitive: PrimitiveId) -> bool {
         let Some(column) = self.of_primitive.get(&primitive) else { return false };
         let tries = column.count();
+        // What comes about in about as many cases as it must is not named anew each time that it does or does not.
+        let changed = self.changed.get(&primitive).copied().unwrap_or(0);
+        if tries < changed + changed / EFFECT_CHANGES {
+            return false;
+        }
         let effect = self.own_effect(primitive);
         if effect.is_empty() && tries == 1 {
             self.doubtful.insert(primitive);
@@ -199,6 +208,7 @@ impl Pool {
         }
         let renamed: Vec<_> = column.iter().collect();
         self.effects.insert(primitive, effect.clone());
+        self.changed.insert(primitive, tries);
         for at in renamed {
             if let Some((experience, scene)) = self.examples.get_mut(at) {
                 *scene = Scene::new(&experience.before, &experience.parameters, &effect);
@@ -215,7 +225,10 @@ impl Pool {
             experience.before.iter().chain(experience.after.iter()).map(Observation::kind).collect();
         kinds.sort_unstable();
         kinds.dedup();
-        kinds.retain(|kind| !self.facets.iter().any(|facet| facet.kinds.contains(kind)));
+        // What can't be sensed may be asked for, and comes of nothing that is done.
+        kinds.retain(|kind| {
+            experience.sensed.contains(kind) && !self.facets.iter().any(|facet| facet.kinds.contains(kind))
+        });
         for kind in kinds {
             let facet = Facet::new(vec![kind], self.examples());
             self.facets.push(facet);
@@ -440,6 +453,8 @@ impl Pool {
             for primitive in self.of_primitive.keys().copied().collect::<Vec<_>>() {
                 let effect = self.own_effect(primitive);
                 self.effects.insert(primitive, effect);
+                let tries = self.of_primitive.get(&primitive).map_or(0, Column::count);
+                self.changed.insert(primitive, tries);
             }
         }
         for (experience, scene) in &mut self.examples {
@@ -461,6 +476,32 @@ impl Pool {
                 None => &facet.general,
             };
             Some((&facet.kinds[..], &grown.claim))
+        })
+    }
+
+    /// The place of the general claim about these types that was in force in an experience, and which of its outcomes came.
+    pub(super) fn in_force(
+        &self,
+        experience: &Experience,
+        kinds: &[TypeId],
+    ) -> Option<(Vec<usize>, Option<&Change>)> {
+        let facet = self.facets.iter().find(|facet| facet.kinds == kinds)?;
+        let effect = self.effect(experience.primitive);
+        let scene = Scene::new(&experience.before, &experience.parameters, effect);
+        let (path, claim) = path(&facet.general.claim, &scene);
+        let after = facet.part(&experience.after);
+        let came = claim.outcomes.iter().find(|(change, _)| scene.makes(change, &after, kinds));
+        Some((path, came.map(|(change, _)| change)))
+    }
+
+    /// Whether a claim asks for an observation of this type.
+    pub(super) fn asks_for(&self, kind: TypeId) -> bool {
+        let asks = |claim: &Claim| {
+            let mut conditions = claim.all().filter_map(|claim| claim.condition.as_ref());
+            conditions.any(|condition| condition.asks_for(kind))
+        };
+        self.facets.iter().any(|facet| {
+            asks(&facet.general.claim) || facet.particular.values().any(|grown| asks(&grown.claim))
         })
     }
 

@@ -6,7 +6,7 @@
 use crate::nouns::claim::{Anchor, Condition, Expression, Reference};
 
 /// Sums of logarithms, from which likelihoods are put together.
-pub(super) struct Likelihood {
+pub(crate) struct Likelihood {
     /// ln of 1/K · (1/K + 1) · … for as many factors as the index says.
     rising: Vec<f64>,
     /// ln of the factorial of the index.
@@ -15,7 +15,7 @@ pub(super) struct Likelihood {
 
 impl Likelihood {
     /// For at most `trials` examples with `outcomes` kinds of outcome.
-    pub(super) fn new(trials: usize, outcomes: usize) -> Self {
+    pub(crate) fn new(trials: usize, outcomes: usize) -> Self {
         let share = 1.0 / outcomes.max(2) as f64;
         let sums = |from: f64| {
             let mut sum = 0.0;
@@ -30,12 +30,12 @@ impl Likelihood {
     }
 
     /// The share of ln of the probability of outcomes, in a given order, that is due to one seen so often.
-    pub(super) fn rising(&self, count: usize) -> f64 {
+    pub(crate) fn rising(&self, count: usize) -> f64 {
         self.rising.get(count).copied().unwrap_or(f64::NEG_INFINITY)
     }
 
     /// The share that is due to so many trials, to be taken off.
-    pub(super) fn factorial(&self, trials: usize) -> f64 {
+    pub(crate) fn factorial(&self, trials: usize) -> f64 {
         self.factorial.get(trials).copied().unwrap_or(f64::INFINITY)
     }
 }

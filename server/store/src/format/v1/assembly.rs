@@ -1,9 +1,10 @@
 //! Items to memory. Each is checked as it is taken: a file must not be able to make a learner look for what is not there.
 //! The memory takes room in proportion to the items that came, whatever they say.
 
-use std::collections::HashSet;
+use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 
+use pschema_learner::item::{self as live_item, EXPERIENCES_MAX, ITEMS_MAX};
 use pschema_learner::memory::Content;
 use pschema_learner::observation::{Observation, PropertyId};
 use pschema_learner::progress::{self, REPORTS_MAX};
@@ -12,9 +13,10 @@ use pschema_learner::random::Random;
 use pschema_learner::schema::{PreConditionInterner, SCHEMAS_MAX};
 use pschema_learner::vocabulary::{self as live, BodyId, ValueKind, Vocabulary, VocabularyLists, limits};
 
+use super::experience::SyntheticItem;
 use super::item::{
-    BodyDescription, End, Generator, Item, KeptExperience, Kind, KnownObservation, Outline, Pending,
-    Primitive, Property,
+    BodyDescription, BodyLine, End, Generator, Item, KeptExperience, Kind, KnownObservation, LivedExperience,
+    Outline, Pending, Primitive, Property,
 };
 use super::schema::Schema;
 use super::setting::Setting;
@@ -163,6 +165,9 @@ impl Assembly {
                 Ok(())
             }
             Item::Experience(kept) => self.experience(*kept),
+            Item::SyntheticItem(item) => self.synthetic_item(*item),
+            Item::Line(line) => self.line(line),
+            Item::Lived(lived) => self.lived(*lived),
             // All others were taken before.
             item => Err(ContentError::second(item.kind().name())),
         }
@@ -335,6 +340,40 @@ impl Assembly {
         Err(ContentError::new(
             "this experience is in a pool that is full, or that is not the one of its action",
         ))
+    }
+
+    fn synthetic_item(&mut self, item: SyntheticItem) -> Taken {
+        let item: live_item::Item = item.live();
+        let known = self.content.items.all.len();
+        limited("synthetic items", known + 1, ITEMS_MAX)?;
+        self.extent()?.item(&item)?;
+        Arc::make_mut(&mut self.content.items.all).push(item);
+        Ok(())
+    }
+
+    fn line(&mut self, BodyLine { body, on, taken }: BodyLine) -> Taken {
+        let bodies = self.extent()?.vocabulary.bodies().len();
+        within("body", usize::from(body), bodies)?;
+        limited("items of a body", on.len(), self.content.items.all.len())?;
+        let lines = &mut self.content.items.lines;
+        if lines.len() != usize::from(body) {
+            return Err(ContentError::new("the lines of bodies do not follow each other"));
+        }
+        lines.push(live_item::Line { on, taken, recent: VecDeque::new() });
+        Ok(())
+    }
+
+    fn lived(&mut self, LivedExperience { body, experience }: LivedExperience) -> Taken {
+        let experience = experience.live();
+        self.extent()?.lived(&experience)?;
+        let lines = &mut self.content.items.lines;
+        let count = lines.len();
+        let Some(line) = lines.get_mut(usize::from(body)) else {
+            return within("line of a body", usize::from(body), count);
+        };
+        limited("experiences of a body", line.recent.len() + 1, EXPERIENCES_MAX)?;
+        line.recent.push_back(Arc::new(experience));
+        Ok(())
     }
 
     fn pending(&mut self, Pending { body, execution }: Pending) -> Taken {

@@ -3,7 +3,7 @@
 use pschema_learner::effect as live;
 
 use super::execution::Execution;
-use super::experience::{Experience, Mechanism};
+use super::experience::{Event, Experience, Mechanism, Update};
 use super::goal::PursuitEffect;
 use super::observation::{Observation, Pattern};
 use super::stage::StageEffect;
@@ -52,5 +52,8 @@ mirror! {
         Described { body: u16, text: String },
         Mechanisms(mechanisms: Vec<Mechanism>),
         Experienced(experience: Box<Experience>),
+        Followed { body: u16, on: Vec<bool> },
+        Supposed { body: u16, on: bool, primitive: u32, kinds: Vec<u16>, updates: Vec<(Event, Update)> },
+        Dropped { item: u32 },
     }
 }

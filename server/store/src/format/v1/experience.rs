@@ -1,6 +1,7 @@
-//! Experiences, from which claims are grown, and the mechanisms of a learner beyond the paper.
+//! Experiences, from which claims are grown, synthetic items, and the mechanisms of a learner beyond the paper.
 
 use pschema_learner::experience as live;
+use pschema_learner::item as items;
 use pschema_learner::mechanisms::Mechanisms;
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +24,40 @@ mirror! {
     }
 }
 
+mirror! {
+    /// What becomes of a synthetic item.
+    #[derive(Copy)]
+    enum Update = items::Update {
+        On,
+        Off,
+        Turn,
+    }
+
+    /// What was done, and what was there afterwards of the types that an item is about.
+    struct Event = items::Event {
+        /// The number of the primitive.
+        primitive: u32,
+        /// The observations, in canonical order.
+        after: Vec<Observation>,
+    }
+
+    /// Something that is supposed to be so or not, though no sense shows it.
+    struct SyntheticItem = items::Item {
+        /// The number of the type by which it is perceived.
+        kind: u16,
+        /// The number of the property that says whether it is supposed.
+        property: u16,
+        /// The number of the primitive whose outcomes it tells apart.
+        primitive: u32,
+        /// The numbers of the types of these outcomes, in order.
+        kinds: Vec<u16>,
+        /// What becomes of it at each event, in their order; at others it stays as it is.
+        updates: Vec<(Event, Update)>,
+        /// Whether it is kept no longer.
+        dropped: bool,
+    }
+}
+
 /// A mechanism beyond the paper. A release that does not know one by this name can't go on with the memory, and refuses it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -32,13 +67,15 @@ pub(crate) enum Mechanism {
     Claims,
     /// Curiosity drives the learner.
     Curiosity,
+    /// Synthetic items are supposed.
+    Items,
 }
 
 /// The mechanisms that are on.
 impl Mirror<Mechanisms> for Vec<Mechanism> {
     fn of(live: &Mechanisms) -> Self {
-        let Mechanisms { claims, curiosity } = *live;
-        let all = [(claims, Mechanism::Claims), (curiosity, Mechanism::Curiosity)];
+        let Mechanisms { claims, curiosity, items } = *live;
+        let all = [(claims, Mechanism::Claims), (curiosity, Mechanism::Curiosity), (items, Mechanism::Items)];
         all.into_iter().filter_map(|(on, mechanism)| on.then_some(mechanism)).collect()
     }
 
@@ -48,6 +85,7 @@ impl Mirror<Mechanisms> for Vec<Mechanism> {
             match mechanism {
                 Mechanism::Claims => live.claims = true,
                 Mechanism::Curiosity => live.curiosity = true,
+                Mechanism::Items => live.items = true,
             }
         }
         live

@@ -1,6 +1,9 @@
 //! The items of a memory. A snapshot's blocks hold them in bincode, and an export has one to a line in JSON; both have the
 //! same items in the same order.
 
+use std::sync::Arc;
+
+use pschema_learner::experience::Experience as LiveExperience;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Content;
 use pschema_learner::observation::PropertyId;
@@ -8,7 +11,7 @@ use pschema_learner::vocabulary::{ValueKind as LiveKind, Vocabulary};
 use serde::{Deserialize, Serialize};
 
 use super::execution::Execution;
-use super::experience::{Experience, Mechanism};
+use super::experience::{Experience, Mechanism, SyntheticItem};
 use super::goal::Pursuit;
 use super::observation::{Count, Observation};
 use super::schema::Schema;
@@ -94,6 +97,12 @@ items! {
     Mechanisms(Vec<Mechanism>) = "mechanisms",
     /// An experience that is kept; it stands before the end.
     Experience(Box<KeptExperience>) = "experience",
+    /// A synthetic item; it stands before the end.
+    SyntheticItem(Box<SyntheticItem>) = "synthetic_item",
+    /// What a body supposes, of each body up to the last that supposes anything; it stands before the end.
+    Line(BodyLine) = "line",
+    /// What a body lived through of late, after what it lived through before; it stands before the end.
+    Lived(Box<LivedExperience>) = "lived",
 }
 
 /// What a memory lives under, and how much of it follows.
@@ -175,6 +184,30 @@ pub(crate) struct BodyDescription {
 pub(crate) struct KeptExperience {
     /// The number of the action whose pool it is; `null` for the background.
     pub(crate) pool: Option<u64>,
+    /// The experience.
+    pub(crate) experience: Experience,
+}
+
+/// What a body supposes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BodyLine {
+    /// The number of the body; all numbers follow each other from 0.
+    pub(crate) body: u16,
+    /// For each item whether it is supposed; of the last ones nothing may be known.
+    pub(crate) on: Vec<bool>,
+    /// Its experiences since the last item was made.
+    pub(crate) taken: u64,
+}
+
+/// An experience of a body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LivedExperience {
+    /// The number of the body.
+    pub(crate) body: u16,
     /// The experience.
     pub(crate) experience: Experience,
 }
@@ -267,6 +300,16 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
             experience: Mirror::of(experience),
         }))
     });
+    let items = content.items.all.iter().map(|item| Item::SyntheticItem(Box::new(Mirror::of(item))));
+    let lines = || (0..).zip(&content.items.lines);
+    let supposed =
+        lines().map(|(body, line)| Item::Line(BodyLine { body, on: line.on.clone(), taken: line.taken }));
+    let lived = lines().flat_map(|(body, line)| {
+        let one = move |experience: &Arc<LiveExperience>| {
+            Item::Lived(Box::new(LivedExperience { body, experience: Mirror::of(&**experience) }))
+        };
+        line.recent.iter().map(one)
+    });
     pools
         .chain(stages)
         .chain([stands])
@@ -277,4 +320,7 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
         .chain(descriptions)
         .chain(mechanisms)
         .chain(experiences)
+        .chain(items)
+        .chain(supposed)
+        .chain(lived)
 }
