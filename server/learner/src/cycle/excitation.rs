@@ -7,7 +7,7 @@ use crate::memory::Memory;
 use crate::memory::index::PairId;
 use crate::memory::outline::Outline;
 use crate::nouns::observation::{Observation, Pattern, PropertyId, Substitution, Value};
-use crate::nouns::schema::{Form, ObservationId, PostCondition, SchemaId};
+use crate::nouns::schema::{Form, ObservationId, PostCondition, SchemaId, among};
 use crate::nouns::terms::Role;
 use crate::nouns::terms::{Recollection, value};
 use crate::nouns::world_state::WorldState;
@@ -236,8 +236,8 @@ pub(crate) fn remember(
             };
             concrete.pre.iter().for_each(|id| add(Role::PreCondition, *id, 1.0));
             // An observation that is both is one observation of the schema: it counts once.
-            let post =
-                concrete.post.iter().filter(|p| with_post && !p.absent && !concrete.pre.contains(&p.what));
+            let is_pre = among(&concrete.pre);
+            let post = concrete.post.iter().filter(|p| with_post && !p.absent && !is_pre(p.what));
             post.for_each(|p| add(Role::PostCondition, p.what, p.count.ratio()));
         }
         Form::Generalised(generalised) => {

@@ -11,7 +11,7 @@ use crate::memory::shape::Shape;
 use crate::nouns::effect::Effect;
 use crate::nouns::observation::{Observation, Pattern, PropertyId, Term, Value, Variable};
 use crate::nouns::probability::Count;
-use crate::nouns::schema::{Concrete, Generalised, ObservationId, PostCondition, SchemaId};
+use crate::nouns::schema::{Concrete, Generalised, ObservationId, PostCondition, SchemaId, among};
 
 /// A generalised schema before it is kept.
 #[derive(Clone, Debug, PartialEq)]
@@ -156,7 +156,8 @@ fn case<'a>(memory: &'a Memory, concrete: &Concrete) -> Case<'a> {
     let parts = |id: &ObservationId| {
         ConditionRoles::all(predicted().filter(|p| p.what == *id).map(|p| ConditionRoles::post(p.absent)))
     };
-    let loose = predicted().filter(|p| !concrete.pre.contains(&p.what));
+    let is_pre = among(&concrete.pre);
+    let loose = predicted().filter(|p| !is_pre(p.what));
     Case {
         pre: concrete.pre.iter().map(|o| content.observation(*o)).collect(),
         parts: concrete.pre.iter().map(parts).collect(),

@@ -5,9 +5,10 @@
 use std::collections::BTreeMap;
 
 use crate::memory::Memory;
+use crate::memory::evidence::InForce;
 use crate::memory::evidence::price::Likelihood;
+use crate::nouns::claim::Change;
 use crate::nouns::effect::Effect;
-use crate::nouns::experience::Experience;
 use crate::nouns::item::{EVENTS_MAX, Event, ITEMS_MAX, Item, Line, Update};
 use crate::nouns::observation::{Observation, TypeId};
 use crate::nouns::random::Random;
@@ -67,7 +68,8 @@ fn find(memory: &Memory, body: BodyId, line: &Line) -> Option<Effect> {
     questions.truncate(QUESTIONS_MAX);
     let among = libm::log(questions.len().max(1) as f64);
     let mut best: Option<(f64, Effect)> = None;
-    for question in &questions {
+    for question in &mut questions {
+        question.look(line);
         let mut random = Random::from_seed(line.taken ^ u64::from(question.primitive.0) << 32);
         let (told, table) = question.search(&mut random);
         let price = question.events.len() as f64 * libm::log(UPDATES.len() as f64) + among;
@@ -80,9 +82,9 @@ fn find(memory: &Memory, body: BodyId, line: &Line) -> Option<Effect> {
 }
 
 /// Outcomes of an action that differ where the same claim is in force.
-struct Question {
+struct Question<'a> {
     primitive: PrimitiveId,
-    kinds: Box<[TypeId]>,
+    kinds: &'a [TypeId],
     /// The events that an item may go by: the most frequent ones.
     events: Vec<Event>,
     /// Which event each experience was; as many as there are events for any other.
@@ -96,21 +98,34 @@ struct Question {
     untold: f64,
 }
 
-/// What the items of a life may be about: for each action that came to different things of late, and each facet, a question.
-fn questions(memory: &Memory, line: &Line) -> Vec<Question> {
+/// How an action came out, of one facet.
+#[derive(Default)]
+struct Trials<'a> {
+    claims: BTreeMap<Vec<usize>, usize>,
+    outcomes: BTreeMap<Option<&'a Change>, usize>,
+    /// The place in the line, the claim in force and the outcome, by numbers.
+    all: Vec<(usize, usize, usize)>,
+}
+
+/// What items may be about: of each action, and each facet, whether it came to different things of late though the same claim was in
+/// force.
+fn questions<'a>(memory: &'a Memory, line: &Line) -> Vec<Question<'a>> {
     let content = memory.content();
-    let mut tried: BTreeMap<PrimitiveId, usize> = BTreeMap::new();
-    line.recent.iter().for_each(|experience| *tried.entry(experience.primitive).or_default() += 1);
-    let mut questions = Vec::new();
-    for primitive in tried.into_iter().filter(|(_, times)| *times > 1).map(|(primitive, _)| primitive) {
-        for kinds in content.evidence.facets(&content.vocabulary, primitive) {
-            // What items are about is what senses show.
-            if kinds.iter().all(|kind| content.items.of_kind(*kind).is_none()) {
-                questions.extend(Question::new(memory, line, primitive, kinds));
-            }
+    let mut found: BTreeMap<(PrimitiveId, &[TypeId]), Trials<'a>> = BTreeMap::new();
+    for (at, experience) in line.recent.iter().enumerate() {
+        for InForce { kinds, claim, came } in content.evidence.in_force(&content.vocabulary, experience) {
+            let trials = found.entry((experience.primitive, kinds)).or_default();
+            let claim = numbered(&mut trials.claims, claim);
+            let outcome = numbered(&mut trials.outcomes, came);
+            trials.all.push((at, claim, outcome));
         }
     }
-    questions
+    let questions =
+        found.into_iter().map(|((primitive, kinds), trials)| Question::new(primitive, kinds, trials));
+    // However well an item told them, it would not pay for so much as one event at which it changes.
+    let worth =
+        |question: &Question<'_>| question.outcomes > 1 && -question.untold > libm::log(UPDATES.len() as f64);
+    questions.filter(worth).collect()
 }
 
 /// What of `after` is of these types.
@@ -124,51 +139,42 @@ fn numbered<T: Ord>(known: &mut BTreeMap<T, usize>, one: T) -> usize {
     *known.entry(one).or_insert(next)
 }
 
-impl Question {
-    /// The question, if it may be worth an item.
-    fn new(memory: &Memory, line: &Line, primitive: PrimitiveId, kinds: &[TypeId]) -> Option<Self> {
-        let content = memory.content();
-        let (mut claims, mut outcomes) = (BTreeMap::new(), BTreeMap::new());
-        let mut trials = Vec::new();
-        for (at, experience) in line.recent.iter().enumerate() {
-            if experience.primitive == primitive {
-                let (claim, outcome) = content.evidence.in_force(&content.vocabulary, experience, kinds)?;
-                trials.push((at, numbered(&mut claims, claim), numbered(&mut outcomes, outcome)));
-            }
-        }
-        let event = |experience: &Experience| Event {
-            primitive: experience.primitive,
-            after: part(&experience.after, kinds),
-        };
-        let (claims, outcomes) = (claims.len(), outcomes.len());
-        let likelihood = Likelihood::new(trials.len(), outcomes + 1);
+impl<'a> Question<'a> {
+    fn new(primitive: PrimitiveId, kinds: &'a [TypeId], trials: Trials<'_>) -> Self {
+        let (claims, outcomes) = (trials.claims.len(), trials.outcomes.len());
+        let likelihood = Likelihood::new(trials.all.len(), outcomes + 1);
         let mut question = Self {
             primitive,
-            kinds: kinds.into(),
+            kinds,
             events: Vec::new(),
             line: Vec::new(),
-            trials,
+            trials: trials.all,
             claims,
             outcomes,
             likelihood,
             untold: 0.0,
         };
         question.untold = question.told(&[]);
-        // However well an item told them, it would not pay for so much as one event at which it changes.
-        if outcomes < 2 || -question.untold <= libm::log(UPDATES.len() as f64) {
-            return None;
-        }
-        let mut times: BTreeMap<Event, usize> = BTreeMap::new();
-        line.recent.iter().for_each(|experience| *times.entry(event(experience)).or_default() += 1);
+        question
+    }
+
+    /// Looks which events an item may go by.
+    fn look(&mut self, line: &Line) {
+        let parts =
+            line.recent.iter().map(|experience| (experience.primitive, part(&experience.after, self.kinds)));
+        let parts: Vec<_> = parts.collect();
+        let mut times: BTreeMap<&(PrimitiveId, Box<[Observation]>), usize> = BTreeMap::new();
+        parts.iter().for_each(|part| *times.entry(part).or_default() += 1);
         let mut frequent: Vec<_> = times.into_iter().collect();
-        frequent.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
-        question.events = frequent.into_iter().take(EVENTS_MAX).map(|(event, _)| event).collect();
-        let number = |experience: &Experience| {
-            let event = event(experience);
-            question.events.iter().position(|known| *known == event).unwrap_or(question.events.len())
+        frequent.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(b.0)));
+        frequent.truncate(EVENTS_MAX);
+        let number = |part| frequent.iter().position(|(known, _)| *known == part).unwrap_or(frequent.len());
+        self.line = parts.iter().map(number).collect();
+        let event = |((primitive, after), _): &(&(PrimitiveId, Box<[Observation]>), usize)| Event {
+            primitive: *primitive,
+            after: after.clone(),
         };
-        question.line = line.recent.iter().map(|experience| number(experience)).collect();
-        Some(question)
+        self.events = frequent.iter().map(event).collect();
     }
 
     /// ln of the probability of the outcomes, told by the claims and by an item with these updates.
@@ -231,7 +237,7 @@ impl Question {
         updates.sort_unstable();
         let update = |event: &usize| table.get(*event).copied().flatten();
         let on = self.line.iter().filter_map(update).fold(true, |on, update| update.of(on));
-        let (primitive, kinds) = (self.primitive, self.kinds.clone());
+        let (primitive, kinds) = (self.primitive, self.kinds.into());
         Effect::Supposed { body, on, primitive, kinds, updates: updates.into() }
     }
 }

@@ -13,7 +13,9 @@ use crate::memory::pages::Pages;
 use crate::memory::shape::Shape;
 use crate::nouns::observation::{Observation, Pattern, PropertyId, Substitution, Value};
 use crate::nouns::parameters::TypeRules;
-use crate::nouns::schema::{Association, Form, Generalised, ObservationId, PostCondition, Schema, SchemaId};
+use crate::nouns::schema::{
+    Association, Form, Generalised, ObservationId, PostCondition, Schema, SchemaId, among,
+};
 use crate::nouns::vocabulary::PrimitiveId;
 use crate::nouns::world_state::WorldState;
 
@@ -179,6 +181,8 @@ impl Index {
         Basis { content, rules, .. }: Basis<'_>,
         post: &[PostCondition<ObservationId>],
     ) {
+        let pre = self.groups.get(group).pre.clone();
+        let is_pre = among(&pre);
         for post in post {
             self.groups.add_outcome(group, id, post.what);
             if !post.absent {
@@ -186,7 +190,7 @@ impl Index {
                 self.causing_versions[post.what.index()] += 1;
             }
             let kind = content.observation(post.what).kind();
-            let kept = !post.absent && self.groups.get(group).pre.contains(&post.what);
+            let kept = !post.absent && is_pre(post.what);
             if rules.of(kind).precondition && !kept {
                 self.groups.add_changing(group, id);
                 self.edges_version += 1;

@@ -10,7 +10,7 @@ use crate::memory::groups::GroupId;
 use crate::nouns::observation::TypeId;
 use crate::nouns::parameters::{Parameters, TypeRules};
 use crate::nouns::schema::{
-    ASSOCIATIONS_MAX, Association, Concrete, ObservationId, PostCondition, Schema, SchemaId, signature,
+    ASSOCIATIONS_MAX, Association, Concrete, ObservationId, PostCondition, Schema, SchemaId, among, signature,
 };
 use crate::nouns::vocabulary::PrimitiveId;
 
@@ -93,11 +93,12 @@ impl Outline {
         let changes = |p: &PostCondition<ObservationId>| {
             rules.of(content.observation(p.what).kind()).precondition && parameters.predicts(p.count)
         };
+        let is_pre = among(&concrete.pre);
         let predicted = concrete
             .post
             .iter()
             // What it keeps as it was neither excites nor changes anything.
-            .filter(|p| p.absent || !concrete.pre.contains(&p.what))
+            .filter(|p| p.absent || !is_pre(p.what))
             .map(|p| OutcomeOutline {
                 what: p.what,
                 absent: p.absent,

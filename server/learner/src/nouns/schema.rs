@@ -62,6 +62,22 @@ pub struct Association {
     pub since_step: u64,
 }
 
+/// So many numbers are gone through; more are put in order first.
+const FEW: usize = 16;
+
+/// Whether numbers are in a list, to be asked many times.
+pub(crate) fn among(list: &[ObservationId]) -> impl Fn(ObservationId) -> bool + Clone + '_ {
+    let ordered = (list.len() > FEW).then(|| {
+        let mut ordered = list.to_vec();
+        ordered.sort_unstable();
+        ordered
+    });
+    move |id| match &ordered {
+        Some(ordered) => ordered.binary_search(&id).is_ok(),
+        None => list.contains(&id),
+    }
+}
+
 /// The two forms of a schema.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Form {

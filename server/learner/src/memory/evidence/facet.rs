@@ -19,6 +19,11 @@ const CHANGES_MAX: usize = 64;
 /// not when claims were sought last: a rare surprise is looked into at once, and noise is not looked into again and again.
 const UNFORETOLD_SHARE: usize = 8;
 
+/// Conditions that are held against 64 examples each, in the claims that are sought in one step; one facet is always sought.
+const SOUGHT_MAX: usize = 1 << 17;
+/// Conditions that an example meets, about.
+const MET: usize = 512;
+
 /// Claims, with the examples that they were grown from: the first so many.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Grown {
@@ -110,6 +115,33 @@ pub(super) struct Examples<'a> {
     pub(super) all: &'a [(std::sync::Arc<Experience>, Scene)],
     pub(super) conditions: &'a Conditions,
     pub(super) of_primitive: &'a BTreeMap<PrimitiveId, Column>,
+}
+
+/// How much more may be sought in one step. Claims that wait for another step are sought then.
+pub(super) struct Time {
+    /// In conditions that are held against 64 examples.
+    left: usize,
+    taken: bool,
+}
+
+impl Time {
+    /// For one step.
+    pub(super) fn new() -> Self {
+        Self { left: SOUGHT_MAX, taken: false }
+    }
+
+    /// Takes the time to seek claims among these of the examples, if there is enough, or none was taken yet.
+    fn take(&mut self, examples: Examples<'_>, which: &Column) -> bool {
+        let count = which.count();
+        let all = examples.conditions.len().saturating_mul(1 + examples.all.len() / 64);
+        // Few examples are held only against what they meet.
+        let cost = if count > 64 { all } else { all.min(count * MET) };
+        let enough = !self.taken || cost <= self.left;
+        if enough {
+            (self.left, self.taken) = (self.left.saturating_sub(cost), true);
+        }
+        enough
+    }
 }
 
 /// The types of what was there before the first experience with observations of `kind`, in order.
@@ -216,9 +248,9 @@ impl Facet {
         self.kinds.iter().flat_map(|kind| of_kind(observations, *kind)).cloned().collect()
     }
 
-    /// Counts the example `at`, which is entered, and seeks claims anew where that is called for: the general ones, and those about its
-    /// primitive if there are any of a `particular` one.
-    pub(super) fn learn(&mut self, examples: Examples<'_>, at: usize, particular: bool) {
+    /// Counts the example `at`, which is entered, and seeks claims anew where that is called for and there is time: the general ones,
+    /// and those about its primitive if there are any of a `particular` one.
+    pub(super) fn learn(&mut self, examples: Examples<'_>, at: usize, particular: bool, time: &mut Time) {
         let Some((experience, scene)) = examples.all.get(at).filter(|_| self.sensed.contains(at)) else {
             return;
         };
@@ -235,10 +267,11 @@ impl Facet {
             particular.count(scene, &self.changes, &made);
             stale = particular.is_stale();
         }
-        if self.general.is_stale() {
+        if self.general.is_stale() && time.take(examples, &self.sensed) {
             self.grow(examples);
         }
-        if stale {
+        let tried = examples.of_primitive.get(&experience.primitive);
+        if stale && tried.is_some_and(|tried| time.take(examples, tried)) {
             self.grow_particular(examples, experience.primitive);
         }
     }

@@ -32,6 +32,16 @@ pub struct Evidence {
     background: Arc<Pool>,
 }
 
+/// The general claim about some types that was in force in an experience.
+pub(crate) struct InForce<'a> {
+    /// The types.
+    pub(crate) kinds: &'a [TypeId],
+    /// Its place: which exception at each level.
+    pub(crate) claim: Vec<usize>,
+    /// Which of its outcomes came; none if it was another.
+    pub(crate) came: Option<&'a Change>,
+}
+
 /// What is done where claims hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum About {
@@ -111,21 +121,10 @@ impl Evidence {
         pool.into_iter().flat_map(|pool| pool.claims(primitive)).collect()
     }
 
-    /// The types of each facet of what a primitive's action brings about.
-    pub(crate) fn facets(&self, vocabulary: &Vocabulary, primitive: PrimitiveId) -> Vec<&[TypeId]> {
-        let pool = action(vocabulary, primitive).and_then(|action| self.pools.get(&action));
-        pool.into_iter().flat_map(|pool| pool.claims(None)).map(|(kinds, _)| kinds).collect()
-    }
-
-    /// The place of the general claim about these types that was in force in an experience, and which of its outcomes came, none if it
-    /// was another; nothing if nothing is told of the types together.
-    pub(crate) fn in_force(
-        &self,
-        vocabulary: &Vocabulary,
-        experience: &Experience,
-        kinds: &[TypeId],
-    ) -> Option<(Vec<usize>, Option<&Change>)> {
-        self.pools.get(&action(vocabulary, experience.primitive)?)?.in_force(experience, kinds)
+    /// Of each facet that an experience tells of, the general claim that was in force in it and which of its outcomes came.
+    pub(crate) fn in_force(&self, vocabulary: &Vocabulary, experience: &Experience) -> Vec<InForce<'_>> {
+        let pool = action(vocabulary, experience.primitive).and_then(|action| self.pools.get(&action));
+        pool.map_or_else(Vec::new, |pool| pool.in_force(experience))
     }
 
     /// Whether any claim asks for an observation of this type.

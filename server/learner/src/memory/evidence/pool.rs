@@ -3,12 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
+use crate::memory::evidence::InForce;
 use crate::memory::evidence::columns::{Column, Conditions};
-use crate::memory::evidence::facet::{ANYTHING, Examples, Facet, Grown, conditions, path};
+use crate::memory::evidence::facet::{ANYTHING, Examples, Facet, Grown, Time, conditions, path};
 use crate::memory::evidence::foretold::{Foretold, Seen, View, differs};
 use crate::memory::evidence::novelty::Novelty;
 use crate::memory::evidence::scene::Scene;
-use crate::nouns::claim::{Change, Claim};
+use crate::nouns::claim::Claim;
 use crate::nouns::experience::Experience;
 use crate::nouns::observation::{Observation, TypeId, Value};
 use crate::nouns::vocabulary::PrimitiveId;
@@ -23,6 +24,8 @@ const SCORE_KEPT: f64 = 0.97;
 const DOUBTS_MAX: usize = 4;
 /// What a primitive brings about of itself may change again when it was tried so much more often, as one part in so many.
 const EFFECT_CHANGES: usize = 8;
+/// Observations that may come about together as a primitive's own effect.
+const BROUGHT_MAX: usize = 32;
 /// The share of a primitive's experiences in which an observation must come about to be an effect of its own.
 const EFFECT_SHARE: (usize, usize) = (3, 4);
 
@@ -91,12 +94,16 @@ impl Pool {
         if primitive == ANYTHING {
             return;
         }
-        let brought = self.brought.entry(primitive).or_default();
-        for observation in experience.after.iter() {
-            *self.came.entry(observation.clone()).or_default() += 1;
-            let (times, new) = brought.entry(observation.clone()).or_default();
-            *times += 1;
-            *new |= experience.before.binary_search(observation).is_err();
+        // What comes with a crowd that is new is not what the primitive brings about.
+        let new = |o: &&Observation| experience.before.binary_search(o).is_err();
+        if experience.after.iter().filter(new).take(BROUGHT_MAX + 1).count() <= BROUGHT_MAX {
+            let brought = self.brought.entry(primitive).or_default();
+            for observation in experience.after.iter() {
+                *self.came.entry(observation.clone()).or_default() += 1;
+                let (times, was_new) = brought.entry(observation.clone()).or_default();
+                *times += 1;
+                *was_new |= new(&observation);
+            }
         }
         let alike = self.alike.entry(primitive).or_default();
         alike.entry(experience.before.clone()).or_default().push(at);
@@ -120,11 +127,14 @@ impl Pool {
             self.enter(at);
         }
         self.add_facets(at);
-        for number in 0..self.facets.len() {
+        let mut time = Time::new();
+        // Each facet is the first in its turn.
+        let count = self.facets.len();
+        for number in (0..count).map(|number| (number + at) % count) {
             let mut facet = std::mem::take(&mut self.facets[number]);
             let examples = self.examples();
             if facet.general.examples <= at {
-                facet.learn(examples, at, particular);
+                facet.learn(examples, at, particular, &mut time);
             }
             let anew = others.iter().chain(renamed.then_some(&primitive));
             anew.for_each(|primitive| facet.rename(examples, *primitive));
@@ -479,19 +489,18 @@ impl Pool {
         })
     }
 
-    /// The place of the general claim about these types that was in force in an experience, and which of its outcomes came.
-    pub(super) fn in_force(
-        &self,
-        experience: &Experience,
-        kinds: &[TypeId],
-    ) -> Option<(Vec<usize>, Option<&Change>)> {
-        let facet = self.facets.iter().find(|facet| facet.kinds == kinds)?;
+    /// Of each facet that an experience tells of, the general claim that was in force in it and which of its outcomes came.
+    pub(super) fn in_force(&self, experience: &Experience) -> Vec<InForce<'_>> {
         let effect = self.effect(experience.primitive);
         let scene = Scene::new(&experience.before, &experience.parameters, effect);
-        let (path, claim) = path(&facet.general.claim, &scene);
-        let after = facet.part(&experience.after);
-        let came = claim.outcomes.iter().find(|(change, _)| scene.makes(change, &after, kinds));
-        Some((path, came.map(|(change, _)| change)))
+        let told = self.facets.iter().filter(|facet| facet.is_told_by(experience));
+        told.map(|facet| {
+            let after = facet.part(&experience.after);
+            let (place, claim) = path(&facet.general.claim, &scene);
+            let came = claim.outcomes.iter().find(|(change, _)| scene.makes(change, &after, &facet.kinds));
+            InForce { kinds: &facet.kinds, claim: place, came: came.map(|(change, _)| change) }
+        })
+        .collect()
     }
 
     /// Whether a claim asks for an observation of this type.

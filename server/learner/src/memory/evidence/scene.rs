@@ -8,6 +8,12 @@ use crate::nouns::observation::{Observation, PropertyId, TypeId, Value};
 /// Values that are named in one scene; more are not, so that a crowd can't make a step slow.
 const NAMES_MAX: usize = 96;
 
+/// Observations of a context that are asked for: those of the types of which there are fewest. Others are a crowd, of which only
+/// what becomes of it is told.
+const ASKED_MAX: usize = 128;
+/// Observations that come and go together and are still put into words.
+const WORDED_MAX: usize = 32;
+
 /// A context, its observations in canonical order, and what can be named in it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Scene {
@@ -77,7 +83,8 @@ impl Scene {
         names.sort_unstable();
         names.dedup_by_key(|(reference, _)| *reference);
         names.truncate(NAMES_MAX);
-        let tied: Vec<_> = names.iter().flat_map(|(from, value)| tied(context, *from, *value)).collect();
+        let tied = names.iter().flat_map(|(from, value)| tied(context, *from, *value));
+        let tied: Vec<_> = tied.take(NAMES_MAX).collect();
         names.extend(tied);
         names.truncate(NAMES_MAX);
         Self { context: context.to_vec(), names }
@@ -186,8 +193,13 @@ impl Scene {
     /// The conditions that hold here and may be asked for, each once and in order.
     pub(super) fn conditions(&self) -> Vec<Condition> {
         let mut found = Vec::new();
-        for observation in &self.context {
-            self.observed(observation, &mut found);
+        if self.context.len() > ASKED_MAX {
+            let mut runs: Vec<_> = runs(&self.context).collect();
+            runs.sort_by_key(|run| run.len());
+            let asked = runs.into_iter().flatten().take(ASKED_MAX);
+            asked.for_each(|observation| self.observed(observation, &mut found));
+        } else {
+            self.context.iter().for_each(|observation| self.observed(observation, &mut found));
         }
         for (reference, value) in &self.names {
             if let Some(anchor @ (Anchor::Parameter(_) | Anchor::Effect(..))) = anchor(*reference) {
@@ -236,9 +248,14 @@ impl Scene {
     /// The changes that make `after` of what there is of `kinds`, each in other words, shortest names first. Some may be the same.
     pub(super) fn changes(&self, after: &[Observation], kinds: &[TypeId]) -> Vec<Change> {
         let of_kinds = |o: &&Observation| kinds.binary_search(&o.kind()).is_ok();
-        let gone: Vec<_> = self.context.iter().filter(of_kinds).filter(|o| !after.contains(o)).collect();
-        let new: Vec<_> = after.iter().filter(|o| self.context.binary_search(o).is_err()).collect();
+        let gone = self.context.iter().filter(of_kinds).filter(|o| after.binary_search(o).is_err());
+        let gone: Vec<_> = gone.take(WORDED_MAX + 1).collect();
+        let new = after.iter().filter(|o| self.context.binary_search(o).is_err());
+        let new: Vec<_> = new.take(WORDED_MAX + 1).collect();
         let mut changes = Vec::new();
+        if gone.len() + new.len() > WORDED_MAX {
+            return changes;
+        }
         for wording in [Wording::Named, Wording::Differing, Wording::Seen, Wording::Given] {
             for single in [true, false] {
                 let change = self.change(&gone, &new, after, wording, single);
