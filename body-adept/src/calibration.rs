@@ -4,6 +4,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -96,11 +97,11 @@ impl ArmFile {
     ///
     /// # Errors
     /// When it is built in or comes from stdin, or cannot be written.
-    pub fn prepare(arm: &str) -> Result<Self, CalibrationError> {
+    pub fn prepare(arm: &str, stop: &Arc<AtomicBool>) -> Result<Self, CalibrationError> {
         if ["emulated", "-"].contains(&arm) {
             return Err(CalibrationError::BuiltIn);
         }
-        Ok(Self { path: arm.into(), output: OutputFile::prepare(Path::new(arm), Occupied::Replaced)? })
+        Ok(Self { path: arm.into(), output: OutputFile::prepare(Path::new(arm), Occupied::Replaced, stop)? })
     }
 
     /// Writes the map. Everything else stays as it is, comments included.

@@ -258,7 +258,7 @@ pub fn run(args: &AdeptArgs) -> Result<Option<RunSummary>, AdeptError> {
     let stop = Stop::on_every_signal()?.flag();
     if args.task == Some(AdeptTask::Calibrate) {
         // All that can be wrong without a motion is found out before the first.
-        let file = ArmFile::prepare(&args.arm)?;
+        let file = ArmFile::prepare(&args.arm, &stop)?;
         let mut body = build(args, stop.clone(), None)?;
         body.find_finger()?;
         enable(args, &mut body, &stop)?;

@@ -30,6 +30,7 @@
 #![deny(missing_docs)]
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 use pschema_arm::FileError;
@@ -166,7 +167,7 @@ pub fn run(args: &SimArgs) -> Result<Option<RunSummary>, SimError> {
         return live(body, args);
     }
     if let Some(path) = &args.snapshot {
-        let file = OutputFile::prepare(path, Occupied::overwritten(args.overwrite));
+        let file = OutputFile::prepare(path, Occupied::overwritten(args.overwrite), &Arc::default());
         snapshot::snapshot(&mut build(args).map_err(unknown)?, file.map_err(SnapshotError::from)?)?;
         return Ok(None);
     }

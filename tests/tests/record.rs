@@ -5,7 +5,9 @@
 use std::fs;
 use std::process::Command;
 
-use pschema_tests::{Sandbox, until};
+use pschema_tests::{ChildProcess, Sandbox, until};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::Signal;
 use serde_json::Value;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
@@ -35,7 +37,7 @@ fn every_step_is_written_down_in_order_until_the_daemon_ends() {
     // The recording can be read while it goes on.
     let last = || Some(lines(&all).iter().rev().find_map(|line| line.get("step"))?["step"] == status["step"]);
     until("the last step is recorded", || last().filter(|last| *last));
-    daemon.signal(rustix::process::Signal::TERM);
+    daemon.signal(Signal::TERM);
     drop(daemon.finished());
     let recorded = all_the_while.finished().json();
     assert_eq!(recorded["steps_missed"], 0, "{recorded}");
@@ -94,10 +96,51 @@ fn steps_stream_into_stdout_and_into_pipes() {
     // A pipe without a reader was waited for in silence, at the first signal too.
     let writer = sandbox.start(&["record", "--jsonl", &pipe]);
     writer.says(&format!("nobody reads {pipe} yet: waiting until somebody does"));
-    writer.signal(rustix::process::Signal::TERM);
+    writer.signal(Signal::TERM);
     let ended = writer.finished();
     assert_eq!(ended.code(), Some(1), "{ended:?}");
     assert_eq!(ended.stderr.matches("waiting until somebody does").count(), 1, "{ended:?}");
+}
+
+/// A recording or an export into a pipe whose reader was halted hung in its write, and the first signal ended neither; no
+/// SIGHUP ever did.
+#[test]
+fn a_reader_that_takes_nothing_does_not_keep_a_writer_that_is_to_end() {
+    let sandbox = Sandbox::new(BINARY);
+    let path = |name: &str| sandbox.runtime().join(name).display().to_string();
+    let (data, pipe) = (path("data"), path("pipe"));
+    let _daemon = sandbox.daemon("default", &["--data", &data]);
+    let _body = sandbox.body("default", &[]);
+    assert!(sandbox.past("default", 1_000) > 1_000);
+    let into_stdout = format!("exec {BINARY} record --jsonl - >{pipe}");
+    let record = || sandbox.start(&["record", "--jsonl", &pipe]);
+    let export = || sandbox.start(&["export", "--data", &data, "-o", &pipe]);
+    let writers: [(&dyn Fn() -> ChildProcess, Signal); 5] = [
+        (&record, Signal::TERM),
+        (&record, Signal::HUP),
+        (&|| sandbox.start_program("sh", &["-c", &into_stdout]), Signal::INT),
+        (&export, Signal::TERM),
+        (&export, Signal::HUP),
+    ];
+    for (start, signal) in writers {
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let halted = fs::File::options().read(true).write(true).open(&pipe).unwrap();
+        let writer = start();
+        let has_room =
+            || poll(&mut [PollFd::new(&halted, PollFlags::OUT)], Some(&Timespec::default())).unwrap();
+        until("the pipe is full", || (has_room() == 0).then_some(()));
+        writer.signal(signal);
+        let ended = writer.finished();
+        assert_eq!(ended.code(), Some(1), "{ended:?}");
+        assert!(ended.stderr.contains("stopped before the end"), "{ended:?}");
+        fs::remove_file(&pipe).unwrap();
+    }
+    // An export into a pipe that nobody reads yet waited for a reader whatever came.
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let writer = export();
+    writer.says(&format!("nobody reads {pipe} yet: waiting until somebody does"));
+    let ended = writer.ended();
+    assert_eq!(ended.code(), Some(1), "{ended:?}");
 }
 
 #[test]

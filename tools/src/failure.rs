@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use pschema_process::{Interrupted, OutputError, SignalError};
+use pschema_process::{Interrupted, OutputError, SignalError, unread};
 use pschema_protocol::domain::DomainError;
 
 /// Why a command could not be done. Each is said once, on stderr, by `main`.
@@ -64,9 +64,7 @@ impl From<OutputError> for Failure {
             OutputError::Io { source, .. } if source.kind() == std::io::ErrorKind::BrokenPipe => {
                 Self::NobodyReads
             }
-            OutputError::Io { source, .. } if source.kind() == std::io::ErrorKind::Interrupted => {
-                Self::Interrupted
-            }
+            OutputError::Io { source, .. } if unread(&source) => Self::Interrupted,
             error => Self::of(error),
         }
     }

@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
-use pschema_process::colour_is_wanted;
+use pschema_process::{Stream, colour_is_wanted, unread};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -13,9 +13,10 @@ const STDOUT: &str = "/dev/stdout";
 
 /// Prints a result on stdout, whole or not at all as far as this process can tell.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
-    let mut stdout = io::stdout().lock();
-    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).map_err(|error| match error.kind() {
+    let written = Stream::stdout().and_then(|mut stdout| stdout.write_all(text.as_bytes()));
+    written.map_err(|error| match error.kind() {
         io::ErrorKind::BrokenPipe => Failure::NobodyReads,
+        _ if unread(&error) => Failure::Interrupted,
         _ => Failure::Failed(format!("cannot write to stdout: {error}")),
     })
 }

@@ -1,19 +1,17 @@
 //! Writes the recording of a line: one event a line of text, with its time.
 
-use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use pschema_process::{Occupied, OutputError, stream};
+use pschema_process::{Occupied, OutputError, Stream, stream};
 
 /// Longest recording written, in bytes. Later events are not recorded.
 const BYTES_MAX: u64 = 1 << 30;
 
 struct RecordingFile {
-    file: BufWriter<File>,
+    file: BufWriter<Stream>,
     since: Instant,
     bytes: u64,
 }
@@ -28,12 +26,12 @@ impl LineRecorder {
     /// # Errors
     /// When it cannot be written, or is there already.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
-        Ok(Self::to(stream(path, Occupied::Refused, &AtomicBool::new(false))?))
+        Ok(Self::to(stream(path, Occupied::Refused, &Arc::default())?))
     }
 
-    /// Begins a recording in an open file.
+    /// Begins a recording in an open stream.
     #[must_use]
-    pub fn to(file: File) -> Self {
+    pub fn to(file: Stream) -> Self {
         let file = BufWriter::new(file);
         Self(Some(Arc::new(Mutex::new(RecordingFile { file, since: Instant::now(), bytes: 0 }))))
     }

@@ -1,6 +1,7 @@
 //! Calibrating the emulated camera with the emulated arm.
 
 use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
+use std::sync::Arc;
 
 use pschema_adept::calibration::{ArmFile, calibrate};
 use pschema_adept::config::{ArmSetup, EMULATED};
@@ -41,7 +42,7 @@ fn the_map_fits_and_is_kept_in_the_arm_file() {
     let link = rig.directory.path().join("arm.toml");
     symlink("shared.toml", &link).unwrap();
     let args = args(&rig, link.to_str().unwrap());
-    let into = ArmFile::prepare(&args.arm).unwrap();
+    let into = ArmFile::prepare(&args.arm, &Arc::default()).unwrap();
     let mut body = build(&args, rig.stop.clone(), None).unwrap();
     enable(&args, &mut body, &rig.stop).unwrap();
     let calibration = calibrate(&mut body, into, &rig.stop).unwrap();
@@ -75,7 +76,7 @@ fn a_map_that_cannot_be_written_any_more_is_told() {
     let file = rig.directory.path().join("arm.toml");
     std::fs::write(&file, EMULATED).unwrap();
     let args = args(&rig, file.to_str().unwrap());
-    let into = ArmFile::prepare(&args.arm).unwrap();
+    let into = ArmFile::prepare(&args.arm, &Arc::default()).unwrap();
     let mut body = build(&args, rig.stop.clone(), None).unwrap();
     enable(&args, &mut body, &rig.stop).unwrap();
     std::fs::remove_file(&file).unwrap();

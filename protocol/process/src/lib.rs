@@ -1,6 +1,6 @@
 //! The parts that every program around a learner needs beside its work: a log on stderr ([`Log`]), a flag that signals
 //! raise ([`Stop`]), threads that end with their owner ([`Worker`]), files that are held open and may be moved away
-//! ([`Anchor`]), files that a person named for input ([`input`]) and for output ([`OutputFile`], [`stream`]), as many open files
+//! ([`Anchor`]), files that a person named for input ([`input`]) and for output ([`OutputFile`], [`stream`], [`Stream`]), as many open files
 //! as are needed ([`require_descriptors`]), and the last line on stderr with the exit code that belongs to it ([`ended`]).
 //!
 //! ```no_run
@@ -30,6 +30,7 @@ mod log;
 mod output_file;
 mod readable;
 mod stop;
+mod stream;
 mod worker;
 
 use std::fmt::Display;
@@ -42,6 +43,7 @@ pub use log::{LevelFilter, Log, colour_is_wanted, flush, lost_lines, relay, say}
 pub use output_file::{Occupied, OutputError, OutputFile, stream};
 pub use readable::readable;
 pub use stop::{Interrupted, SignalError, Stop};
+pub use stream::{Stream, unread};
 pub use worker::Worker;
 
 /// The exit code of the program `name` after its work. A failure is said on stderr, behind the program's name.

@@ -3,21 +3,17 @@
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, Write};
-use std::os::fd::AsFd;
-use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
-use std::time::Duration;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
-use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
-use rustix::io::Errno;
 use tempfile::NamedTempFile;
+
+use crate::stream::Stream;
 
 /// Links that are followed to a file which is not there yet, as many as Linux follows.
 const LINKS_MAX: usize = 40;
-/// How often it is looked whether somebody reads a FIFO by now.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// What becomes of a file that is there already and has something in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,11 +93,10 @@ fn refused(path: &Path) -> impl Fn(io::Error) -> OutputError + use<> {
 /// somebody reads it, which is logged once, or until `stop` is set.
 ///
 /// # Errors
-/// When it cannot be written, or something is in it that is to stay; [`OutputError::Io`] of the kind
-/// [`Interrupted`](io::ErrorKind::Interrupted) when `stop` was set.
-pub fn stream(path: &Path, occupied: Occupied, stop: &AtomicBool) -> Result<File, OutputError> {
+/// When it cannot be written, or something is in it that is to stay; an error that is [`unread`](crate::unread) when `stop` was set.
+pub fn stream(path: &Path, occupied: Occupied, stop: &Arc<AtomicBool>) -> Result<Stream, OutputError> {
     let failed = refused(path);
-    if let Some(own) = own_output(path) {
+    if let Some(own) = Stream::own(path, stop) {
         return own.map_err(failed);
     }
     occupied.check(path)?;
@@ -109,7 +104,7 @@ pub fn stream(path: &Path, occupied: Occupied, stop: &AtomicBool) -> Result<File
     options.write(true);
     match fs::metadata(path) {
         // Not with O_CREAT: Linux refuses that for a FIFO of another user in a directory that all share.
-        Ok(found) if found.file_type().is_fifo() => return read_fifo(path, stop).map_err(failed),
+        Ok(found) if found.file_type().is_fifo() => return Stream::into_fifo(path, stop).map_err(failed),
         Ok(_) => {}
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed(error)),
         Err(_) if fs::symlink_metadata(path).is_ok() => _ = options.create(true),
@@ -121,49 +116,9 @@ pub fn stream(path: &Path, occupied: Occupied, stop: &AtomicBool) -> Result<File
         if occupied == Occupied::Refused {
             return Err(OutputError::Occupied { path: path.to_owned() });
         }
-        file.set_len(0).map_err(failed)?;
+        file.set_len(0).map_err(&failed)?;
     }
-    Ok(file)
-}
-
-/// Opens a FIFO when somebody reads it. An open that waits would not be ended by a signal that only raises a flag.
-fn read_fifo(path: &Path, stop: &AtomicBool) -> io::Result<File> {
-    let mut options = OpenOptions::new();
-    options.write(true).custom_flags(OFlags::NONBLOCK.bits().cast_signed());
-    let mut told = false;
-    loop {
-        match options.open(path) {
-            Ok(file) => {
-                fcntl_setfl(&file, fcntl_getfl(&file)? - OFlags::NONBLOCK)?;
-                return Ok(file);
-            }
-            Err(error) if error.raw_os_error() == Some(Errno::NXIO.raw_os_error()) => {
-                if stop.load(Ordering::Relaxed) {
-                    return Err(io::Error::new(
-                        io::ErrorKind::Interrupted,
-                        "nobody read it until the end was asked for",
-                    ));
-                }
-                if !told {
-                    tracing::warn!("nobody reads {} yet: waiting until somebody does", path.display());
-                }
-                told = true;
-                thread::sleep(LOOK_EVERY);
-            }
-            Err(error) => return Err(error),
-        }
-    }
-}
-
-/// An output of this process, if it is named by its path, or by `-`, which is stdout. Opened by that path, a file behind it
-/// would be written from its beginning again, and a socket could not be opened at all.
-fn own_output(path: &Path) -> Option<io::Result<File>> {
-    let output = match path.to_str()? {
-        "-" | "/dev/stdout" | "/dev/fd/1" | "/proc/self/fd/1" => io::stdout().as_fd().try_clone_to_owned(),
-        "/dev/stderr" | "/dev/fd/2" | "/proc/self/fd/2" => io::stderr().as_fd().try_clone_to_owned(),
-        _ => return None,
-    };
-    Some(output.map(File::from))
+    Stream::new(file, stop).map_err(failed)
 }
 
 /// A file that a person named, to be written as a whole: until [`OutputFile::finish`] what was there before is there still, and
@@ -180,7 +135,7 @@ pub struct OutputFile {
 #[derive(Debug)]
 enum To {
     /// No regular file.
-    Stream(File),
+    Stream(Stream),
     /// A file beside the one that was named, which takes its place in the end.
     Beside { temporary: NamedTempFile, target: PathBuf, is_new: bool },
     /// A file without a name, whose content is copied in the end into one that can't be replaced: it has several names or
@@ -189,14 +144,14 @@ enum To {
 }
 
 impl OutputFile {
-    /// Finds out whether the file can be written, before the work that fills it begins.
+    /// Finds out whether the file can be written, before the work that fills it begins. A FIFO is waited for as [`stream`] does.
     ///
     /// # Errors
     /// When it cannot, or something is in it that is to stay.
-    pub fn prepare(path: &Path, occupied: Occupied) -> Result<Self, OutputError> {
+    pub fn prepare(path: &Path, occupied: Occupied, stop: &Arc<AtomicBool>) -> Result<Self, OutputError> {
         let failed = refused(path);
         let here = |to| Self { path: path.to_owned(), occupied, to };
-        if let Some(own) = own_output(path) {
+        if let Some(own) = Stream::own(path, stop) {
             return Ok(here(To::Stream(own.map_err(failed)?)));
         }
         occupied.check(path)?;
@@ -211,11 +166,11 @@ impl OutputFile {
             return Ok(here(To::Beside { temporary, target, is_new: true }));
         };
         if found.file_type().is_fifo() {
-            return Ok(here(To::Stream(read_fifo(path, &AtomicBool::new(false)).map_err(failed)?)));
+            return Ok(here(To::Stream(Stream::into_fifo(path, stop).map_err(failed)?)));
         }
         let file = OpenOptions::new().write(true).open(path).map_err(&failed)?;
         if !found.is_file() {
-            return Ok(here(To::Stream(file)));
+            return Ok(here(To::Stream(Stream::new(file, stop).map_err(failed)?)));
         }
         let target = fs::canonicalize(path).map_err(&failed)?;
         if let Some(temporary) = beside(&target).ok().filter(|_| found.nlink() == 1) {
@@ -285,9 +240,10 @@ impl OutputFile {
         refused(&self.path)
     }
 
-    fn file(&mut self) -> &mut File {
+    fn file(&mut self) -> &mut dyn Write {
         match &mut self.to {
-            To::Stream(file) | To::Copied { content: file, .. } => file,
+            To::Stream(stream) => stream,
+            To::Copied { content, .. } => content,
             To::Beside { temporary, .. } => temporary.as_file_mut(),
         }
     }
@@ -332,10 +288,12 @@ mod tests {
 
     use super::*;
 
-    static GOES_ON: AtomicBool = AtomicBool::new(false);
+    fn goes_on() -> Arc<AtomicBool> {
+        Arc::default()
+    }
 
     fn write(path: &Path, occupied: Occupied, text: &str) -> Result<(), OutputError> {
-        OutputFile::prepare(path, occupied)?.hold(text.as_bytes())
+        OutputFile::prepare(path, occupied, &goes_on())?.hold(text.as_bytes())
     }
 
     fn mode(path: &Path) -> u32 {
@@ -355,16 +313,16 @@ mod tests {
     fn a_file_is_there_whole_or_not_at_all_and_what_was_there_stays() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("a.txt");
-        let mut given_up = OutputFile::prepare(&path, Occupied::Refused).unwrap();
+        let mut given_up = OutputFile::prepare(&path, Occupied::Refused, &goes_on()).unwrap();
         given_up.write_all(b"half").unwrap();
         drop(given_up);
         assert_eq!(names_in(directory.path()), [""; 0], "nothing is left");
         write(&path, Occupied::Refused, "one").unwrap();
         let refusal = write(&path, Occupied::Refused, "two").unwrap_err().to_string();
         assert!(refusal.contains("it is there already") && refusal.contains("--overwrite"), "{refusal}");
-        assert!(stream(&path, Occupied::Refused, &GOES_ON).is_err());
+        assert!(stream(&path, Occupied::Refused, &goes_on()).is_err());
         assert_eq!(fs::read_to_string(&path).unwrap(), "one");
-        let mut given_up = OutputFile::prepare(&path, Occupied::Replaced).unwrap();
+        let mut given_up = OutputFile::prepare(&path, Occupied::Replaced, &goes_on()).unwrap();
         given_up.write_all(b"half").unwrap();
         drop(given_up);
         assert_eq!(fs::read_to_string(&path).unwrap(), "one");
@@ -377,7 +335,7 @@ mod tests {
     fn a_file_that_came_meanwhile_is_not_replaced() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("a.txt");
-        let file = OutputFile::prepare(&path, Occupied::Refused).unwrap();
+        let file = OutputFile::prepare(&path, Occupied::Refused, &goes_on()).unwrap();
         fs::write(&path, "another's").unwrap();
         assert!(matches!(file.finish(), Err(OutputError::Occupied { .. })));
         assert_eq!(fs::read_to_string(&path).unwrap(), "another's");
@@ -403,9 +361,10 @@ mod tests {
         assert!(at("dangling").symlink_metadata().unwrap().is_symlink());
         assert_eq!(fs::read_to_string(at("made")).unwrap(), "through");
         symlink("streamed", at("dangling too")).unwrap();
-        stream(&at("dangling too"), Occupied::Refused, &GOES_ON).unwrap().write_all(b"s").unwrap();
+        stream(&at("dangling too"), Occupied::Refused, &goes_on()).unwrap().write_all(b"s").unwrap();
         assert_eq!(fs::read_to_string(at("streamed")).unwrap(), "s");
-        let private = OutputFile::prepare(&at("private"), Occupied::Refused).unwrap().private().unwrap();
+        let private =
+            OutputFile::prepare(&at("private"), Occupied::Refused, &goes_on()).unwrap().private().unwrap();
         private.finish().unwrap();
         assert_eq!(mode(&at("private")), 0o600);
     }
@@ -420,9 +379,10 @@ mod tests {
         let cases = [(directory.path().to_owned(), ""), (none.join("a.txt"), &missing), (dangling, &missing)];
         for (path, problem) in cases {
             for occupied in [Occupied::Refused, Occupied::Replaced] {
-                for error in
-                    [OutputFile::prepare(&path, occupied).err(), stream(&path, occupied, &GOES_ON).err()]
-                {
+                for error in [
+                    OutputFile::prepare(&path, occupied, &goes_on()).err(),
+                    stream(&path, occupied, &goes_on()).err(),
+                ] {
                     let error = error.unwrap().to_string();
                     let named = format!("cannot write {}", path.display());
                     assert!(error.starts_with(&named) && error.contains(problem), "{error}");
@@ -444,18 +404,18 @@ mod tests {
                 text
             });
             if live {
-                stream(&fifo, Occupied::Refused, &GOES_ON).unwrap().write_all(b"news").unwrap();
+                stream(&fifo, Occupied::Refused, &goes_on()).unwrap().write_all(b"news").unwrap();
             } else {
                 write(&fifo, Occupied::Refused, "news").unwrap();
             }
             assert_eq!(reader.join().unwrap(), "news");
         }
         write(Path::new("/dev/null"), Occupied::Refused, "gone").unwrap();
-        stream(Path::new("/dev/stderr"), Occupied::Refused, &GOES_ON).unwrap();
-        OutputFile::prepare(Path::new("/dev/stdout"), Occupied::Refused).unwrap();
+        stream(Path::new("/dev/stderr"), Occupied::Refused, &goes_on()).unwrap();
+        OutputFile::prepare(Path::new("/dev/stdout"), Occupied::Refused, &goes_on()).unwrap();
         // By every command that takes the name of an output.
-        OutputFile::prepare(Path::new("-"), Occupied::Refused).unwrap();
-        stream(Path::new("-"), Occupied::Refused, &GOES_ON).unwrap();
+        OutputFile::prepare(Path::new("-"), Occupied::Refused, &goes_on()).unwrap();
+        stream(Path::new("-"), Occupied::Refused, &goes_on()).unwrap();
         assert!(!Path::new("-").exists());
     }
 }

@@ -2,8 +2,8 @@
 
 use std::io;
 use std::ops::RangeInclusive;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -41,10 +41,20 @@ const ENDING: [i32; 20] = [
     Signal::POWER.as_raw(),
     Signal::STKFLT.as_raw(),
 ];
+/// The signals by which a person or another program asks a process to end.
+const TO_END: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 /// The signals of real time, which end a process as well. The C library keeps the first few to itself.
 const OF_REAL_TIME: RangeInclusive<i32> = 32..=64;
 /// Signals that come one after another within this time were sent together.
 const HASTE: Duration = Duration::from_millis(500);
+
+/// Raised by the first signal that asks this process to end, for those who have no [`Stop`] at hand.
+static ASKED_TO_END: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+
+/// A flag that is raised with any [`Stop`] that listens to signals.
+pub(crate) fn asked_to_end() -> Arc<AtomicBool> {
+    Arc::clone(&ASKED_TO_END)
+}
 
 /// A flag that is raised when this process is asked to end. Clones share it.
 #[derive(Clone, Debug, Default)]
@@ -66,7 +76,7 @@ pub struct SignalError(#[from] io::Error);
 
 impl Stop {
     /// From now on SIGINT, SIGTERM and SIGHUP raise the flag: the last comes when the terminal is closed, or when the process
-    /// that started this one dies. A second SIGINT or SIGTERM ends the process at once, for a person who does not want to wait, or
+    /// that started this one dies. A second of these signals ends the process at once, for a person who does not want to wait, or
     /// should the work never look at the flag; not when it comes within half a second, for `timeout` and its like send two.
     ///
     /// A signal that this process was started to ignore stays ignored, as `nohup` wants it.
@@ -74,7 +84,7 @@ impl Stop {
     /// # Errors
     /// When the system refuses to handle a signal.
     pub fn on_signals() -> Result<Self, SignalError> {
-        Self::on_the_first_of(&[SIGINT, SIGTERM, SIGHUP])
+        Self::on_the_first_of(&TO_END)
     }
 
     /// As [`Stop::on_signals`], for every other signal too that ends a process and can be handled: for a program that must bring
@@ -97,7 +107,7 @@ impl Stop {
 
     fn on_the_first_of(signals: &[i32]) -> Result<Self, SignalError> {
         let stop = Self::on(signals)?;
-        let mut signals = Signals::new(heeded(&[SIGINT, SIGTERM]))?;
+        let mut signals = Signals::new(heeded(&TO_END))?;
         let wait = move || {
             let mut first: Option<Instant> = None;
             for _ in signals.forever() {
@@ -116,13 +126,14 @@ impl Stop {
     /// # Errors
     /// When the system refuses to handle a signal.
     pub fn on_signals_without_haste() -> Result<Self, SignalError> {
-        Self::on(&[SIGINT, SIGTERM, SIGHUP])
+        Self::on(&TO_END)
     }
 
     fn on(signals: &[i32]) -> Result<Self, SignalError> {
         let stop = Self::default();
         for signal in heeded(signals) {
             flag::register(signal, Arc::clone(&stop.raised))?;
+            flag::register(signal, asked_to_end())?;
         }
         // A file that may not grow further (`ulimit -f`) shall be an error to report; the signal would end the process
         // without a word.
@@ -174,6 +185,11 @@ fn heeded(signals: &[i32]) -> Vec<i32> {
 
 #[cfg(test)]
 mod tests {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    use rustix::process::{Pid, kill_process};
+
     use super::*;
 
     #[test]
@@ -188,9 +204,8 @@ mod tests {
 
     #[test]
     fn every_signal_that_ends_or_halts_a_process_raises_the_flag() {
-        // Twice these two end the process of this test.
-        let hasty = [SIGINT, SIGTERM];
-        for signal in ENDING.into_iter().chain(34..=64).filter(|signal| !hasty.contains(signal)) {
+        // Twice these end the process of this test.
+        for signal in ENDING.into_iter().chain(34..=64).filter(|signal| !TO_END.contains(signal)) {
             // What the process was started to ignore stays ignored.
             if heeded(&[signal]).is_empty() {
                 continue;
@@ -198,6 +213,55 @@ mod tests {
             let stop = Stop::on_every_signal().expect("signals can be handled");
             signal_hook::low_level::raise(signal).expect("a signal can be raised");
             assert!(stop.is_raised(), "signal {signal}");
+        }
+    }
+
+    /// The name of a variable that makes the test below the process that is to be ended.
+    const WAITS: &str = "PSCHEMA_TEST_WAITS";
+
+    /// However many a SIGHUP came, they ended nothing, and the SIGTERM after them counted as the first.
+    #[test]
+    fn a_second_signal_ends_the_process_at_once_whichever_they_are() {
+        if std::env::var_os(WAITS).is_some() {
+            let _stop = Stop::on_signals().expect("signals can be handled");
+            println!("waits");
+            thread::sleep(Duration::from_secs(60));
+            return;
+        }
+        let name = "stop::tests::a_second_signal_ends_the_process_at_once_whichever_they_are";
+        for (first, second) in [(SIGHUP, SIGHUP), (SIGHUP, SIGTERM), (SIGINT, SIGHUP)] {
+            if heeded(&[first, second]).len() < 2 {
+                continue;
+            }
+            let mut process = Command::new(std::env::current_exe().expect("this test is a program"))
+                .args([name, "--exact", "--nocapture"])
+                .env(WAITS, "")
+                .stdout(Stdio::piped())
+                .spawn()
+                .expect("it can be started");
+            let stdout = process.stdout.take().expect("its stdout is a pipe");
+            let mut lines = BufReader::new(stdout).lines();
+            lines
+                .find(|line| line.as_ref().is_ok_and(|line| line.ends_with("waits")))
+                .expect("it waits")
+                .expect("text");
+            let pid = Pid::from_child(&process);
+            let send = |signal| {
+                let signal = Signal::from_named_raw(signal).expect("a signal");
+                kill_process(pid, signal).expect("the process is there");
+            };
+            let begun = Instant::now();
+            send(first);
+            let ended = loop {
+                // What comes within half a second was sent together with the first.
+                thread::sleep(HASTE / 5);
+                match process.try_wait().expect("it is ours") {
+                    Some(ended) => break ended,
+                    None => send(second),
+                }
+                assert!(begun.elapsed() < Duration::from_secs(20), "{first} and {second} end it");
+            };
+            assert_eq!(ended.code(), Some(1), "{first} and {second}");
         }
     }
 

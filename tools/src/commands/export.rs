@@ -35,12 +35,10 @@ const TELL_EVERY: u64 = 1_024;
 
 pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
     let stop = Stop::on_signals()?;
-    let file = args.output.as_deref().map(|path| {
-        // What a learner knows is its owner's.
-        OutputFile::prepare(output::named(path), Occupied::overwritten(args.overwrite))
-            .and_then(OutputFile::private)
-    });
-    let file = file.transpose()?;
+    let path = output::named(args.output.as_deref().unwrap_or(Path::new("-")));
+    // What a learner knows is its owner's.
+    let mut file =
+        OutputFile::prepare(path, Occupied::overwritten(args.overwrite), &stop.flag())?.private()?;
     let (directory, until) = match args.memory.meant(general)? {
         MeantMemory::OnDisk(directory, until) => (directory.to_owned(), until),
         MeantMemory::Running(name) => (served(&name)?, None),
@@ -54,22 +52,14 @@ pub(crate) fn run(args: ExportArgs, general: &General) -> Result<(), Failure> {
             bar.show(lines, lines, "lines".to_owned());
         }
     };
-    let write = |to: &mut dyn Write| {
-        let mut to = BufWriter::new(Stoppable { to, stop: &stop });
-        past.export(&moment, &mut to, told)
-    };
-    let written = match file {
-        None => write(&mut io::stdout().lock()).map(|summary| (summary, None)),
-        Some(mut file) => write(&mut file).map(|summary| (summary, Some(file))),
-    };
+    let written = past.export(&moment, &mut BufWriter::new(Stoppable { to: &mut file, stop: &stop }), told);
     stop.check()?;
-    let path = output::named(args.output.as_deref().unwrap_or(Path::new("-"))).to_owned();
     let failed = |error| match error {
-        ExportError::Write(source) => Failure::from(OutputError::Io { path, source }),
+        ExportError::Write(source) => Failure::from(OutputError::Io { path: path.to_owned(), source }),
         error => Failure::of(error),
     };
-    let (ExportSummary { lines, memory_digest }, file) = written.map_err(failed)?;
-    file.map(OutputFile::finish).transpose()?;
+    let ExportSummary { lines, memory_digest } = written.map_err(failed)?;
+    file.finish()?;
     drop(bar);
     if let Some(file) = args.output.as_ref().filter(|file| !general.quiet() && !output::is_stdout(file)) {
         say(&format!("{}: {lines} lines, memory of step {step}, digest {memory_digest}", file.display()));
@@ -89,7 +79,7 @@ fn served(name: &LearnerName) -> Result<PathBuf, Failure> {
 
 /// Stops writing when this process is asked to stop.
 struct Stoppable<'a> {
-    to: &'a mut dyn Write,
+    to: &'a mut OutputFile,
     stop: &'a Stop,
 }
 

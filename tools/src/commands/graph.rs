@@ -1,6 +1,7 @@
 //! `pschema graph`.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use pschema_inspect::{Graph, GraphQuery};
@@ -56,8 +57,11 @@ enum GraphFormat {
 
 pub(crate) fn run(args: GraphArgs, general: &General) -> Result<(), Failure> {
     let occupied = Occupied::overwritten(args.overwrite);
-    let file =
-        args.out.as_deref().map(|path| OutputFile::prepare(output::named(path), occupied)).transpose()?;
+    let file = args
+        .out
+        .as_deref()
+        .map(|path| OutputFile::prepare(output::named(path), occupied, &Arc::default()))
+        .transpose()?;
     let mut memory = asked(&args.memory, general)?;
     let query = GraphQuery { around: args.around, depth: args.depth, goal: args.goal, limit: args.limit };
     let graph = memory.ask(query)?;

@@ -55,7 +55,7 @@ pub(crate) fn run(args: RecordArgs, general: &General) -> Result<(), Failure> {
     let occupied = Occupied::overwritten(args.overwrite);
     let mut recorders: Vec<Box<dyn Recorder>> = Vec::new();
     if let Some(path) = &args.rerun {
-        recorders.push(record::rerun(path, occupied, name.as_str())?);
+        recorders.push(record::rerun(path, occupied, name.as_str(), &stop.flag())?);
     }
     if let Some(path) = &args.jsonl {
         recorders.push(Box::new(JsonLinesFile::create(path, occupied, &stop.flag())?));

@@ -1,12 +1,12 @@
 //! Recordings as JSON Lines, for programs and for publication.
 
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use pschema_inspect::{SchemaSummary, TraceRecord};
-use pschema_process::{Occupied, OutputError, stream};
+use pschema_process::{Occupied, OutputError, Stream, stream};
 use pschema_protocol::picture::PictureMessage;
 use serde::Serialize;
 
@@ -17,7 +17,7 @@ use crate::output::named;
 /// A file, a pipe or stdout that takes one object a line: `{"step": …}` or `{"schema": …}`.
 pub(crate) struct JsonLinesFile {
     path: PathBuf,
-    to: BufWriter<File>,
+    to: BufWriter<Stream>,
 }
 
 /// A line of the file.
@@ -44,7 +44,7 @@ pub(crate) enum RecordingEntry<'a> {
 impl JsonLinesFile {
     /// Makes the file, or opens the stream that `path` names. A file that is there is `occupied`. A FIFO is
     /// waited for until somebody reads it, or `stop` is set.
-    pub(crate) fn create(path: &Path, occupied: Occupied, stop: &AtomicBool) -> Result<Self, Failure> {
+    pub(crate) fn create(path: &Path, occupied: Occupied, stop: &Arc<AtomicBool>) -> Result<Self, Failure> {
         let opened = stream(named(path), occupied, stop)?;
         Ok(Self { path: path.to_owned(), to: BufWriter::new(opened) })
     }
@@ -81,9 +81,6 @@ impl Recorder for JsonLinesFile {
 
     fn finish(&mut self) -> Result<(), Failure> {
         self.flush()?;
-        let file = self.to.get_ref();
-        let is_kept = file.metadata().is_ok_and(|found| found.is_file());
-        let synced = if is_kept { file.sync_all() } else { Ok(()) };
-        synced.map_err(|error| self.failed(error))
+        self.to.get_ref().sync().map_err(|error| self.failed(error))
     }
 }

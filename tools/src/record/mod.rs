@@ -7,6 +7,7 @@ mod recorder;
 mod rerun;
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -33,10 +34,15 @@ const NEWEST_MAX: u32 = 100;
 ///
 /// # Errors
 /// When this program was built without it, or the file can't be made.
-pub(crate) fn rerun(path: &Path, occupied: Occupied, learner: &str) -> Result<Box<dyn Recorder>, Failure> {
+pub(crate) fn rerun(
+    path: &Path,
+    occupied: Occupied,
+    learner: &str,
+    stop: &Arc<AtomicBool>,
+) -> Result<Box<dyn Recorder>, Failure> {
     let path = named(path);
     // The viewer's library opens the file by itself, and would write over whatever is there.
-    drop(OutputFile::prepare(path, occupied)?);
+    drop(OutputFile::prepare(path, occupied, stop)?);
     #[cfg(feature = "rerun")]
     return Ok(Box::new(rerun::Recording::create(path, learner)?));
     #[cfg(not(feature = "rerun"))]

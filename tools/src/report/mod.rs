@@ -19,6 +19,7 @@ mod timing;
 use std::fs;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use pschema_process::{Occupied, OutputFile};
 
@@ -45,13 +46,14 @@ pub(crate) fn prepare<'a>(
     let of_designs = designs.into_iter().flat_map(|design| [steps_name(design), trials_name(design)]);
     for name in [PAGE, RUNS, COMPARISON].map(str::to_owned).into_iter().chain(of_designs) {
         // What was there before stays until there is something better.
-        OutputFile::prepare(&folder.join(name), occupied)?;
+        OutputFile::prepare(&folder.join(name), occupied, &Arc::default())?;
     }
     Ok(())
 }
 
 fn create(folder: &Path) -> Result<(), Failure> {
-    let failed = |error| Failure::Failed(format!("cannot create {}: {error}", folder.display()));
+    let failed =
+        |error: std::io::Error| Failure::Failed(format!("cannot create {}: {error}", folder.display()));
     fs::create_dir_all(folder).map_err(failed)
 }
 
@@ -82,8 +84,8 @@ pub(crate) fn write(
 }
 
 fn save(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<(), Failure> {
-    let failed = |error: std::io::Error| Failure::Failed(format!("cannot write {}: {error}", path.display()));
-    let mut file = BufWriter::new(OutputFile::prepare(path, Occupied::Replaced)?);
+    let failed = |error| Failure::Failed(format!("cannot write {}: {error}", path.display()));
+    let mut file = BufWriter::new(OutputFile::prepare(path, Occupied::Replaced, &Arc::default())?);
     fill(&mut file).map_err(failed)?;
     Ok(file.into_inner().map_err(|error| failed(error.into_error()))?.finish()?)
 }
