@@ -310,6 +310,10 @@ fn refusals_name_the_place_and_the_figures() {
         refused(vec![one, one], 0),
         format!("{place} half: an integer given where a real is declared")
     );
+    assert_eq!(
+        refused(vec![one, Value::Real(-1e300)], 0),
+        format!("{place} half = -1e300 is outside 0..=500000")
+    );
     assert_eq!(refused(vec![one], 0), "observation 1 (count): 1 values, 2 are declared");
     assert_eq!(refused(vec![one; 9], 0), "observation 1 (count): 9 values, 2 are declared");
     assert_eq!(refused(vec![], 3), "observation 1: index 3 is unknown, 1 are declared");
@@ -432,7 +436,11 @@ fn declarations_that_contradict_themselves_are_refused() {
         (|one| kind_of(one, ValueKind::Integer { min: 3, max: 2 }), "minimum 3 is above its maximum 2"),
         (|one| kind_of(one, ValueKind::Real { min: 0.0, max: 1.0, resolution: 0.0 }), "not above zero"),
         (|one| kind_of(one, ValueKind::Real { min: f64::NAN, max: 1.0, resolution: 1.0 }), "not finite"),
-        (|one| kind_of(one, ValueKind::Real { min: 0.0, max: 1.0, resolution: 1e-300 }), "too fine"),
+        // Numbers of hundreds of digits were told.
+        (
+            |one| kind_of(one, ValueKind::Real { min: -1e300, max: 1e300, resolution: 1e-300 }),
+            "its resolution 1e-300 is too fine for -1e300..=1e300",
+        ),
         (|one| kind_of(one, ValueKind::Symbol { symbols: vec![] }), "no symbols"),
         (|one| one.repertoire[0].parameters = vec![Value::Integer(4)], "amount = 4 is outside 1..=3"),
         (

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use pschema_learner::vocabulary::bin;
+use pschema_process::readable;
 use pschema_protocol::description::{Action, ActionType, Description, Property, Value, ValueKind};
 
 /// So many differences are told.
@@ -143,9 +144,11 @@ fn shortened(line: &str) -> String {
     }
 }
 
+/// A declaration as it is told. The text that is kept has each number with all its digits, for it is compared.
 fn cut(text: &str) -> String {
+    let text = readable(text);
     match text.char_indices().nth(TOLD_CHARS_MAX) {
-        None => text.to_owned(),
+        None => text.into_owned(),
         Some((at, _)) => format!("{}…", text.get(..at).unwrap_or_default()),
     }
 }
@@ -175,6 +178,20 @@ mod tests {
              repertoire: 3 primitives, digest {digest}\n"
         );
         assert_eq!(text, told);
+    }
+
+    /// A limit of 300 digits left no room for all that differed.
+    #[test]
+    fn of_a_number_of_hundreds_of_digits_the_first_are_told() {
+        let with = |max: f64| {
+            let mut body = body(2);
+            let charge = Property::real("charge", -1e300..=max, 1e290);
+            body.observation_types.push(ObservationType::state("cell").property(charge));
+            text(&body)
+        };
+        let told = differences(&with(1e300), &with(2e300));
+        assert_eq!(told.len(), 1, "{told:?}");
+        assert!(told[0].contains("..=1000000000… (") && told[0].contains("..=2000000000… ("), "{told:?}");
     }
 
     #[test]

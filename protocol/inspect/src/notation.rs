@@ -5,6 +5,8 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
+use crate::number;
+
 /// An observation or a pattern: `{"type": "object", "properties": {"colour": "blue", "field": 4}}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -185,7 +187,7 @@ impl fmt::Display for Reference {
 impl fmt::Display for NamedValue {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(to, "{}", self.reference)?;
-        if is_nothing(&self.more) { Ok(()) } else { write!(to, "({:+})", self.more) }
+        if is_nothing(&self.more) { Ok(()) } else { write!(to, "({})", number::signed(self.more)) }
     }
 }
 

@@ -41,7 +41,7 @@ pub use descriptors::{TooFewDescriptors, require_descriptors};
 pub use input_file::input;
 pub use log::{LevelFilter, Log, colour_is_wanted, flush, lost_lines, relay, say};
 pub use output_file::{Occupied, OutputError, OutputFile, stream};
-pub use readable::readable;
+pub use readable::{number, readable};
 pub use stop::{Interrupted, SignalError, Stop};
 pub use stream::{Stream, unread};
 pub use worker::Worker;

@@ -14,6 +14,16 @@ const WORD_END: usize = 20;
 const DIGITS_MAX: usize = 40;
 const DIGITS_BEGIN: usize = 10;
 
+/// Sizes of numbers that a person reads without counting digits.
+const READ_AT_SIGHT: std::ops::Range<f64> = 1e-9..1e15;
+
+/// A number as it is, with a power of ten where people would count its digits: `1e300`, and not three hundred zeros.
+#[must_use]
+pub fn number(value: f64) -> String {
+    let at_sight = value == 0.0 || READ_AT_SIGHT.contains(&value.abs());
+    if at_sight || !value.is_finite() { value.to_string() } else { format!("{value:e}") }
+}
+
 /// A message without what nobody would read: of a very long line the middle is left out, and of a number of hundreds of digits
 /// most of them. Errors quote what they were given, and that may be anything.
 #[must_use]
@@ -93,6 +103,26 @@ mod tests {
         let message = format!("{:.3} is outside 0..=1; é {}", 1e308, "9".repeat(41));
         let said = readable(&message);
         assert_eq!(said, "1000000000… (309 digits).000 is outside 0..=1; é 9999999999… (41 digits)");
+    }
+
+    /// Limits of ±1e300 were told with all their zeros.
+    #[test]
+    fn a_number_is_told_with_a_power_of_ten_where_its_zeros_would_be_counted() {
+        for (value, told) in [
+            (1e300, "1e300"),
+            (-1e300, "-1e300"),
+            (2.5e-10, "2.5e-10"),
+            (1e15, "1e15"),
+            (999_999_999_999_999.0, "999999999999999"),
+            (0.1 + 0.2, "0.30000000000000004"),
+            (-12.25, "-12.25"),
+            (0.0, "0"),
+            (f64::INFINITY, "inf"),
+            (f64::NAN, "NaN"),
+        ] {
+            assert_eq!(number(value), told);
+            assert!(value.is_nan() || told.parse() == Ok(value));
+        }
     }
 
     #[test]

@@ -3,6 +3,8 @@
 
 use std::collections::BTreeSet;
 
+use pschema_process::number;
+
 use crate::description::{Action, ActionType, Description, Property, Value, ValueKind};
 use crate::limits::{
     ACTIONS_MAX, NAME_BYTES_MAX, OBSERVATION_TYPES_MAX, PRIMITIVES_MAX, PROPERTIES_MAX, SCENE_COMMANDS_MAX,
@@ -160,14 +162,15 @@ fn value_kind(place: &str, kind: &ValueKind) -> Result<(), Refusal> {
         }
         ValueKind::Real { min, max, resolution } => {
             let bins = (max - min) / resolution;
+            let (least, most, width) = (number(*min), number(*max), number(*resolution));
             if !(min.is_finite() && max.is_finite() && resolution.is_finite()) {
-                format!("its limits {min}..={max} or its resolution {resolution} are not finite")
+                format!("its limits {least}..={most} or its resolution {width} are not finite")
             } else if min > max {
-                format!("its minimum {min} is above its maximum {max}")
+                format!("its minimum {least} is above its maximum {most}")
             } else if *resolution <= 0.0 {
-                format!("its resolution {resolution} is not above zero")
+                format!("its resolution {width} is not above zero")
             } else if !bins.is_finite() || (min / resolution).abs().max((max / resolution).abs()) > BIN_MAX {
-                format!("its resolution {resolution} is too fine for {min}..={max}")
+                format!("its resolution {width} is too fine for {least}..={most}")
             } else {
                 return Ok(());
             }
@@ -220,12 +223,12 @@ pub(crate) fn value(place: &dyn Fn() -> String, property: &Property, given: &Val
             outside(format!("symbol {index}"), format!("symbols 0..={}", symbols.len().saturating_sub(1)))
         }
         (ValueKind::Boolean, Value::Boolean(_)) => Ok(()),
-        (ValueKind::Real { min, max, .. }, Value::Real(number)) => {
+        (ValueKind::Real { min, max, .. }, Value::Real(real)) => {
             // NaN and the infinities are in no range of finite ends.
-            if (*min..=*max).contains(&number) {
+            if (*min..=*max).contains(&real) {
                 return Ok(());
             }
-            outside(number.to_string(), format!("{min}..={max}"))
+            outside(number(real), format!("{}..={}", number(*min), number(*max)))
         }
         (declared, given) => Err(Refusal::ValueKind {
             place: format!("{} {}", place(), property.name),

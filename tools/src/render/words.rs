@@ -4,6 +4,7 @@ use pschema_inspect::{
     Condition, Expectation, NamedValues, ObservationText, SchemaDetail, SchemaForm, SchemaSummary, ValueText,
 };
 use pschema_learner::notation::{SchemaText, by_names, outcome, outcomes, side};
+use pschema_process::number;
 
 /// A figure below this is told with its power of ten.
 const SMALLEST_IN_DECIMALS: f64 = 1e-5;
@@ -106,7 +107,7 @@ pub(crate) fn value(value: &ValueText) -> String {
         ValueText::Integer(n) => n.to_string(),
         ValueText::Symbol(s) => plain(s),
         ValueText::Boolean(b) => b.to_string(),
-        ValueText::Real(r) => r.to_string(),
+        ValueText::Real(r) => number(*r),
         ValueText::Variable { var } => format!("${}", plain(var)),
         ValueText::Named { named } => plain(&named.to_string()),
     }

@@ -88,10 +88,31 @@ pub fn symbol(vocabulary: &Vocabulary, symbol: SymbolId) -> String {
     vocabulary.symbols().get(symbol.0 as usize).cloned().unwrap_or_else(|| format!("?{}", symbol.0))
 }
 
-/// A real with as many decimals as its resolution calls for.
+/// The digits after the first that tell any two doubles apart.
+const DIGITS_MAX: usize = 16;
+/// Sizes of numbers that a person reads without counting digits.
+const READ_AT_SIGHT: std::ops::Range<f64> = 1e-9..1e15;
+
+/// A number as it is, with a power of ten where people would count its digits.
+fn number(value: f64) -> String {
+    let at_sight = value == 0.0 || READ_AT_SIGHT.contains(&value.abs());
+    if at_sight || !value.is_finite() { value.to_string() } else { format!("{value:e}") }
+}
+
+/// A real with as many decimals as its resolution calls for, or else the shortest number that reads back as the same bin.
 fn real(value: f64, resolution: f64) -> String {
-    let decimals = (0..9).find(|d| resolution * 10f64.powi(*d) >= 0.999).unwrap_or(9);
-    format!("{value:.*}", decimals.unsigned_abs() as usize)
+    let is_meant = |text: &str| {
+        text.parse()
+            .is_ok_and(|read: f64| read.is_finite() && bin(read, resolution) == bin(value, resolution))
+    };
+    let decimals = (0..9).find(|d| resolution * 10f64.powi(*d) >= 0.999);
+    let at_sight = value.abs() < READ_AT_SIGHT.end;
+    let plain = at_sight.then(|| format!("{value:.*}", decimals.unwrap_or(9).unsigned_abs() as usize));
+    plain.filter(|text| is_meant(text)).unwrap_or_else(|| {
+        let shortest =
+            (0..=DIGITS_MAX).map(|digits| format!("{value:.digits$e}")).find(|text| is_meant(text));
+        number(shortest.and_then(|text| text.parse().ok()).unwrap_or(value))
+    })
 }
 
 fn type_name(vocabulary: &Vocabulary, kind: TypeId) -> String {
@@ -148,7 +169,7 @@ pub fn primitive(vocabulary: &Vocabulary, id: PrimitiveId) -> String {
                 (Parameter::Symbol(symbol), _) => symbol.clone(),
                 (Parameter::Boolean(value), _) => value.to_string(),
                 (Parameter::Real(value), ValueKind::Real { resolution }) => real(*value, *resolution),
-                (Parameter::Real(value), _) => value.to_string(),
+                (Parameter::Real(value), _) => number(*value),
             };
             format!("{}={shown}", declared.name)
         })
@@ -479,7 +500,7 @@ pub enum PrimitiveError {
 /// Primitives like the one given that an error names.
 const NEAREST_NAMED: usize = 3;
 
-/// Finds the primitive among `repertoire` that prints like `text`, whatever the spaces.
+/// Finds the primitive among `repertoire` that prints like `text`, whatever the spaces, and however its reals are written.
 ///
 /// # Errors
 /// What is wrong with it, and what there is instead.
@@ -489,7 +510,7 @@ pub fn parse_primitive(
     text: &str,
 ) -> Result<PrimitiveId, PrimitiveError> {
     let squeeze = |text: &str| text.chars().filter(|c| !c.is_whitespace()).collect::<String>();
-    let given = squeeze(text);
+    let given = as_printed(vocabulary, squeeze(text));
     let printed: Vec<_> = repertoire.iter().map(|id| (*id, primitive(vocabulary, *id))).collect();
     let form = || {
         let meant = printed
@@ -522,6 +543,25 @@ pub fn parse_primitive(
     Err(PrimitiveError::Parameters { given: brief(text).into_owned(), nearest: nearest.join(", ") })
 }
 
+/// An action as a person wrote it, with its reals as they print: `0.0000000002` and `2e-10` are one number.
+fn as_printed(vocabulary: &Vocabulary, given: String) -> String {
+    let known = given.strip_suffix(')').and_then(|given| given.split_once('('));
+    let known = known.and_then(|(name, inner)| {
+        Some((name, inner, vocabulary.actions().iter().find(|action| action.name == name)?))
+    });
+    let Some((name, inner, action)) = known else { return given };
+    let part = |part: &str| {
+        let (parameter, value) = part.split_once('=')?;
+        let declared = action.parameters.iter().find(|declared| declared.name == parameter)?;
+        let ValueKind::Real { resolution } = declared.kind else { return None };
+        let value = value.parse().ok().filter(|value: &f64| value.is_finite())?;
+        Some(format!("{parameter}={}", real(value, resolution)))
+    };
+    let parts: Vec<_> =
+        inner.split(',').map(|given| part(given).unwrap_or_else(|| given.to_owned())).collect();
+    format!("{name}({})", parts.join(","))
+}
+
 /// How far apart two lists of parameters are, as they print: squares of differences of numbers, and much for
 /// anything else that differs.
 fn apart(one: &str, other: &str) -> f64 {
@@ -534,4 +574,73 @@ fn apart(one: &str, other: &str) -> f64 {
         _ => OTHERWISE,
     });
     pairs.sum::<f64>() + OTHERWISE * one.len().abs_diff(other.len()) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nouns::vocabulary::{Declaration, DeclaredAction, DeclaredProperty, DeclaredType};
+
+    /// A body that senses and drives one real of this resolution.
+    fn drive(resolution: f64, values: &[f64]) -> Vocabulary {
+        let kind = ValueKind::Real { resolution };
+        let ampere = DeclaredProperty { name: "ampere".into(), unit: "A".into(), kind };
+        let mut vocabulary = Vocabulary::default();
+        vocabulary.merge(&Declaration {
+            body: "coil".to_owned(),
+            observation_types: vec![DeclaredType {
+                properties: vec![ampere.clone()],
+                ..DeclaredType::state("current")
+            }],
+            actions: vec![DeclaredAction { name: "drive".to_owned(), parameters: vec![ampere] }],
+            repertoire: values.iter().map(|value| (0, vec![Parameter::Real(*value)])).collect(),
+        });
+        vocabulary
+    }
+
+    /// Three currents of some hundred picoampere printed alike, and no way to write them was understood.
+    #[test]
+    fn small_and_large_reals_print_apart_and_read_back() {
+        let cases: [(f64, &[f64], &[&str]); 7] = [
+            (1e-11, &[1e-10, 2e-10, 3e-10, 0.0], &["1e-10", "2e-10", "3e-10", "0.000000000"]),
+            (1e-11, &[-2.5e-10, 5e-9, 5.01e-9], &["-2.5e-10", "0.000000005", "0.00000000501"]),
+            (1e-300, &[1e-300, 7e-299], &["1e-300", "7e-299"]),
+            (1e290, &[1e300, -1e300], &["1e300", "-1e300"]),
+            // As ever.
+            (0.5, &[0.5, -1.5, 1000.0], &["0.5", "-1.5", "1000.0"]),
+            (0.001, &[12.25, 0.3, 1_234_567_890.125], &["12.250", "0.300", "1234567890.125"]),
+            // The bins of this one are apart by more than a decimal.
+            (0.01, &[0.125, 0.124], &["0.125", "0.12"]),
+        ];
+        for (resolution, values, texts) in cases {
+            let vocabulary = drive(resolution, values);
+            let kind = vocabulary.type_named("current").unwrap();
+            let property = vocabulary.property_named("ampere").unwrap();
+            for (value, text) in values.iter().zip(texts) {
+                assert_eq!(real(*value, resolution), *text);
+                let bin = Value::Bin(bin(*value, resolution));
+                let observed =
+                    pattern(&vocabulary, &Pattern::new(kind, vec![(property, Term::Constant(bin))]));
+                let read = parse_pattern(&vocabulary, &observed).unwrap();
+                assert_eq!(read.terms(), [(property, Term::Constant(bin))], "{observed}");
+            }
+            let repertoire = vocabulary.bodies()[0].repertoire.clone();
+            for id in &repertoire {
+                let Parameter::Real(value) = vocabulary.primitives()[id.0 as usize].parameters[0] else {
+                    panic!()
+                };
+                for given in [
+                    primitive(&vocabulary, *id),
+                    format!("drive(ampere={value})"),
+                    format!("drive( ampere = {value:e})"),
+                ] {
+                    assert_eq!(parse_primitive(&vocabulary, &repertoire, &given), Ok(*id), "{given}");
+                }
+            }
+        }
+        let vocabulary = drive(1e-11, &[1e-10, 2e-10]);
+        let other = parse_primitive(&vocabulary, &vocabulary.bodies()[0].repertoire, "drive(ampere=4e-10)");
+        let Err(PrimitiveError::Parameters { nearest, .. }) = other else { panic!("{other:?}") };
+        assert_eq!(nearest, "drive(ampere=2e-10), drive(ampere=1e-10)");
+    }
 }
