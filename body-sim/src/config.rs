@@ -31,7 +31,7 @@ pub const COLOURS_MAX: usize = 16;
 
 /// A world file. Its keys are explained in `worlds/wide.toml`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct WorldFile {
     /// The table top.
     pub table: TableSection,
@@ -63,7 +63,7 @@ pub struct WorldFile {
 
 /// The table top.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct TableSection {
     /// Extent along x, centred on the base.
     pub width_mm: Within<100, 10_000>,
@@ -77,7 +77,7 @@ pub struct TableSection {
 
 /// The arm's links and speeds.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct ArmSection {
     /// Height of the shoulder's axis over the table.
     pub shoulder_height_mm: Within<50, 5000>,
@@ -107,7 +107,7 @@ pub struct ArmSection {
 
 /// The last link's shape.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct FingerSection {
     /// Radius of the ball at the tip.
     pub ball_radius_mm: Within<1, 100>,
@@ -119,7 +119,7 @@ pub struct FingerSection {
 
 /// The manifold.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct ManifoldSection {
     /// The ball's centre over the table on the flat part.
     pub tip_height_mm: Within<2, 500>,
@@ -135,7 +135,7 @@ pub struct ManifoldSection {
 
 /// The camera.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct CameraSection {
     /// Position along x.
     pub x_mm: Within<-5000, 5000>,
@@ -157,7 +157,7 @@ pub struct CameraSection {
 
 /// Taught postures.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct RepertoireSection {
     /// How many fields the finger must turn out to reach.
     pub fields: Within<1, 4096>,
@@ -167,7 +167,7 @@ pub struct RepertoireSection {
 
 /// Places for blocks.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct PositionsSection {
     /// Places that can be touched.
     pub table: Within<1, 4096>,
@@ -187,7 +187,7 @@ pub struct PositionsSection {
 /// A push: the finger is set down at one point of the table and goes straight to another, on through the blocks that it
 /// meets.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct PushEntry {
     /// Where the finger is set down: x, y.
     pub from_mm: PointMm,
@@ -197,7 +197,7 @@ pub struct PushEntry {
 
 /// A colour.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct ColourEntry {
     /// Its name, the symbol in observations.
     pub name: String,
@@ -209,7 +209,7 @@ pub struct ColourEntry {
 
 /// A block or a ball.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct ObjectEntry {
     /// Its name, the symbol in scene commands.
     pub name: String,

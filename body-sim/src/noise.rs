@@ -14,7 +14,7 @@ const STREAM: u64 = 0x6A09_E667_F3BC_C909;
 
 /// How often senses fail and how far moves miss. All zero unless the world file says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Noise {
     /// Share of frames in which the finger is reported in a field beside its own.
     pub finger_misplaced: Within<0, 1>,

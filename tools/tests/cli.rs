@@ -401,3 +401,31 @@ fn all_experiments_are_run_as_their_files_say() {
         assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
     }
 }
+
+/// What stands in the place of a directory was told as `File exists (os error 17)`, without what to do.
+#[test]
+fn a_file_in_the_place_of_a_directory_is_told_as_one() {
+    let runtime = runtime();
+    let at = |name: &str| runtime.path().join(name).display().to_string();
+    std::fs::write(at("file"), "").unwrap();
+    std::os::unix::fs::symlink("none", at("link")).unwrap();
+    let told = |arguments: &[&str], problem: &str| {
+        let output = pschema(runtime.path(), arguments);
+        let said = text(&output.stderr);
+        assert!(output.status.code() == Some(1) && said.contains(problem), "{arguments:?}: {said}");
+    };
+    let is_file = format!("{} is a file and no directory; name a directory", at("file"));
+    let leads_nowhere = format!("{} is a link to none, which is not there; make that directory", at("link"));
+    for (name, problem) in [("file", &is_file), ("file/below", &is_file), ("link", &leads_nowhere)] {
+        let path = at(name);
+        for command in [
+            &["server", "--data", &path][..],
+            &["experiment", SMALL, "--in-process", "--out", &path],
+            &["status", "--data", &path],
+            &["export", "--data", &path],
+            &["verify", "--data", &path],
+        ] {
+            told(command, problem);
+        }
+    }
+}

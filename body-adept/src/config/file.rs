@@ -6,7 +6,7 @@ use toml::Spanned;
 
 /// An arm file. Its keys are explained in `arms/emulated.toml`.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct ArmFile {
     /// The serial line.
     pub line: LineSection,
@@ -42,7 +42,7 @@ pub struct ArmFile {
 
 /// The serial line.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct LineSection {
     /// The program that answers on the line.
     pub mode: LineMode,
@@ -64,7 +64,7 @@ pub enum LineMode {
 
 /// A joint.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct JointEntry {
     /// Its name, used in messages.
     pub name: String,
@@ -78,7 +78,7 @@ pub struct JointEntry {
 
 /// Speeds, in percent of the arm's full speed.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct SpeedSection {
     /// Speed through the air.
     pub percent: Spanned<Within<1, 100>>,
@@ -91,7 +91,7 @@ pub struct SpeedSection {
 
 /// How moves go.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct MotionSection {
     /// How high over the manifold the finger is carried.
     pub lift_mm: Within<0, 500>,
@@ -107,7 +107,7 @@ pub struct MotionSection {
 
 /// The square that the joint positions span on the table.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct PlaneSection {
     /// How far `j1` goes from 0 to 1; half-way is straight ahead.
     pub across_mm: Within<10, 10_000>,
@@ -119,7 +119,7 @@ pub struct PlaneSection {
 
 /// The touch sensors.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct TouchSection {
     /// The controller's digital inputs, four. In mode server they are those of `pschema.v2`, in its order.
     pub signals: [Within<1, 9999>; 4],
@@ -132,7 +132,7 @@ pub struct TouchSection {
 
 /// The camera's picture.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct CameraSection {
     /// Width of the picture.
     pub width_px: Within<64, 2048>,
@@ -142,7 +142,7 @@ pub struct CameraSection {
 
 /// The finger.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct FingerSection {
     /// The finger's colour: one of the colours of the file.
     pub colour: String,
@@ -150,7 +150,7 @@ pub struct FingerSection {
 
 /// A colour.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct ColourEntry {
     /// Its name, the symbol in observations.
     pub name: String,
@@ -164,7 +164,7 @@ pub struct ColourEntry {
 
 /// The objects that can be placed.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct ObjectsSection {
     /// Their names, the symbols in scene commands.
     pub names: Vec<String>,
@@ -172,7 +172,7 @@ pub struct ObjectsSection {
 
 /// The places for objects.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct PlacesSection {
     /// The place's x (to the right) and y (outwards) on the table, from the base's axis.
     pub at_mm: Vec<PointMm>,
@@ -180,7 +180,7 @@ pub struct PlacesSection {
 
 /// The taught grid.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct TaughtSection {
     /// Joint positions of the posture to rest in, out of the camera's sight.
     pub rest: [Within<-1, 2>; 2],
@@ -196,7 +196,7 @@ pub struct TaughtSection {
 
 /// Taught postures.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct RepertoireSection {
     /// Joint positions of each posture.
     pub postures: Vec<Spanned<[Within<0, 1>; 2]>>,
@@ -204,7 +204,7 @@ pub struct RepertoireSection {
 
 /// A map from the square that the joint positions span to the picture, fitted to the places where the finger was seen.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub struct CalibrationSection {
     /// The projective map from (across, outwards) in millimetres to (u, v) in pixels, row by row.
     pub px_from_mm: [f64; 9],

@@ -1,7 +1,7 @@
 //! The parts that every program around a learner needs beside its work: a log on stderr ([`Log`]), a flag that signals
 //! raise ([`Stop`]), threads that end with their owner ([`Worker`]), files that are held open and may be moved away
-//! ([`Anchor`]), files that a person named for input ([`input`]) and for output ([`OutputFile`], [`stream`], [`Stream`]), as many open files
-//! as are needed ([`require_descriptors`]), and the last line on stderr with the exit code that belongs to it ([`ended`]).
+//! ([`Anchor`]), files that a person named for input ([`input`]) and for output ([`OutputFile`], [`stream`], [`Stream`]), directories that
+//! can't be had ([`no_directory`]), as many open files as are needed ([`require_descriptors`]), and the last line on stderr with the exit code that belongs to it ([`ended`]).
 //!
 //! ```no_run
 //! use pschema_process::{LevelFilter, Log, SignalError, Stop, ended};
@@ -24,6 +24,7 @@
 
 mod anchor;
 mod descriptors;
+mod directory;
 mod input_file;
 mod lines;
 mod log;
@@ -38,6 +39,7 @@ use std::process::ExitCode;
 
 pub use anchor::Anchor;
 pub use descriptors::{TooFewDescriptors, require_descriptors};
+pub use directory::no_directory;
 pub use input_file::input;
 pub use log::{LevelFilter, Log, colour_is_wanted, flush, lost_lines, relay, say};
 pub use output_file::{Occupied, OutputError, OutputFile, stream};

@@ -36,7 +36,7 @@ const STAGES_MAX: usize = 256;
 const POOLS_MAX: usize = 64;
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 struct WrittenCurriculum {
     name: String,
     #[serde(default)]
@@ -59,7 +59,7 @@ struct WrittenCurriculum {
 
 /// `KEY=VALUE` given beside a curriculum, as a little text of its own.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 struct WrittenSetting {
     #[serde(default)]
     learner: WrittenParameters,
@@ -76,7 +76,7 @@ enum WrittenAfterwards {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 struct WrittenPool {
     from: i64,
     to: i64,
@@ -336,6 +336,15 @@ mod tests {
                 "give at least 1",
             ),
             ("until_absent = { observation = \"touch{}\" }\n".to_owned(), "9:16:", "missing field `actions`"),
+            // The names of this program's types were told.
+            (
+                "until_absent = \"tuch{}\"\n".to_owned(),
+                "9:16:",
+                "expected a table such as { observation = \"touch{}\", actions = 5 }",
+            ),
+            ("say = [\"touch\"]\n".to_owned(), "9:8:", "expected a table such as { words = [\"touch\"]"),
+            ("saturation = 5\n".to_owned(), "9:14:", "expected a table such as { excitation_below = 0.2"),
+            ("habituation = 5\n".to_owned(), "9:15:", "expected a table such as { executions_min = 10 }"),
             (settled("executions_min = \"few\""), "10:34:", "there are: half, many, noise, odd"),
             (settled("executions_min = \"odd\""), "10:34:", "give a whole number"),
             (settled("executions_min = -1"), "10:34:", "a whole number, or the name of one of the [values]"),

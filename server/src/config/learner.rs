@@ -16,7 +16,7 @@ const TYPE_OVERRIDES_MAX: usize = 1024;
 
 /// Parameters as people write them; one that is not written keeps its value.
 #[derive(Default, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
 pub(super) struct WrittenParameters {
     profile: Option<Profile>,
     without: Option<Vec<Spanned<String>>>,
@@ -55,7 +55,7 @@ impl From<Profile> for Mechanisms {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 struct WrittenType {
     precondition: Option<bool>,
     postcondition: Option<bool>,

@@ -22,7 +22,7 @@ const TRIALS_MAX: u32 = 1_000_000;
 const WORDS_MAX: usize = 64;
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct WrittenStage {
     pub(super) name: Spanned<String>,
     lift: WrittenLift,
@@ -49,7 +49,7 @@ fn yes() -> bool {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table such as { observation = \"touch{}\", actions = 5 }")]
 struct WrittenAbsence {
     observation: Spanned<String>,
     actions: Spanned<u32>,
@@ -57,7 +57,7 @@ struct WrittenAbsence {
 
 /// `{ words = ["touch"], when = "touch{}", probability = "1 - noise", times = 1 }`.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table such as { words = [\"touch\"], when = \"touch{}\" }")]
 struct WrittenUtterance {
     words: Spanned<Vec<Spanned<String>>>,
     when: Option<Spanned<String>>,
@@ -83,14 +83,14 @@ enum WrittenCount {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table such as { excitation_below = 0.2, actions = 10 }")]
 struct WrittenSaturation {
     excitation_below: Spanned<f64>,
     actions: Spanned<u32>,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table such as { executions_min = 10 }")]
 struct WrittenHabituation {
     executions_min: Spanned<WrittenCount>,
     interval_max: Option<Spanned<f64>>,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use pschema_learner::Learner;
 use pschema_learner::effect::Effect;
+use pschema_process::no_directory;
 
 use crate::archivist::Archive;
 use crate::codec;
@@ -58,7 +59,8 @@ pub fn open(
     wake: impl Fn() + Send + Sync + 'static,
 ) -> Result<Opened, StoreError> {
     let shown = || directory.display().to_string();
-    create(directory).map_err(StoreError::disk("create", shown()))?;
+    let made = create(directory).map_err(|error| no_directory(directory, error));
+    made.map_err(StoreError::disk("create", shown()))?;
     let directory = directory.canonicalize().map_err(StoreError::disk("find", shown()))?;
     only_ours(&directory)?;
     let lock = lock::take(&directory, options.learner)?;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 /// A repeatable run, and what it is judged by.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct Design {
     /// The curriculum's own name.
     #[serde(skip)]
@@ -97,7 +97,7 @@ impl BodyKind {
 
 /// A run whose memory another goes on from, in the same world.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct Earlier {
     /// Its curriculum: a built-in name or a file.
     pub(crate) curriculum: String,
@@ -109,7 +109,7 @@ pub(crate) struct Earlier {
 /// What the paper reports of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct Published {
     /// Schemas produced.
     pub(crate) schemas_total: Option<u32>,
@@ -149,7 +149,7 @@ fn peaks<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Peak>, D::Error> {
 
 /// What the map of the visual fields shows, in the names that the body declares.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct FieldMap {
     /// The type of what is placed, such as `object`.
     pub(crate) object: String,
@@ -163,7 +163,7 @@ pub(crate) struct FieldMap {
 
 /// Something read off a run.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct Measure {
     /// What it is, for people.
     pub(crate) name: String,
@@ -237,7 +237,7 @@ pub(crate) enum Quantity {
 
 /// The same run with something changed.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct Variant {
     /// What it is called.
     pub(crate) name: String,

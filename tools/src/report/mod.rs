@@ -21,7 +21,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use pschema_process::{Occupied, OutputFile};
+use pschema_process::{Occupied, OutputFile, no_directory};
 
 use crate::design::Design;
 use crate::failure::Failure;
@@ -54,7 +54,7 @@ pub(crate) fn prepare<'a>(
 fn create(folder: &Path) -> Result<(), Failure> {
     let failed =
         |error: std::io::Error| Failure::Failed(format!("cannot create {}: {error}", folder.display()));
-    fs::create_dir_all(folder).map_err(failed)
+    fs::create_dir_all(folder).map_err(|error| failed(no_directory(folder, error)))
 }
 
 fn steps_name(design: &Design) -> String {
@@ -84,7 +84,7 @@ pub(crate) fn write(
 }
 
 fn save(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<(), Failure> {
-    let failed = |error| Failure::Failed(format!("cannot write {}: {error}", path.display()));
+    let failed = |error: std::io::Error| Failure::Failed(format!("cannot write {}: {error}", path.display()));
     let mut file = BufWriter::new(OutputFile::prepare(path, Occupied::Replaced, &Arc::default())?);
     fill(&mut file).map_err(failed)?;
     Ok(file.into_inner().map_err(|error| failed(error.into_error()))?.finish()?)

@@ -4,6 +4,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
+use pschema_process::no_directory;
+
 use super::cut::{self, Cut};
 use super::error::PastError;
 use super::export::Import;
@@ -87,7 +89,8 @@ impl Past {
 /// An empty directory, which is made if it isn't there.
 pub(super) fn new_directory(path: &Path) -> Result<Directory, PastError> {
     let shown = path.display().to_string();
-    std::fs::create_dir_all(path).map_err(StoreError::disk("create", shown.clone()))?;
+    let made = std::fs::create_dir_all(path).map_err(|error| no_directory(path, error));
+    made.map_err(StoreError::disk("create", shown.clone()))?;
     let mut inside = std::fs::read_dir(path).map_err(StoreError::disk("read", shown.clone()))?;
     if inside.next().is_some() {
         return Err(PastError::Taken { path: shown });

@@ -1,6 +1,6 @@
 //! Memory as it was at one moment, rebuilt from its data directory.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,6 +8,7 @@ use pschema_learner::decision::Decision;
 use pschema_learner::observation::Observation;
 use pschema_learner::vocabulary::BodyId;
 use pschema_learner::{Frame, Learner};
+use pschema_process::no_directory;
 
 use super::error::{PastError, beside};
 use super::{export, relearn};
@@ -55,7 +56,11 @@ impl Past {
     /// When there is no memory, or its manifest can't be read.
     pub fn open(directory: &Path) -> Result<Self, PastError> {
         let shown = directory.display().to_string();
-        let directory = directory.canonicalize().map_err(StoreError::disk("read", shown.clone()))?;
+        let found = directory.canonicalize().and_then(|found| {
+            if found.is_dir() { Ok(found) } else { Err(io::ErrorKind::NotADirectory.into()) }
+        });
+        let found = found.map_err(|error| no_directory(directory, error));
+        let directory = found.map_err(StoreError::disk("read", shown))?;
         Self::of(Arc::new(Directory::new(&directory)), directory)
     }
 
