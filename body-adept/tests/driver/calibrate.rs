@@ -1,5 +1,6 @@
 //! Calibrating the emulated camera with the emulated arm.
 
+use std::fs::File;
 use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 use std::sync::Arc;
 
@@ -45,7 +46,17 @@ fn the_map_fits_and_is_kept_in_the_arm_file() {
     let into = ArmFile::prepare(&args.arm, &Arc::default()).unwrap();
     let mut body = build(&args, rig.stop.clone(), None).unwrap();
     enable(&args, &mut body, &rig.stop).unwrap();
-    let calibration = calibrate(&mut body, into, &rig.stop).unwrap();
+    let log = rig.directory.path().join("log");
+    let written = tracing_subscriber::fmt()
+        .with_ansi(false)
+        .with_writer(Arc::new(File::create(&log).unwrap()))
+        .finish();
+    let calibration =
+        tracing::subscriber::with_default(written, || calibrate(&mut body, into, &rig.stop)).unwrap();
+    let log = std::fs::read_to_string(log).unwrap();
+    assert!(log.contains("finger=None"), "some points are out of the camera's sight: {log}");
+    // Each of them, seen after another, was told as a frozen camera.
+    assert!(!log.contains("the same to the last pixel"), "{log}");
     assert!(link.symlink_metadata().unwrap().is_symlink(), "the link is one still");
     assert_eq!(file.metadata().unwrap().mode() & 0o777, 0o664);
     println!("{calibration:?}");
