@@ -2,8 +2,8 @@
 //! takes nothing keeps a writer waiting, but not a writer that is to end.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Write};
-use std::os::fd::AsFd;
+use std::io::{self, IsTerminal, Write};
+use std::os::fd::{AsFd, AsRawFd};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::sync::Arc;
@@ -51,6 +51,8 @@ impl Stream {
     /// Streams into `file` until `stop` is set.
     pub(crate) fn new(file: File, stop: &Arc<AtomicBool>) -> io::Result<Self> {
         let is_regular = file.metadata()?.is_file();
+        // A terminal of another user can't be opened anew.
+        let file = if file.is_terminal() { opened_anew(&file).unwrap_or(file) } else { file };
         Ok(Self { file, is_regular, stop: Arc::clone(stop), is_given_up: false })
     }
 
@@ -109,22 +111,24 @@ impl Stream {
         if self.is_regular { self.file.sync_all() } else { Ok(()) }
     }
 
-    /// Waits until a write has room.
-    fn wait_for_room(&mut self) -> io::Result<()> {
+    /// Whether a write has room, waiting a moment for it.
+    fn has_room(&self) -> io::Result<bool> {
         let pause = Timespec::try_from(LOOK_EVERY).map_err(io::Error::other)?;
-        let mut asked: Option<Instant> = None;
-        while !self.is_given_up {
-            // Of a pipe that nobody will read again this says that it is ready, and the write says the rest.
-            match poll(&mut [PollFd::new(&self.file, PollFlags::OUT)], Some(&pause)) {
-                Ok(0) | Err(Errno::INTR) => {}
-                Ok(_) => return Ok(()),
-                Err(error) => return Err(error.into()),
-            }
-            self.is_given_up = self.stop.load(Ordering::Relaxed)
-                && asked.get_or_insert_with(Instant::now).elapsed() >= PATIENCE;
+        // Of a pipe that nobody will read again this says that it is ready, and the write says the rest.
+        match poll(&mut [PollFd::new(&self.file, PollFlags::OUT)], Some(&pause)) {
+            Ok(0) | Err(Errno::INTR) => Ok(false),
+            Ok(_) => Ok(true),
+            Err(error) => Err(error.into()),
         }
-        Err(io::Error::other(Unread))
     }
+}
+
+/// The terminal behind a file, opened anew so that no write to it waits: one that has room at all may have less than is
+/// written. The file itself is shared with other processes, and so is how it is written.
+fn opened_anew(terminal: &File) -> io::Result<File> {
+    let flags = (OFlags::NONBLOCK | OFlags::NOCTTY).bits().cast_signed();
+    let path = format!("/proc/self/fd/{}", terminal.as_raw_fd());
+    OpenOptions::new().write(true).custom_flags(flags).open(path)
 }
 
 impl Write for Stream {
@@ -132,14 +136,19 @@ impl Write for Stream {
         if self.is_regular {
             return self.file.write(bytes);
         }
-        loop {
-            self.wait_for_room()?;
-            match self.file.write(&bytes[..bytes.len().min(PIECE_MAX)]) {
-                // Another program that writes into it made it so, and was faster.
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-                written => return written,
+        let mut asked: Option<Instant> = None;
+        while !self.is_given_up {
+            if self.has_room()? {
+                match self.file.write(&bytes[..bytes.len().min(PIECE_MAX)]) {
+                    // A terminal had less room than the end of a line takes, or another program was faster.
+                    Err(error) if error.kind() == io::ErrorKind::WouldBlock => thread::sleep(LOOK_EVERY),
+                    written => return written,
+                }
             }
+            self.is_given_up = self.stop.load(Ordering::Relaxed)
+                && asked.get_or_insert_with(Instant::now).elapsed() >= PATIENCE;
         }
+        Err(io::Error::other(Unread))
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -150,6 +159,8 @@ impl Write for Stream {
 #[cfg(test)]
 mod tests {
     use std::io::Read;
+
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
     use super::*;
 
@@ -176,6 +187,25 @@ mod tests {
         let mut taken = Vec::new();
         reader.read_to_end(&mut taken).unwrap();
         assert!(taken.len() >= PIECE_MAX && taken.len() < 1 << 20, "{}", taken.len());
+    }
+
+    /// A terminal takes part of a line, and waits with the rest.
+    #[test]
+    fn a_terminal_that_takes_nothing_does_not_keep_a_writer_that_is_to_end() {
+        let screen = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        grantpt(&screen).unwrap();
+        unlockpt(&screen).unwrap();
+        let name = ptsname(&screen, Vec::new()).unwrap();
+        let flags = OFlags::NOCTTY.bits().cast_signed();
+        let terminal =
+            OpenOptions::new().write(true).custom_flags(flags).open(name.to_str().unwrap()).unwrap();
+        let shared = terminal.try_clone().unwrap();
+        let mut stream = Stream::new(terminal, &Arc::new(AtomicBool::new(true))).unwrap();
+        let lines = "a line of a recording\n".repeat(50_000);
+        let error = stream.write_all(lines.as_bytes()).unwrap_err();
+        assert!(unread(&error), "{error}");
+        let is_waited_for = !fcntl_getfl(&shared).unwrap().contains(OFlags::NONBLOCK);
+        assert!(is_waited_for, "for others that write to it the terminal is as it was");
     }
 
     #[test]
