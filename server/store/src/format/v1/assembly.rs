@@ -165,7 +165,7 @@ impl Assembly {
                 Ok(())
             }
             Item::Experience(kept) => self.experience(*kept),
-            Item::SyntheticItem(item) => self.synthetic_item(*item),
+            Item::Supposed(item) => self.synthetic_item(*item),
             Item::Line(line) => self.line(line),
             Item::Lived(lived) => self.lived(*lived),
             // All others were taken before.

@@ -98,7 +98,7 @@ items! {
     /// An experience that is kept; it stands before the end.
     Experience(Box<KeptExperience>) = "experience",
     /// A synthetic item; it stands before the end.
-    SyntheticItem(Box<SyntheticItem>) = "synthetic_item",
+    Supposed(Box<SyntheticItem>) = "synthetic_item",
     /// What a body supposes, of each body up to the last that supposes anything; it stands before the end.
     Line(BodyLine) = "line",
     /// What a body lived through of late, after what it lived through before; it stands before the end.
@@ -300,7 +300,7 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
             experience: Mirror::of(experience),
         }))
     });
-    let items = content.items.all.iter().map(|item| Item::SyntheticItem(Box::new(Mirror::of(item))));
+    let items = content.items.all.iter().map(|item| Item::Supposed(Box::new(Mirror::of(item))));
     let lines = || (0..).zip(&content.items.lines);
     let supposed =
         lines().map(|(body, line)| Item::Line(BodyLine { body, on: line.on.clone(), taken: line.taken }));
