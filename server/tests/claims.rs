@@ -59,7 +59,9 @@ fn finished(seed: u64) -> Run {
 }
 
 fn move_to(field: i64) -> String {
-    format!("move(reach={:.2})", (field % FIELDS) as f64 / FIELDS as f64)
+    // Two decimals, as it prints, or as many as it takes to tell it apart.
+    let reach = format!("{:.3}", (field % FIELDS) as f64 / FIELDS as f64);
+    format!("move(reach={})", reach.strip_suffix('0').unwrap_or(&reach))
 }
 
 fn predict(run: &Run, field: i64) -> Prediction {

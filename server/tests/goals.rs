@@ -63,7 +63,12 @@ fn block(run: &InProcess<Row>) -> i64 {
 fn what_an_action_would_do_is_told_with_counts_and_the_schema_that_says_so() {
     let run = finished(1);
     let field = block(&run);
-    let action = format!("move(reach={:.2})", field as f64 / 8.0);
+    // Two decimals, as it prints, or as many as it takes to tell it apart.
+    let move_to = |field: i64| {
+        let reach = format!("{:.3}", (field % 8) as f64 / 8.0);
+        format!("move(reach={})", reach.strip_suffix('0').unwrap_or(&reach))
+    };
+    let action = move_to(field);
     let touching = predict(&run, &action);
     let schema = touching.schema.as_ref().unwrap();
     assert_eq!(schema.action.split('(').next(), Some("move"));
@@ -72,7 +77,7 @@ fn what_an_action_would_do_is_told_with_counts_and_the_schema_that_says_so() {
     assert!(touching.attempts > 0 && touching.carried_out == touching.attempts);
 
     // Elsewhere only the babbled schema holds: the finger is there, and nothing is felt.
-    let other = predict(&run, &format!("move(reach={:.2})", ((field + 1) % 8) as f64 / 8.0));
+    let other = predict(&run, &move_to(field + 1));
     assert!(other.outcomes.iter().all(|outcome| outcome.observation.kind != "touch"), "{other:?}");
     assert!(other.outcomes.iter().any(|outcome| outcome.observation.kind == "finger"));
 

@@ -38,6 +38,16 @@ pub struct Foretold {
     pub attributed: bool,
 }
 
+/// The general claim about some types that was in force in an experience.
+pub(crate) struct InForce<'a> {
+    /// The types.
+    pub(crate) kinds: &'a [TypeId],
+    /// Its place: which exception at each level.
+    pub(crate) claim: Vec<usize>,
+    /// Which of its outcomes came; none if it was another.
+    pub(crate) came: Option<&'a Change>,
+}
+
 impl Foretold {
     /// Whether the most frequent outcome is the action's doing. It is if the claim names a value of the action, for then it was shown to
     /// be otherwise with another. Else how often it came is compared with how often it is to be expected whatever is done (marginal

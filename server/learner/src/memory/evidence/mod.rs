@@ -15,11 +15,12 @@ mod tests;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+pub(crate) use foretold::InForce;
 pub use foretold::{Foretold, View};
 use pool::Pool;
 
 use crate::memory::evidence::facet::ANYTHING;
-use crate::nouns::claim::{Change, Claim};
+use crate::nouns::claim::Claim;
 use crate::nouns::experience::Experience;
 use crate::nouns::observation::{Observation, TypeId, Value};
 use crate::nouns::vocabulary::{PrimitiveId, Vocabulary, value_of};
@@ -30,16 +31,6 @@ pub struct Evidence {
     pools: BTreeMap<usize, Arc<Pool>>,
     /// The same experiences, as if all had been with one action: what is to be expected whatever is done.
     background: Arc<Pool>,
-}
-
-/// The general claim about some types that was in force in an experience.
-pub(crate) struct InForce<'a> {
-    /// The types.
-    pub(crate) kinds: &'a [TypeId],
-    /// Its place: which exception at each level.
-    pub(crate) claim: Vec<usize>,
-    /// Which of its outcomes came; none if it was another.
-    pub(crate) came: Option<&'a Change>,
 }
 
 /// What is done where claims hold.

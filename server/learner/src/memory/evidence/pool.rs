@@ -3,10 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use crate::memory::evidence::InForce;
 use crate::memory::evidence::columns::{Column, Conditions};
 use crate::memory::evidence::facet::{ANYTHING, Examples, Facet, Grown, Time, conditions, path};
-use crate::memory::evidence::foretold::{Foretold, Seen, View, differs};
+use crate::memory::evidence::foretold::{Foretold, InForce, Seen, View, differs};
 use crate::memory::evidence::novelty::Novelty;
 use crate::memory::evidence::scene::Scene;
 use crate::nouns::claim::Claim;
