@@ -59,9 +59,10 @@ fn finished(seed: u64) -> Run {
 }
 
 fn move_to(field: i64) -> String {
-    // Two decimals, as it prints, or as many as it takes to tell it apart.
-    let reach = format!("{:.3}", (field % FIELDS) as f64 / FIELDS as f64);
-    format!("move(reach={})", reach.strip_suffix('0').unwrap_or(&reach))
+    // As they print: with two decimals where these are of the same bin.
+    const REACHES: [&str; FIELDS as usize] =
+        ["0.00", "0.125", "0.25", "0.38", "0.50", "0.625", "0.75", "0.88"];
+    format!("move(reach={})", REACHES[usize::try_from(field % FIELDS).unwrap()])
 }
 
 fn predict(run: &Run, field: i64) -> Prediction {
