@@ -63,7 +63,7 @@ impl Rooms {
     /// What is foretold most surely.
     fn foretold(&self, action: PrimitiveId) -> Option<Vec<Observation>> {
         let content = self.learner.memory().content();
-        let world = content.items.perceived(0, &WorldState::new([self.sensed()]));
+        let world = content.perceived(BodyId(0), &WorldState::new([self.sensed()]));
         let facets = content.evidence.foretell(&content.vocabulary, action, world.observations());
         let about = facets.into_iter().find(|facet| facet.kinds == [TypeId(0)])?;
         about.outcomes.into_iter().next().map(|(after, _)| after)
@@ -148,7 +148,7 @@ fn a_dropped_item_is_perceived_no_more_and_unsound_ones_are_refused() {
     let lived = Rooms::new(2, Mechanisms::FULL, false).live(200);
     let mut memory = lived.learner.memory().clone();
     let perceived = |memory: &Memory| {
-        memory.content().items.perceived(0, &WorldState::new([lived.sensed()])).observations().len()
+        memory.content().perceived(BodyId(0), &WorldState::new([lived.sensed()])).observations().len()
     };
     let before = perceived(&memory);
     memory.apply(&Effect::Dropped { item: 0 }).unwrap();
@@ -174,4 +174,23 @@ fn a_dropped_item_is_perceived_no_more_and_unsound_ones_are_refused() {
         memory.apply(&unsound).unwrap_err();
         assert_eq!(digest(memory.content()), digest_before, "{unsound:?}");
     }
+}
+
+/// Items that nobody follows any more would stand in the world of a learner that is switched back to the paper's, as they were last.
+#[test]
+fn without_the_mechanism_nothing_is_supposed() {
+    let mut lived = Rooms::new(2, Mechanisms::FULL, false).live(200);
+    assert!(lived.items() > 0);
+    lived.learner.set_mechanisms(Mechanisms::PAPER);
+    let content = lived.learner.memory().content();
+    let world = WorldState::new([lived.sensed()]);
+    assert_eq!(content.perceived(BodyId(0), &world), world);
+    assert!(content.items.lines.iter().all(|line| line.recent.is_empty()));
+    let frame =
+        Frame { body: BodyId(0), outcome: Some(ActionOutcome::Done), observations: vec![lived.sensed()] };
+    let decision = lived.learner.step(&frame).decision.unwrap();
+    assert_eq!(decision.world, world);
+    // And it may be supposed again.
+    lived.learner.set_mechanisms(Mechanisms::FULL);
+    assert_eq!(lived.live(700).wrong(300), 0.0);
 }

@@ -36,7 +36,7 @@ pub fn perceived(
     let stage = curriculum.stages.get(at);
     let lifted = stage.map_or_else(Vec::new, |stage| stages::lifted(content, stage));
     let seen = observations.iter().filter(|o| stages::is_lifted(&lifted, o.kind()));
-    content.items.perceived(usize::from(body.0), &WorldState::new(seen.cloned()))
+    content.perceived(body, &WorldState::new(seen.cloned()))
 }
 
 /// Whether `world` has a match for every pattern of `goal`.

@@ -22,9 +22,9 @@ use crate::cycle::match_cache::MatchCache;
 use crate::cycle::pursue;
 use crate::cycle::stages::{self, Demand, Novelty, is_lifted};
 use crate::cycle::supposing;
+use crate::memory::Memory;
 use crate::memory::draft::Draft;
 use crate::memory::instance::Instance;
-use crate::memory::{Content, Memory};
 use crate::nouns::curriculum::Curriculum;
 use crate::nouns::decision::Decision;
 use crate::nouns::effect::Effect;
@@ -70,8 +70,7 @@ pub(crate) fn step(memory: &mut Memory, curriculum: &Curriculum, caches: &mut Ca
         None => (None, Vec::new()),
     };
     // What is supposed may have changed by what came about.
-    let items = &draft.memory().content().items;
-    let world = if items.all.is_empty() { world } else { items.perceived(usize::from(body.0), &world) };
+    let world = draft.memory().content().perceived(body, &world);
     // 8. Where the curriculum stands.
     let novelty = acted.filter(|_| student && !for_goal);
     if let Some(novelty) = novelty {
@@ -157,13 +156,11 @@ fn end(
 
 /// The world state under the constraints of the present stage, with what is supposed, and which types it lifts.
 fn lift(memory: &Memory, curriculum: &Curriculum, frame: &Frame) -> (WorldState, Vec<bool>) {
-    let Content { vocabulary, items, .. } = memory.content();
+    let vocabulary = &memory.content().vocabulary;
     let lifted = stages::lifted(memory.content(), stages::present(memory, curriculum));
     // What was never declared can't be referred to, and is not perceived.
     let seen = frame.observations.iter().filter(|o| is_lifted(&lifted, o.kind()) && vocabulary.knows(o));
-    let seen = WorldState::new(seen.cloned());
-    let seen = if items.all.is_empty() { seen } else { items.perceived(usize::from(frame.body.0), &seen) };
-    (seen, lifted)
+    (memory.content().perceived(frame.body, &WorldState::new(seen.cloned())), lifted)
 }
 
 /// Steps 2 to 7: what an execution that was carried out teaches.

@@ -156,7 +156,13 @@ impl Memory {
                 self.content.step += 1;
             }
             Effect::Full(full) => self.content.full = *full,
-            Effect::Mechanisms(mechanisms) => self.content.mechanisms = *mechanisms,
+            Effect::Mechanisms(mechanisms) => {
+                // What was lived through without the items is not followed by what is lived through with them.
+                if !mechanisms.supposes() {
+                    self.begin_lines();
+                }
+                self.content.mechanisms = *mechanisms;
+            }
             Effect::Experienced(experience) => {
                 self.content.evidence.experience(&self.content.vocabulary, experience);
                 if self.content.mechanisms.supposes() {
@@ -210,6 +216,13 @@ impl Memory {
         lines.get_mut(usize::from(body.0))
     }
 
+    /// Items are sought in what comes from here on.
+    fn begin_lines(&mut self) {
+        for line in &mut self.content.items.lines {
+            (line.recent, line.taken) = (VecDeque::new(), 0);
+        }
+    }
+
     fn follow(&mut self, body: BodyId, on: &[bool]) {
         let latest = self.latest.take();
         let Some(line) = self.line(body) else { return };
@@ -231,9 +244,7 @@ impl Memory {
             line.on.last_mut().into_iter().for_each(|last| *last = on);
         }
         // The next item is sought where this one is perceived.
-        for line in &mut self.content.items.lines {
-            (line.recent, line.taken) = (VecDeque::new(), 0);
-        }
+        self.begin_lines();
         self.rules = TypeRules::new(&self.content.vocabulary, &self.parameters);
         self.index.edges_changed();
     }

@@ -14,6 +14,7 @@ use crate::nouns::pursuit::Pursuit;
 use crate::nouns::random::Random;
 use crate::nouns::schema::{Concrete, Generalised, ObservationId, Schema, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId, Vocabulary};
+use crate::nouns::world_state::WorldState;
 
 /// All that a learner knows, without the indexes that make it fast to ask. It is cheap to clone, for those who inspect it: a clone
 /// shares its parts with the original, and a change after it copies the part that changes.
@@ -88,6 +89,13 @@ impl Content {
     #[must_use]
     pub fn description(&self, body: BodyId) -> Option<&str> {
         self.descriptions.get(usize::from(body.0))?.as_deref()
+    }
+
+    /// What `body` perceives with `seen`: what it supposes besides, while items are supposed at all. Nobody follows them else, and what
+    /// was supposed once would stand for ever.
+    #[must_use]
+    pub fn perceived(&self, body: BodyId, seen: &WorldState) -> WorldState {
+        self.items.with(self.items.on(usize::from(body.0)).filter(|_| self.mechanisms.supposes()), seen)
     }
 
     /// w of equation (1), in 0..=1: the share of attempts at which the body carried the action out, counting one success in advance,

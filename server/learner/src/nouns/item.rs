@@ -122,13 +122,8 @@ impl Items {
         (0..self.all.len()).map(move |at| line.and_then(|line| line.on.get(at)).copied().unwrap_or(false))
     }
 
-    /// What the body of this number perceives with `seen`: the items that are kept.
-    #[must_use]
-    pub fn perceived(&self, body: usize, seen: &WorldState) -> WorldState {
-        self.with(self.on(body), seen)
-    }
-
-    /// `seen` with the observations of the items when they are supposed so, in place of those that it has.
+    /// `seen` with the observations of the items when they are supposed so, in place of those that it has; without those of which
+    /// nothing is said.
     pub(crate) fn with(&self, on: impl Iterator<Item = bool>, seen: &WorldState) -> WorldState {
         if self.all.is_empty() {
             return seen.clone();

@@ -37,7 +37,7 @@ pub(crate) fn only_what_was_attended(
 ) -> Result<(), TestCaseError> {
     let made = before.schemas.len()..after.schemas.len();
     let seen = WorldState::new(frame.observations.iter().cloned());
-    let seen = after.items.perceived(usize::from(frame.body.0), &seen);
+    let seen = after.perceived(frame.body, &seen);
     for (at, (observation, n)) in after.observations.iter().zip(after.attention.iter()).enumerate() {
         let earlier = before.attention.get(at).copied().unwrap_or(0);
         prop_assert!(*n == earlier || *n == earlier + 1, "N({observation:?}) from {earlier} to {n}");

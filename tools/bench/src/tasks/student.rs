@@ -120,7 +120,7 @@ impl Student {
 
     /// What it perceives where it senses `world`: what it supposes besides.
     fn perceived(&self, world: &WorldState) -> WorldState {
-        self.learner.memory().content().items.perceived(usize::from(self.body.0), world)
+        self.learner.memory().content().perceived(self.body, world)
     }
 
     /// Schemas, laws left out.
