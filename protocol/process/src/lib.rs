@@ -1,6 +1,6 @@
 //! The parts that every program around a learner needs beside its work: a log on stderr ([`Log`]), a flag that signals
 //! raise ([`Stop`]), threads that end with their owner ([`Worker`]), files that are held open and may be moved away
-//! ([`Anchor`]), files that a person named for input ([`input`]) and for output ([`OutputFile`], [`stream`], [`Stream`]), directories that
+//! ([`Anchor`]), files that a person named for input ([`input`]) and for output ([`OutputFile`], [`stream()`], [`Stream`]), directories that
 //! can't be had ([`no_directory`]), as many open files as are needed ([`require_descriptors`]), and the last line on stderr with the exit code that belongs to it ([`ended`]).
 //!
 //! ```no_run
