@@ -6,12 +6,19 @@ use pschema_learner::parameters::Parameters;
 use pschema_learner::{Learner, LearnerError};
 
 /// How a learner learns.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LearnerSettings {
     /// Its numbers and switches.
     pub parameters: Parameters,
     /// The mechanisms beyond the paper that are on.
     pub mechanisms: Mechanisms,
+}
+
+/// The full profile, with the paper's parameters.
+impl Default for LearnerSettings {
+    fn default() -> Self {
+        Self { parameters: Parameters::default(), mechanisms: Mechanisms::FULL }
+    }
 }
 
 /// What a learner starts from.

@@ -389,8 +389,8 @@ mod tests {
         assert_eq!(curriculum.stages[0].habituation.as_ref().unwrap().executions_min, 7);
         assert_eq!(learner, LearnerSettings::default());
         assert!(!set("learner.attention=false").unwrap().1.parameters.attention);
-        for full in ["learner.profile=full", "learner.profile = \"full\""] {
-            assert_eq!(set(full).unwrap().1.mechanisms, Mechanisms::FULL);
+        for paper in ["learner.profile=paper", "learner.profile = \"paper\""] {
+            assert_eq!(set(paper).unwrap().1.mechanisms, Mechanisms::PAPER);
         }
         let cases = [
             ("learner.profile=some", "setting:1:17:", "expected `paper` or `full`"),
@@ -453,9 +453,11 @@ mod tests {
         let parameters = Parameters { association_weight: 0.5, ..Parameters::default() };
         let given = LearnerSettings { parameters: parameters.clone(), mechanisms: Mechanisms::FULL };
         let (_, learner) = lesson("exp1-s2", given.clone(), &[]).unwrap();
+        let paper = LearnerSettings { mechanisms: Mechanisms::PAPER, ..given.clone() };
+        assert_eq!(lesson("exp1-s1", given.clone(), &[]).unwrap().1, paper);
         let parameters = Parameters { generalisation: false, ..parameters };
-        assert_eq!(learner, LearnerSettings { parameters, ..given.clone() });
-        assert_eq!(lesson("exp1-s1", given.clone(), &[]).unwrap().1, given);
+        assert_eq!(learner, LearnerSettings { parameters, ..paper });
+        assert_eq!(lesson("free", given.clone(), &[]).unwrap().1, given);
         let wrong = "name = \"x\"\nafterwards = \"hold\"\n[[stage]]\nname = \"a\"\nlift = \"all\"\n\
                      [learner]\nassociation_weight = 7.0\n";
         let error = parsed(wrong).unwrap_err();
