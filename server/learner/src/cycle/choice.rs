@@ -322,7 +322,7 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
                 law.target_under(&binding).and_then(|target| achieve(memory, reach, body, &target));
             let Some(Achievement { carrier, access }) = achieved else { continue };
             let Some(action) = index.outline(carrier).map(|outline| outline.action) else { continue };
-            if memory.content().mechanisms.claims && !claims::makes(memory, action, world, law) {
+            if memory.content().mechanisms.claims && !claims::makes(memory, body, action, world, law) {
                 continue;
             }
             let groups = index.groups();

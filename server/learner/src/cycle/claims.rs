@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::cycle::generalisation::Hypothesis;
-use crate::memory::evidence::{Foretold, View, parameters};
+use crate::memory::evidence::{Foretold, Part, View, parameters};
 use crate::memory::{Content, Memory};
 use crate::nouns::claim::{Change, Condition, Expression, Reference, Sketch};
 use crate::nouns::effect::Effect;
@@ -12,7 +12,7 @@ use crate::nouns::execution::Execution;
 use crate::nouns::experience::Experience;
 use crate::nouns::observation::{Observation, Pattern, PropertyId, Term, TypeId, Value, Variable};
 use crate::nouns::schema::{Generalised, SchemaId};
-use crate::nouns::vocabulary::PrimitiveId;
+use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
 /// The part of a world state that claims may ask for: what lasts and does not come from others.
@@ -22,16 +22,22 @@ pub(crate) fn context(content: &Content, world: &WorldState) -> WorldState {
 }
 
 /// What claims foretell of `primitive` in `world`, of each facet; nothing while no claims are kept.
-pub(crate) fn foretell(content: &Content, primitive: PrimitiveId, world: &WorldState) -> Vec<Foretold> {
+pub(crate) fn foretell(
+    content: &Content,
+    body: Option<BodyId>,
+    primitive: PrimitiveId,
+    world: &WorldState,
+) -> Vec<Foretold> {
     if !content.mechanisms.claims {
         return Vec::new();
     }
-    content.evidence.foretell(&content.vocabulary, primitive, context(content, world).observations())
+    content.evidence.foretell(&content.vocabulary, body, primitive, context(content, world).observations())
 }
 
 /// What an execution that was carried out teaches, as evidence.
 pub(crate) fn experience(
     memory: &Memory,
+    body: BodyId,
     execution: &Execution,
     after: &WorldState,
     lifted: &dyn Fn(TypeId) -> bool,
@@ -44,7 +50,13 @@ pub(crate) fn experience(
     // What is supposed is not sensed: it may be a condition, and no outcome.
     let items = &memory.content().items;
     let after = after.filter(|o| !memory.rules().of(o.kind()).heard && items.of_kind(o.kind()).is_none());
+    let recalled = memory.content().mechanisms.recalls().then(|| {
+        let evidence = &memory.content().evidence;
+        evidence.recalled(vocabulary, body, execution.action, after.observations())
+    });
     Effect::Experienced(Box::new(Experience {
+        body,
+        recalled: recalled.flatten(),
         primitive: execution.action,
         parameters: parameters(vocabulary, execution.action),
         before: context(memory.content(), &execution.before).observations().into(),
@@ -55,43 +67,56 @@ pub(crate) fn experience(
 
 /// What claims say of an action in one world state.
 pub(crate) struct Expectation {
-    /// The observations that are foretold, in canonical order.
-    pub(crate) observed: WorldState,
-    /// The observations that are there before and not foretold to be there after.
-    pub(crate) vanished: WorldState,
-    /// The observations that the claims in force rely on.
-    pub(crate) relied_on: WorldState,
+    /// What is likely to become of what is told together, or by itself.
+    pub(crate) parts: Vec<Part>,
     foretold: Vec<Foretold>,
 }
 
 /// What is expected of `primitive` in `before`: of each facet the outcome that follows often enough to be predicted.
-pub(crate) fn expectation(memory: &Memory, primitive: PrimitiveId, before: &WorldState) -> Expectation {
+pub(crate) fn expectation(
+    memory: &Memory,
+    body: BodyId,
+    primitive: PrimitiveId,
+    before: &WorldState,
+) -> Expectation {
     let content = memory.content();
     let context = context(content, before);
-    let foretold = content.evidence.foretell(&content.vocabulary, primitive, context.observations());
+    let foretold = content.evidence.foretell(&content.vocabulary, Some(body), primitive, context.observations());
     let share = memory.parameters().prediction_ratio_min;
-    let likely = foretold.into_iter().filter(|foretold| {
-        let most = foretold.outcomes.first();
-        foretold.attributed
-            && most.is_some_and(|(_, count)| f64::from(*count) >= share * f64::from(foretold.trials))
-    });
-    let foretold: Vec<_> = likely.collect();
-    let mut relied_on = Vec::new();
-    let (mut observed, mut vanished) = (Vec::new(), Vec::new());
-    for facet in &foretold {
-        let Some((after, _)) = facet.outcomes.first() else { continue };
-        let of_facet = |o: &&Observation| facet.kinds.binary_search(&o.kind()).is_ok();
-        if context.observations().iter().filter(of_facet).eq(after.iter()) {
+    let often = |count: u32, trials: u32| f64::from(count) >= share * f64::from(trials);
+    let (mut parts, mut together) = (Vec::new(), Vec::new());
+    for mut facet in foretold {
+        if facet.is_of_each {
+            let likely = |part: &Part| part.attributed && often(part.count, part.trials);
+            parts.extend(std::mem::take(&mut facet.parts).into_iter().filter(likely));
             continue;
         }
-        observed.extend(after.iter().cloned());
-        let gone = context.observations().iter().filter(of_facet).filter(|o| !after.contains(o));
-        vanished.extend(gone.cloned());
-        relied_on.extend(facet.relied_on.iter().cloned());
+        let Some((after, count)) = facet.outcomes.first() else { continue };
+        // What came once in this very context is no memory of it yet.
+        if facet.view == View::Remembered && facet.trials < 2 {
+            continue;
+        }
+        if !facet.attributed || !often(*count, facet.trials) {
+            continue;
+        }
+        let of_facet = |o: &&Observation| facet.kinds.binary_search(&o.kind()).is_ok();
+        if !context.observations().iter().filter(of_facet).eq(after.iter()) {
+            let gone = context.observations().iter().filter(of_facet).filter(|o| !after.contains(o));
+            let change = facet.claim.as_ref().map(|(_, change)| change);
+            parts.push(Part {
+                observed: after.clone(),
+                vanished: gone.cloned().collect(),
+                relied_on: facet.relied_on.clone(),
+                count: *count,
+                trials: facet.trials,
+                of_all: change.is_some_and(|change| change.sketches().any(Sketch::differs)),
+                names_action: false,
+                attributed: true,
+            });
+        }
+        together.push(facet);
     }
-    let relied_on = WorldState::new(relied_on).context(memory.rules());
-    let (observed, vanished) = (WorldState::new(observed), WorldState::new(vanished));
-    Expectation { observed, vanished, relied_on, foretold }
+    Expectation { parts, foretold: together }
 }
 
 impl Expectation {
@@ -210,6 +235,8 @@ impl Lifting<'_> {
                 let pattern = self.whole(&one, |property| Reference::Only(kind, property))?;
                 self.pre.push(pattern);
             }
+            // A claim about each observation is no law.
+            Reference::Itself(_) | Reference::Recalled(..) | Reference::Age => return None,
             Reference::Tied { from, kind, at, to } => {
                 let anchor = self.variable(from.into())?;
                 let variable = self.fresh()?;
@@ -310,8 +337,14 @@ impl Lifting<'_> {
 }
 
 /// Whether a law is what the claims in force make of an action here: where others are in force, others are "selected instead".
-pub(crate) fn makes(memory: &Memory, action: PrimitiveId, world: &WorldState, law: &Generalised) -> bool {
-    let made = expectation(memory, action, world).law(memory, action, world);
+pub(crate) fn makes(
+    memory: &Memory,
+    body: BodyId,
+    action: PrimitiveId,
+    world: &WorldState,
+    law: &Generalised,
+) -> bool {
+    let made = expectation(memory, body, action, world).law(memory, action, world);
     made.is_some_and(|made| made.equals(law))
 }
 

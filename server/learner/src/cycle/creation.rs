@@ -3,6 +3,7 @@
 use crate::cycle::claims::Expectation;
 use crate::memory::Memory;
 use crate::memory::draft::Draft;
+use crate::memory::evidence::Part;
 use crate::memory::instance::Instance;
 use crate::nouns::effect::{Effect, Score};
 use crate::nouns::execution::Execution;
@@ -22,17 +23,16 @@ pub(crate) struct Surprise {
 }
 
 impl Surprise {
-    /// The part of it that is to be expected from now on. The rest is noise, or not known to be of this action yet.
-    fn believed(&self, expectation: &Expectation) -> Self {
-        let Self { appeared, vanished, missing } = self;
-        let appears = |o: &&Observation| expectation.observed.contains(o);
-        // It failed once, and is to be expected all the same.
-        let still = |(o, absent): &&(Observation, bool)| expectation.observed.contains(o) == *absent;
-        let vanishes = |o: &&Observation| expectation.vanished.contains(o);
+    /// As much of it as claims expect from now on. The rest is noise, or not known to be of this action yet; and where a law fails, it is
+    /// no candidate any more.
+    fn expected(&self, part: &Part) -> Self {
+        let of = |list: &[Observation], expected: &[Observation]| -> Vec<_> {
+            list.iter().filter(|o| expected.contains(o)).cloned().collect()
+        };
         Self {
-            appeared: appeared.iter().filter(appears).cloned().collect(),
-            vanished: vanished.iter().filter(vanishes).cloned().collect(),
-            missing: missing.iter().filter(still).cloned().collect(),
+            appeared: of(&self.appeared, &part.observed),
+            vanished: of(&self.vanished, &part.vanished),
+            missing: Vec::new(),
         }
     }
 }
@@ -69,18 +69,30 @@ pub(crate) fn surprise(
     Surprise { appeared, vanished, missing }
 }
 
-/// What came of a step's experience: which schema now stands for it, and whether it is new.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// What came of a step's experience: which schemas now stand for it, and which are new.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Creation {
-    /// The schema made.
-    pub(crate) created: Option<SchemaId>,
-    /// The schema, other than the one executed, that took the new outcome.
-    pub(crate) updated: Option<SchemaId>,
-    /// Whether the schema made is a counter-example.
+    /// The schemas made.
+    pub(crate) created: Vec<SchemaId>,
+    /// The schemas, other than the one executed, that took the new outcome or tell of it already.
+    pub(crate) updated: Vec<SchemaId>,
+    /// Whether a schema made is a counter-example.
     pub(crate) counter_example: bool,
 }
 
-/// Makes the schema, or adds the outcome, that the surprise calls for.
+/// What one schema is to say: under these observations, what is new.
+#[derive(Default)]
+struct Lesson<'a> {
+    /// What claims expect; none without claims.
+    part: Option<&'a Part>,
+    context: WorldState,
+    surprise: Surprise,
+    /// The observations that may be its post-conditions.
+    seen: Vec<Observation>,
+    contradicts: Option<SchemaId>,
+}
+
+/// Makes the schemas, or adds the outcomes, that the surprise calls for.
 pub(crate) fn create(
     draft: &mut Draft<'_>,
     execution: &Execution,
@@ -89,64 +101,106 @@ pub(crate) fn create(
     after: &WorldState,
     lifted: &dyn Fn(TypeId) -> bool,
 ) -> Creation {
-    let believed = expectation.map(|expectation| surprise.believed(expectation));
-    let surprise = believed.as_ref().unwrap_or(surprise);
-    let memory = draft.memory();
-    let contradicts = execution
-        .schema
-        .filter(|executed| !surprise.missing.is_empty() && memory.content().generalised(*executed).is_some());
-    let nothing_new = surprise.appeared.is_empty() && surprise.vanished.is_empty() && contradicts.is_none();
-    if execution.schema.is_some() && nothing_new {
-        return Creation::default();
+    let mut creation = Creation::default();
+    for lesson in lessons(draft.memory(), execution, surprise, expectation, after) {
+        teach(draft, execution, &lesson, after, lifted, &mut creation);
     }
+    creation
+}
+
+/// What there is to be said: without claims one thing, with the whole context; with them one for all that changes together.
+fn lessons<'a>(
+    memory: &Memory,
+    execution: &Execution,
+    surprise: &Surprise,
+    expectation: Option<&'a Expectation>,
+    after: &WorldState,
+) -> Vec<Lesson<'a>> {
+    let rules = memory.rules();
+    let lasting = execution.before.lasting(rules);
+    let first = execution.schema.is_none();
+    let seen = |context: &WorldState, may_be_told: &dyn Fn(&Observation) -> bool| {
+        let seen = after.observations().iter().filter(|o| may_be_told(o));
+        seen.filter(|o| !lasting.contains(o) || context.contains(o)).cloned().collect()
+    };
+    let Some(expectation) = expectation else {
+        let contradicts = execution
+            .schema
+            .filter(|executed| !surprise.missing.is_empty() && memory.content().generalised(*executed).is_some());
+        let nothing_new = surprise.appeared.is_empty() && surprise.vanished.is_empty() && contradicts.is_none();
+        if !first && nothing_new {
+            return Vec::new();
+        }
+        let context = execution.before.context(rules);
+        // The first schema of a primitive that no schema covered here is about what is new in this context.
+        let seen = if first { seen(&context, &|_| true) } else { after.observations().to_vec() };
+        return vec![Lesson { part: None, context, seen, surprise: surprise.clone(), contradicts }];
+    };
+    let mut lessons = Vec::new();
+    // Of numbers that change by so much claims say more than schemas of each could.
+    for part in expectation.parts.iter().filter(|part| !part.of_all) {
+        let surprise = surprise.expected(part);
+        if surprise != Surprise::default() {
+            let context = WorldState::new(part.relied_on.iter().cloned()).context(rules);
+            let seen = seen(&context, &|o| part.observed.contains(o));
+            lessons.push(Lesson { part: Some(part), context, seen, surprise, contradicts: None });
+        }
+    }
+    // A primitive that no schema covers is covered from now on.
+    if first && lessons.is_empty() {
+        lessons.push(Lesson::default());
+    }
+    lessons
+}
+
+/// Makes the schema of a lesson, or adds its outcome to the one that there is.
+fn teach(
+    draft: &mut Draft<'_>,
+    execution: &Execution,
+    lesson: &Lesson<'_>,
+    after: &WorldState,
+    lifted: &dyn Fn(TypeId) -> bool,
+    creation: &mut Creation,
+) {
+    let Lesson { context, surprise, seen, contradicts, part } = lesson;
+    let memory = draft.memory();
     // "If the observations present prior to the execution of the schema are the same as the
     // pre-conditions to the schema then the new outcome is added" (II-D). What a generalised schema did
     // not predict concerns this binding only, so it always goes to a concrete schema.
-    let context = execution.before.context(memory.rules());
-    let context = expectation.map_or(context, |expectation| expectation.relied_on.clone());
     let pre: Vec<_> = context.observations().iter().collect();
     if let Some(existing) = memory.index().exact(&pre, execution.action) {
         if execution.schema == Some(existing) {
             add_outcomes(draft, existing, surprise);
-            return Creation::default();
+            return;
         }
         // The outcome of a primitive that no schema covered goes here too: another body tried the same in the meantime.
-        update(draft, existing, execution, after, lifted);
-        return Creation { updated: Some(existing), ..Creation::default() };
+        update(draft, existing, execution, *part, after, lifted);
+        creation.updated.push(existing);
+        return;
     }
     if memory.is_full() {
-        return Creation::default();
+        return;
     }
-    let seen = after.observations().iter();
-    let post = match execution.schema {
-        Some(_) if expectation.is_none() => outcome(memory, &context, after, seen),
-        // The first schema of a primitive that no schema covered here is about what is new in this context.
-        _ => {
-            let seen =
-                seen.filter(|o| expectation.is_none_or(|expectation| expectation.observed.contains(o)));
-            let lasting = execution.before.lasting(memory.rules());
-            outcome(memory, &context, after, seen.filter(|o| !lasting.contains(o) || context.contains(o)))
-        }
-    };
-    let created = memory.next_id();
+    let gone = context.observations().iter().filter(|o| !after.contains(o));
+    let gone = gone.filter(|o| part.is_none_or(|part| part.vanished.contains(o)));
+    let post = outcome(memory, gone, seen.iter());
+    creation.created.push(memory.next_id());
+    creation.counter_example |= contradicts.is_some();
     draft.emit(Effect::Created {
         pre: context.observations().to_vec(),
         action: execution.action,
         post,
         parent: execution.schema,
-        contradicts,
+        contradicts: *contradicts,
     });
-    Creation { created: Some(created), updated: None, counter_example: contradicts.is_some() }
 }
 
-/// `seen` as post-conditions, and what is gone from the context as absences, in canonical order.
+/// `seen` as post-conditions, and what is `gone` as absences, in canonical order.
 fn outcome<'a>(
     memory: &Memory,
-    context: &WorldState,
-    after: &WorldState,
+    gone: impl Iterator<Item = &'a Observation>,
     seen: impl Iterator<Item = &'a Observation>,
 ) -> Vec<(Observation, bool)> {
-    let gone = context.observations().iter().filter(|o| !after.contains(o));
     let mut post: Vec<_> = seen
         .filter(|o| memory.rules().of(o.kind()).postcondition)
         .map(|o| (o.clone(), false))
@@ -162,12 +216,14 @@ fn update(
     draft: &mut Draft<'_>,
     existing: SchemaId,
     execution: &Execution,
+    part: Option<&Part>,
     after: &WorldState,
     lifted: &dyn Fn(TypeId) -> bool,
 ) {
     let memory = draft.memory();
     let Some(bound) = Instance::new(memory.content(), existing, &Substitution::new()) else { return };
     let new = surprise(memory, Some(&bound), &execution.before, after, lifted);
+    let new = part.map_or_else(|| new.clone(), |part| new.expected(part));
     // One execution is one trial: the carrier of a generalised schema has been scored already.
     if execution.carrier != Some(existing) {
         let scored = score(memory, existing, &bound, &execution.before, after, lifted);

@@ -148,10 +148,16 @@ pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: Primit
         .map(|(schema, binding, bound)| Prediction { schema, binding, outcomes: bound.post })
 }
 
-/// What claims foretell of `action` in `world`, of each group of types that are told together; nothing while no claims are kept.
+/// What claims foretell of `action` in `world`, of each group of types that are told together, by what a
+/// body recalls, if it is one's; nothing while no claims are kept.
 #[must_use]
-pub fn foretell(content: &Content, world: &WorldState, action: PrimitiveId) -> Vec<Foretold> {
-    claims::foretell(content, action, world)
+pub fn foretell(
+    content: &Content,
+    body: Option<BodyId>,
+    world: &WorldState,
+    action: PrimitiveId,
+) -> Vec<Foretold> {
+    claims::foretell(content, body, action, world)
 }
 
 /// Whether `concrete` predicts all of `target`.

@@ -140,13 +140,13 @@ fn end(
     let after = draft.memory().content().items.with(on.iter().copied(), world);
     if learning && draft.memory().content().mechanisms.claims && !draft.memory().is_full() {
         let lifted = |kind: TypeId| is_lifted(lifted, kind);
-        let experience = claims::experience(draft.memory(), execution, &after, &lifted);
+        let experience = claims::experience(draft.memory(), body, execution, &after, &lifted);
         draft.emit(experience);
     }
     if supposes {
         draft.emit(Effect::Followed { body, on });
     }
-    let novelty = if learning { learn(draft, execution, &after, lifted) } else { Novelty::default() };
+    let novelty = if learning { learn(draft, body, execution, &after, lifted) } else { Novelty::default() };
     if supposes && learning && !draft.memory().is_full() {
         let supposed = supposing::suppose(draft.memory(), body);
         draft.emit_all(supposed);
@@ -164,11 +164,17 @@ fn lift(memory: &Memory, curriculum: &Curriculum, frame: &Frame) -> (WorldState,
 }
 
 /// Steps 2 to 7: what an execution that was carried out teaches.
-fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifted: &[bool]) -> Novelty {
+fn learn(
+    draft: &mut Draft<'_>,
+    body: BodyId,
+    execution: &Execution,
+    after: &WorldState,
+    lifted: &[bool],
+) -> Novelty {
     let lifted = |kind: TypeId| is_lifted(lifted, kind);
     let before = &execution.before;
     let claims = draft.memory().content().mechanisms.claims;
-    let expectation = claims.then(|| claims::expectation(draft.memory(), execution.action, before));
+    let expectation = claims.then(|| claims::expectation(draft.memory(), body, execution.action, before));
     let none = Substitution::new();
     let executed: Vec<(SchemaId, &Substitution)> = execution
         .schema
@@ -194,7 +200,7 @@ fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifte
     let happened = happened(draft.memory(), before, after);
     draft.emit_all(happened);
     let mut concerned = executed.clone();
-    concerned.extend(created.into_iter().chain(updated).map(|schema| (schema, &none)));
+    concerned.extend(created.iter().chain(&updated).map(|schema| (*schema, &none)));
     let content = draft.memory().content();
     let reads = |(schema, binding): &(SchemaId, &Substitution)| Instance::new(content, *schema, binding);
     let explained: Vec<_> = concerned.iter().map(reads).collect();
@@ -210,13 +216,16 @@ fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifte
     draft.emit_all(attended);
     // 7. Generalise on every new schema, and retire what has failed too often.
     let before_generalising = draft.memory().content().generalised_count;
-    let known = created.or(updated).or(execution.carrier).or(execution.schema);
+    // Of what claims tell apart, that with the most conditions.
+    let told = created.iter().chain(&updated).copied();
+    let conditions = |id: &SchemaId| draft.memory().content().concrete(*id).map(|known| known.pre.len());
+    let known = told.rev().max_by_key(conditions).or(execution.carrier).or(execution.schema);
     if let Some((expectation, parent)) = expectation.as_ref().zip(known) {
         let concrete = draft.memory().content().concrete(parent).is_some();
         let law =
             concrete.then(|| claims::generalise(draft.memory(), execution, expectation, parent)).flatten();
         draft.emit_all(law);
-    } else if let Some(seed) = created.filter(|_| draft.memory().parameters().generalisation) {
+    } else if let Some(seed) = created.first().copied().filter(|_| draft.memory().parameters().generalisation) {
         let generalised = generalisation::generalise(draft.memory(), seed);
         draft.emit_all(generalised);
     }
@@ -226,7 +235,7 @@ fn learn(draft: &mut Draft<'_>, execution: &Execution, after: &WorldState, lifte
         draft.emit(Effect::Retired { generalised });
     }
     Novelty {
-        concrete: u32::from(created.is_some()),
+        concrete: u32::try_from(created.len()).unwrap_or(u32::MAX),
         generalised: draft.memory().content().generalised_count - before_generalising,
         counter_examples: u32::from(counter_example),
     }

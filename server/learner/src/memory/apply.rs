@@ -164,7 +164,8 @@ impl Memory {
                 self.content.mechanisms = *mechanisms;
             }
             Effect::Experienced(experience) => {
-                self.content.evidence.experience(&self.content.vocabulary, experience);
+                let recalls = self.content.mechanisms.recalls();
+                self.content.evidence.experience(&self.content.vocabulary, experience, recalls);
                 if self.content.mechanisms.supposes() {
                     self.latest = Some(Arc::new((**experience).clone()));
                 }

@@ -105,14 +105,16 @@ impl Check<'_> {
     }
 
     fn experience(&self, experience: &Experience) -> Result<(), EffectError> {
-        let Experience { primitive, parameters, before, after, sensed } = experience;
+        let Experience { body, primitive, parameters, before, after, sensed, recalled } = experience;
+        self.body(*body)?;
         self.primitive(*primitive)?;
-        self.known(before.iter().chain(after.iter()))?;
+        let recalled = recalled.as_ref().map_or(&[][..], |recalled| &recalled.observations);
+        self.known(before.iter().chain(after.iter()).chain(recalled))?;
         let vocabulary = &self.content.vocabulary;
         let declared = parameters.iter().flatten().all(|value| vocabulary.knows_value(*value))
             && sensed.iter().all(|kind| usize::from(kind.0) < vocabulary.types().len());
         declared.then_some(()).ok_or(EffectError::Undeclared)?;
-        let ordered = [before, after].iter().all(|list| list.is_sorted_by(|a, b| a < b))
+        let ordered = [before, after, recalled].iter().all(|list| list.is_sorted_by(|a, b| a < b))
             && sensed.is_sorted_by(|a, b| a < b);
         ordered.then_some(()).ok_or(EffectError::Order)
     }

@@ -13,6 +13,12 @@ pub enum Reference {
     Effect(TypeId, PropertyId),
     /// The value in the only observation of this type.
     Only(TypeId, PropertyId),
+    /// The value in the observation that the claim is about, where it is about each of its type.
+    Itself(PropertyId),
+    /// The value in the only observation of this type that is recalled: that was there when the body was last as the action makes it.
+    Recalled(TypeId, PropertyId),
+    /// How many experiences ago it was that is recalled.
+    Age,
     /// The value of the property `to` in the only observation of type `kind` that has the value of `from` in its property `at`.
     Tied {
         /// The value that it is tied to.
@@ -35,6 +41,10 @@ pub enum Anchor {
     Effect(TypeId, PropertyId),
     /// See [`Reference::Only`].
     Only(TypeId, PropertyId),
+    /// See [`Reference::Itself`].
+    Itself(PropertyId),
+    /// See [`Reference::Age`].
+    Age,
 }
 
 impl From<Anchor> for Reference {
@@ -43,6 +53,8 @@ impl From<Anchor> for Reference {
             Anchor::Parameter(at) => Self::Parameter(at),
             Anchor::Effect(kind, property) => Self::Effect(kind, property),
             Anchor::Only(kind, property) => Self::Only(kind, property),
+            Anchor::Itself(property) => Self::Itself(property),
+            Anchor::Age => Self::Age,
         }
     }
 }
@@ -53,8 +65,8 @@ impl Reference {
     pub fn is_of_action(self) -> bool {
         match self {
             Self::Parameter(_) | Self::Effect(..) => true,
-            Self::Only(..) => false,
-            Self::Tied { from, .. } => !matches!(from, Anchor::Only(..)),
+            Self::Only(..) | Self::Itself(_) | Self::Recalled(..) | Self::Age => false,
+            Self::Tied { from, .. } => !matches!(from, Anchor::Only(..) | Anchor::Itself(_) | Anchor::Age),
         }
     }
 }
@@ -84,6 +96,8 @@ pub enum Condition {
     Observed(Sketch),
     /// The reference names this value.
     Is(Anchor, Value),
+    /// Such an observation is recalled: it was there when the body was last as the action makes it.
+    Recalled(Sketch),
     /// The reference names a number that is at least this one; of a real, a bin.
     AtLeast(Anchor, i64),
 }
@@ -95,13 +109,19 @@ impl Sketch {
             |(_, e): &(PropertyId, Expression)| matches!(e, Expression::Named(r, _) if r.is_of_action());
         self.properties.iter().any(named)
     }
+
+    /// Whether it has a number so much more or less than another.
+    pub(crate) fn differs(&self) -> bool {
+        let differs = |(_, e): &(PropertyId, Expression)| matches!(e, Expression::Named(_, by) if *by != 0);
+        self.properties.iter().any(differs)
+    }
 }
 
 impl Condition {
     /// Whether it names a value of the action, so that it holds of one action and not of another.
     pub(crate) fn is_of_action(&self) -> bool {
         match self {
-            Self::Observed(sketch) => sketch.is_of_action(),
+            Self::Observed(sketch) | Self::Recalled(sketch) => sketch.is_of_action(),
             Self::Is(anchor, _) | Self::AtLeast(anchor, _) => Reference::from(*anchor).is_of_action(),
         }
     }
@@ -110,7 +130,11 @@ impl Condition {
     pub(crate) fn asks_for(&self, kind: TypeId) -> bool {
         let names = |reference: Reference| match reference {
             Reference::Only(named, _) | Reference::Tied { kind: named, .. } => named == kind,
-            Reference::Parameter(_) | Reference::Effect(..) => false,
+            Reference::Parameter(_)
+            | Reference::Effect(..)
+            | Reference::Itself(_)
+            | Reference::Recalled(..)
+            | Reference::Age => false,
         };
         match self {
             Self::Is(anchor, _) | Self::AtLeast(anchor, _) => names((*anchor).into()),
@@ -119,7 +143,26 @@ impl Condition {
                     |(_, e): &(PropertyId, Expression)| matches!(e, Expression::Named(r, _) if names(*r));
                 sketch.kind == kind || sketch.properties.iter().any(named)
             }
+            Self::Recalled(_) => false,
         }
+    }
+
+    /// Whether it names a value of the observation that its claim is about.
+    pub(crate) fn is_of_itself(&self) -> bool {
+        match self {
+            Self::Observed(sketch) | Self::Recalled(sketch) => {
+                let of_itself = |(_, e): &(PropertyId, Expression)| {
+                    matches!(e, Expression::Named(Reference::Itself(_), _))
+                };
+                sketch.properties.iter().any(of_itself)
+            }
+            Self::Is(anchor, _) | Self::AtLeast(anchor, _) => matches!(anchor, Anchor::Itself(_)),
+        }
+    }
+
+    /// Whether it asks for what is recalled.
+    pub(crate) fn is_recalled(&self) -> bool {
+        matches!(self, Self::Recalled(_))
     }
 
     /// How many values it names.

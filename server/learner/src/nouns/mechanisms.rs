@@ -9,26 +9,35 @@ pub struct Mechanisms {
     /// Whether what drives the learner knows what claims do not know: where an action surprised of late, it is tried where that is new;
     /// and equation 1 is taken as a share of what is perceived, so that it does not grow with how much that is. It needs claims.
     pub curiosity: bool,
+    /// Whether it is recalled what was there when the body was last as an action makes it, so that what is out of sight is expected where
+    /// it was. It needs claims.
+    pub recall: bool,
     /// Whether synthetic items are supposed where an action's outcomes differ and nothing that is sensed tells why. It needs claims.
     pub items: bool,
 }
 
 impl Mechanisms {
     /// None: the learner of the paper.
-    pub const PAPER: Self = Self { claims: false, curiosity: false, items: false };
+    pub const PAPER: Self = Self { claims: false, curiosity: false, recall: false, items: false };
     /// All of them.
-    pub const FULL: Self = Self { claims: true, curiosity: true, items: true };
+    pub const FULL: Self = Self { claims: true, curiosity: true, recall: true, items: true };
 
     /// The same without those that need one that is off.
     #[must_use]
     pub fn sound(self) -> Self {
-        Self { curiosity: self.is_curious(), items: self.supposes(), ..self }
+        Self { curiosity: self.is_curious(), recall: self.recalls(), items: self.supposes(), ..self }
     }
 
     /// Whether curiosity has the claims that it needs.
     #[must_use]
     pub fn is_curious(self) -> bool {
         self.claims && self.curiosity
+    }
+
+    /// Whether recall has the claims that it needs.
+    #[must_use]
+    pub fn recalls(self) -> bool {
+        self.claims && self.recall
     }
 
     /// Whether items have the claims that they need.
@@ -39,8 +48,13 @@ impl Mechanisms {
 
     /// Each with its name.
     #[must_use]
-    pub fn named(self) -> [(&'static str, bool); 3] {
-        [("claims", self.claims), ("curiosity", self.curiosity), ("items", self.items)]
+    pub fn named(self) -> [(&'static str, bool); 4] {
+        [
+            ("claims", self.claims),
+            ("curiosity", self.curiosity),
+            ("recall", self.recall),
+            ("items", self.items),
+        ]
     }
 
     /// The profile by its name, `paper` or `full`; or the names of those that are on.
@@ -60,6 +74,7 @@ impl Mechanisms {
         match name {
             "claims" => Some(&mut self.claims),
             "curiosity" => Some(&mut self.curiosity),
+            "recall" => Some(&mut self.recall),
             "items" => Some(&mut self.items),
             _ => None,
         }

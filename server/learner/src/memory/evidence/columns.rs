@@ -162,7 +162,8 @@ impl Conditions {
                 continue;
             }
             let (tier, number) = (Tier::of(&condition), self.all.len());
-            let crossed = condition.names() > 1;
+            // What is seen from an observation itself is asked for wherever it is.
+            let crossed = condition.names() > 1 && !condition.is_of_itself();
             self.numbers.insert(condition.clone(), number);
             self.of_tier[tier as usize].push(number);
             self.all.push(Asked { tier, condition, column: Column::default() });

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::memory::evidence::columns::{Column, Conditions};
+use crate::memory::evidence::each::{Each, Trial};
 use crate::memory::evidence::growth::{Ground, Growth, Place};
 use crate::memory::evidence::novelty::Surprise;
 use crate::memory::evidence::scene::{Scene, of_kind};
@@ -18,6 +19,9 @@ const CHANGES_MAX: usize = 64;
 /// New claims are sought when so many outcomes were not the most frequent one of the claim in force, as a share of those that were
 /// not when claims were sought last: a rare surprise is looked into at once, and noise is not looked into again and again.
 const UNFORETOLD_SHARE: usize = 8;
+
+/// Claims leave much open when more than one outcome in so many was not the most frequent one of the claim in force.
+const OPEN_SHARE: usize = 4;
 
 /// Conditions that are held against 64 examples each, in the claims that are sought in one step; one facet is always sought.
 const SOUGHT_MAX: usize = 1 << 17;
@@ -71,6 +75,16 @@ impl Grown {
         self.claim.all().any(|claim| claim.outcomes.first().is_none_or(|(_, count)| *count < claim.trials))
     }
 
+    /// How often what followed was not the most frequent outcome of the claim in force.
+    pub(super) fn left_open(&self) -> usize {
+        self.exceptional + self.unforetold
+    }
+
+    /// Whether that was often so.
+    fn is_open(&self) -> bool {
+        self.left_open() * OPEN_SHARE > self.claim.all().map(|c| c.trials as usize).sum()
+    }
+
     fn is_stale(&self) -> bool {
         self.examples < 2 || self.unforetold > self.exceptional / UNFORETOLD_SHARE
     }
@@ -101,7 +115,7 @@ pub(super) fn path<'a>(claim: &'a Claim, scene: &Scene) -> (Vec<usize>, &'a Clai
 }
 
 /// The conditions of the claim at a place: its own and those of the claims that it is an exception to.
-pub(super) fn conditions<'a>(claim: &'a Claim, path: &'a [usize]) -> impl Iterator<Item = &'a Condition> {
+pub(super) fn conditions<'a>(claim: &'a Claim, path: &[usize]) -> impl Iterator<Item = &'a Condition> {
     let below = path.iter().scan(claim, |claim, at| {
         *claim = claim.exceptions.get(*at)?;
         Some(*claim)
@@ -115,6 +129,8 @@ pub(super) struct Examples<'a> {
     pub(super) all: &'a [(std::sync::Arc<Experience>, Scene)],
     pub(super) conditions: &'a Conditions,
     pub(super) of_primitive: &'a BTreeMap<PrimitiveId, Column>,
+    /// The type in which it shows how the body is.
+    pub(super) key: Option<TypeId>,
 }
 
 /// How much more may be sought in one step. Claims that wait for another step are sought then.
@@ -185,9 +201,18 @@ pub(crate) struct Facet {
     pub(super) scores: BTreeMap<PrimitiveId, [f64; 3]>,
     /// How often it surprised.
     pub(super) surprise: Surprise,
+    /// The claims about each observation by itself, where these tell more than the claims above about all of them.
+    pub(super) each: Option<Box<Each>>,
+    /// The same, as long as it is not known whether they do.
+    pub(super) trial: Option<Box<Trial>>,
 }
 
 impl Facet {
+    /// The facet of this type, with no claims yet.
+    pub(super) fn of(kind: TypeId, examples: &[(std::sync::Arc<Experience>, Scene)]) -> Self {
+        Self { kinds: vec![kind], company: vec![company(kind, examples)], ..Self::default() }
+    }
+
     /// The facet of these types, with claims grown from all examples.
     pub(super) fn new(kinds: Vec<TypeId>, examples: Examples<'_>) -> Self {
         let company = kinds.iter().map(|kind| company(*kind, examples.all)).collect();
@@ -197,8 +222,19 @@ impl Facet {
         facet
     }
 
+    /// Whether more than one thing follows where a claim about all of its types is in force.
     pub(super) fn varies(&self) -> bool {
-        self.general.varies()
+        self.each.is_none() && self.general.varies()
+    }
+
+    /// Whether the claims about all of its types leave much open, and nothing else is tried yet.
+    pub(super) fn is_open(&self) -> bool {
+        self.each.is_none() && self.trial.is_none() && (self.general.is_open() || self.surprise.is_often())
+    }
+
+    /// ln of the probability of what is told by nothing.
+    pub(super) fn of_nothing(&self) -> f64 {
+        -libm::log((self.changes.len() + 1) as f64)
     }
 
     pub(super) fn grow_all(&mut self, examples: Examples<'_>) {
@@ -206,6 +242,11 @@ impl Facet {
         for primitive in examples.of_primitive.keys().filter(|primitive| **primitive != ANYTHING) {
             self.grow_particular(examples, *primitive);
         }
+    }
+
+    /// Whether what it tells says what is recalled, so that it can't be told by that.
+    fn is_blind(&self, examples: Examples<'_>) -> bool {
+        examples.key.is_some_and(|key| self.kinds.binary_search(&key).is_ok())
     }
 
     /// Enters the example `at` in the columns, anew if it was there.
@@ -248,9 +289,9 @@ impl Facet {
         self.kinds.iter().flat_map(|kind| of_kind(observations, *kind)).cloned().collect()
     }
 
-    /// Counts the example `at`, which is entered, and seeks claims anew where that is called for and there is time: the general ones,
-    /// and those about its primitive if there are any of a `particular` one.
-    pub(super) fn learn(&mut self, examples: Examples<'_>, at: usize, particular: bool, time: &mut Time) {
+    /// Counts the example `at`, which is entered: for the general claims, and for those about its primitive if there are any of a
+    /// `particular` one.
+    pub(super) fn count(&mut self, examples: Examples<'_>, at: usize, particular: bool) {
         let Some((experience, scene)) = examples.all.get(at).filter(|_| self.sensed.contains(at)) else {
             return;
         };
@@ -261,18 +302,21 @@ impl Facet {
             self.places.resize(at + 1, None);
         }
         self.places[at] = Some(place);
-        let mut stale = false;
         if particular {
             let particular = self.particular.entry(experience.primitive).or_default();
             particular.count(scene, &self.changes, &made);
-            stale = particular.is_stale();
         }
+    }
+
+    /// Seeks claims anew where that is called for and there is time: the general ones, and those about a primitive if there are any.
+    pub(super) fn seek(&mut self, examples: Examples<'_>, primitive: PrimitiveId, time: &mut Time) {
         if self.general.is_stale() && time.take(examples, &self.sensed) {
             self.grow(examples);
         }
-        let tried = examples.of_primitive.get(&experience.primitive);
+        let stale = self.particular.get(&primitive).is_some_and(Grown::is_stale);
+        let tried = examples.of_primitive.get(&primitive);
         if stale && tried.is_some_and(|tried| time.take(examples, tried)) {
-            self.grow_particular(examples, experience.primitive);
+            self.grow_particular(examples, primitive);
         }
     }
 
@@ -301,7 +345,12 @@ impl Facet {
 
     fn grown(&self, examples: Examples<'_>, which: Column) -> Growth {
         let scene = |at: usize| &examples.all[at].1;
-        let ground = Ground { conditions: examples.conditions, changes: &self.changes, scene: &scene };
+        let ground = Ground {
+            conditions: examples.conditions,
+            changes: &self.changes,
+            is_blind: self.is_blind(examples),
+            scene: &scene,
+        };
         ground.grow(which)
     }
 

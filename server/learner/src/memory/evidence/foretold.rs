@@ -36,6 +36,32 @@ pub struct Foretold {
     /// Whether the most frequent outcome is put down to the action: it is foretold better than by what is to be expected whatever is
     /// done.
     pub attributed: bool,
+    /// Whether each observation is told by itself, whatever becomes of the others.
+    pub is_of_each: bool,
+    /// What becomes of single observations then, if it is more likely than that they stay.
+    pub parts: Vec<Part>,
+}
+
+/// What becomes of some observations, whatever becomes of the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// Those that are there afterwards.
+    pub observed: Vec<Observation>,
+    /// Those that are there no longer.
+    pub vanished: Vec<Observation>,
+    /// The observations that the claim in force asks for.
+    pub relied_on: Vec<Observation>,
+    /// How often it came to that.
+    pub count: u32,
+    /// How often the claim was in force.
+    pub trials: u32,
+    /// Whether the claim in force says it of each observation of its type, or of all numbers alike by a difference. No schema says as
+    /// much.
+    pub of_all: bool,
+    /// Whether the claim in force names a value of the action.
+    pub(crate) names_action: bool,
+    /// Whether it is put down to the action.
+    pub attributed: bool,
 }
 
 /// The general claim about some types that was in force in an experience.
@@ -62,6 +88,25 @@ impl Foretold {
         }
         let anyway: f64 = background.iter().map(|facet| facet.share_with(&self.kinds, after)).product();
         differs(*count as usize, self.trials as usize, anyway) > libm::log(among as f64)
+    }
+
+    /// Decides whether what becomes of each single observation is the action's doing, in the same way.
+    pub(super) fn attribute_parts(&mut self, background: &[Self], among: usize) {
+        for part in &mut self.parts {
+            let Some(one) = part.observed.first().or(part.vanished.first()) else { continue };
+            let anyway = background.iter().find(|facet| facet.kinds.binary_search(&one.kind()).is_ok());
+            let anyway = anyway.map_or(0.5, |facet| facet.share_of(one, part.observed.is_empty()));
+            let gain = differs(part.count as usize, part.trials as usize, anyway);
+            part.attributed = part.names_action || gain > libm::log(among as f64);
+        }
+    }
+
+    /// The probability that an observation is there afterwards, or that it is not, with room for what was never seen.
+    fn share_of(&self, observation: &Observation, vanishes: bool) -> f64 {
+        let agrees = |after: &[Observation]| (after.binary_search(observation).is_ok()) != vanishes;
+        let agreeing = self.outcomes.iter().filter(|(after, _)| agrees(after));
+        let agreeing: u32 = agreeing.map(|(_, count)| count).sum();
+        (f64::from(agreeing) + 0.5) / (f64::from(self.trials) + 1.0)
     }
 
     /// The probability that what it foretells agrees with `after` in the types `kinds`, with room for what was never seen.
@@ -120,6 +165,35 @@ impl Seen {
         // Where much came that has no form, one more of that kind is to be expected.
         let count = if self.came > 0 { f64::from(self.came) } else { f64::from(self.formless) * share };
         (count + share) / (f64::from(self.trials) + 1.0)
+    }
+}
+
+/// How well a view told what came about.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Told {
+    /// ln of the probability that it gave it.
+    pub(super) probability: f64,
+    /// Whether it had never seen it come about.
+    pub(super) surprises: bool,
+}
+
+impl Told {
+    /// What a view that had seen so much told, where so many changes may come.
+    pub(super) fn of(seen: Seen, changes: usize) -> Self {
+        Self { probability: libm::log(seen.probability(changes)), surprises: seen.came == 0 }
+    }
+
+    /// And one thing more, whatever became of the others.
+    pub(super) fn and(&mut self, seen: Seen, changes: usize) {
+        let Self { probability, surprises } = Self::of(seen, changes);
+        self.probability += probability;
+        self.surprises |= surprises;
+    }
+
+    /// And so many more that were never met, where so many were.
+    pub(super) fn unmet(&mut self, new: usize, known: usize) {
+        self.probability -= new as f64 * libm::log((known + 1) as f64);
+        self.surprises |= new > 0;
     }
 }
 

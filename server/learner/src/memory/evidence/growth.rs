@@ -23,6 +23,8 @@ pub(super) struct Ground<'a> {
     pub(super) conditions: &'a Conditions,
     /// The changes, each with the examples that it makes.
     pub(super) changes: &'a [(Change, Column)],
+    /// Whether what is recalled is not asked for: it follows from what is told.
+    pub(super) is_blind: bool,
     /// The scene of an example.
     pub(super) scene: &'a dyn Fn(usize) -> &'a Scene,
 }
@@ -89,7 +91,8 @@ impl Ground<'_> {
     fn numbers(&self, examples: &Column) -> Numbers {
         let mut numbers = Numbers::new();
         for at in examples.iter() {
-            for (anchor, value) in (self.scene)(at).numbers() {
+            let may_ask = |anchor: &Anchor| !(self.is_blind && *anchor == Anchor::Age);
+            for (anchor, value) in (self.scene)(at).numbers().filter(|(anchor, _)| may_ask(anchor)) {
                 numbers.entry(anchor).or_default().push((value, at));
             }
         }
@@ -237,6 +240,10 @@ impl Search<'_, '_> {
         })
     }
 
+    fn may_ask(&self, asked: &Asked) -> bool {
+        !(self.ground.is_blind && asked.condition.is_recalled())
+    }
+
     /// The conditions that part these examples, by tier and in order. Those that hold in the same of them are one choice, of the
     /// lowest tier among them.
     fn different(&self, whole: &Whole<'_>) -> Vec<&Asked> {
@@ -244,7 +251,7 @@ impl Search<'_, '_> {
         if whole.all > FEW {
             let mut seen: FxHashMap<u64, usize> = FxHashMap::default();
             let mut different: Vec<&Asked> = Vec::new();
-            for asked in conditions.iter() {
+            for asked in conditions.iter().filter(|asked| self.may_ask(asked)) {
                 let (count, mut hash) = whole.examples.fingerprint(&asked.column);
                 if count == 0 || count == whole.all {
                     continue;
@@ -284,7 +291,7 @@ impl Search<'_, '_> {
         let all = u64::MAX >> (64 - whole.all);
         let mut first: FxHashMap<u64, (Tier, usize)> = FxHashMap::default();
         for number in met.into_iter().filter(|number| holding[*number] != all) {
-            let Some(asked) = conditions.get(number) else { continue };
+            let Some(asked) = conditions.get(number).filter(|asked| self.may_ask(asked)) else { continue };
             let place = (asked.tier, number);
             first.entry(holding[number]).and_modify(|known| *known = place.min(*known)).or_insert(place);
         }

@@ -2,28 +2,32 @@
 //! foretells.
 
 mod columns;
+mod each;
 mod facet;
 mod foretold;
 mod growth;
 mod novelty;
 mod pool;
+mod recollections;
 pub(crate) mod price;
 mod scene;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 pub(crate) use foretold::InForce;
-pub use foretold::{Foretold, View};
+pub use foretold::{Foretold, Part, View};
 use pool::Pool;
+use recollections::Recollections;
+use scene::of_kind;
 
 use crate::memory::evidence::facet::ANYTHING;
 use crate::nouns::claim::Claim;
-use crate::nouns::experience::Experience;
+use crate::nouns::experience::{Experience, Recalled};
 use crate::nouns::observation::{Observation, TypeId, Value};
-use crate::nouns::vocabulary::{PrimitiveId, Vocabulary, value_of};
+use crate::nouns::vocabulary::{BodyId, PrimitiveId, Vocabulary, value_of};
 
 /// The experiences with each action, by its number in the vocabulary, and the claims that they make. A clone shares all of it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,6 +35,8 @@ pub struct Evidence {
     pools: BTreeMap<usize, Arc<Pool>>,
     /// The same experiences, as if all had been with one action: what is to be expected whatever is done.
     background: Arc<Pool>,
+    /// What each body recalls.
+    recollections: BTreeMap<BodyId, Recollections>,
 }
 
 /// What is done where claims hold.
@@ -60,11 +66,32 @@ pub(crate) fn parameters(vocabulary: &Vocabulary, primitive: PrimitiveId) -> Arc
 
 impl Evidence {
     /// Takes an experience in.
-    pub fn experience(&mut self, vocabulary: &Vocabulary, experience: &Experience) {
+    pub fn experience(&mut self, vocabulary: &Vocabulary, experience: &Experience, recalls: bool) {
         let Some(action) = action(vocabulary, experience.primitive) else { return };
-        Arc::make_mut(self.pools.entry(action).or_default()).experience(Arc::new(experience.clone()));
-        let anything = Experience { primitive: ANYTHING, parameters: [].into(), ..experience.clone() };
-        Arc::make_mut(&mut self.background).experience(Arc::new(anything));
+        let pool = Arc::make_mut(self.pools.entry(action).or_default());
+        pool.experience(Arc::new(experience.clone()), recalls);
+        let anything =
+            Experience { primitive: ANYTHING, parameters: [].into(), recalled: None, ..experience.clone() };
+        Arc::make_mut(&mut self.background).experience(Arc::new(anything), false);
+        if recalls {
+            let keys: BTreeSet<_> = self.pools.values().filter_map(|pool| pool.key()).collect();
+            let recollections = self.recollections.entry(experience.body).or_default();
+            recollections.note(keys, &experience.after);
+        }
+    }
+
+    /// What was there when a body was last as an action leaves it, after which these observations are there; none where that is not
+    /// known.
+    pub(crate) fn recalled(
+        &self,
+        vocabulary: &Vocabulary,
+        body: BodyId,
+        primitive: PrimitiveId,
+        after: &[Observation],
+    ) -> Option<Recalled> {
+        let key = self.pools.get(&action(vocabulary, primitive)?)?.key()?;
+        let [one] = of_kind(after, key) else { return None };
+        self.recollections.get(&body)?.of(one)
     }
 
     /// The experiences that are kept, pool by pool in the order in which they were made, each with the action whose pool it is in; none
@@ -150,23 +177,29 @@ impl Evidence {
         primitives.iter().map(|primitive| curiosity(primitive).unwrap_or(1.0)).collect()
     }
 
-    /// What a primitive will bring about in a context of lasting observations in canonical order; nothing where nothing is known of
-    /// its action.
+    /// What a primitive will bring about in a context of lasting observations in canonical order, by what a body recalls, if it is one's;
+    /// nothing where nothing is known of its action.
     #[must_use]
     pub fn foretell(
         &self,
         vocabulary: &Vocabulary,
+        body: Option<BodyId>,
         primitive: PrimitiveId,
         context: &[Observation],
     ) -> Vec<Foretold> {
+        let recollections = body.and_then(|body| self.recollections.get(&body));
+        let recall = |one: &Observation| recollections?.of(one);
         let pool = action(vocabulary, primitive).and_then(|action| self.pools.get(&action));
         let Some(pool) = pool else { return Vec::new() };
-        let mut foretold = pool.foretell(primitive, &parameters(vocabulary, primitive), context);
+        let mut foretold = pool.foretell(primitive, &parameters(vocabulary, primitive), context, &recall);
         // What always happens to who can do one thing only is put down to that.
         if vocabulary.primitives().len() > 1 {
-            let background = self.background.foretell(ANYTHING, &[], context);
+            let background = self.background.foretell(ANYTHING, &[], context, &|_| None);
             let among = foretold.len();
-            foretold.iter_mut().for_each(|facet| facet.attributed = facet.is_attributed(&background, among));
+            for facet in &mut foretold {
+                facet.attributed = facet.is_attributed(&background, among);
+                facet.attribute_parts(&background, among);
+            }
         }
         foretold
     }

@@ -67,6 +67,12 @@ impl Surprise {
         self.familiar = note(self.familiar, 1.0 - newness);
     }
 
+    /// Whether more than one in four surprised, and there were some.
+    pub(super) fn is_often(&self) -> bool {
+        let all = self.new.1 + self.familiar.1;
+        all >= 8.0 && (self.new.0 + self.familiar.0) * 4.0 > all
+    }
+
     /// How often what is new surprises, unless what is familiar surprises as well: then it is noise. From 0 to 1; 1 at first.
     pub(super) fn of_new(&self) -> f64 {
         let noise = self.familiar.0 / (self.familiar.1 + 1.0);

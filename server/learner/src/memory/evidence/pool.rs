@@ -4,12 +4,13 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use crate::memory::evidence::columns::{Column, Conditions};
+use crate::memory::evidence::each::{Each, Trial};
 use crate::memory::evidence::facet::{ANYTHING, Examples, Facet, Grown, Time, conditions, path};
-use crate::memory::evidence::foretold::{Foretold, InForce, Seen, View, differs};
+use crate::memory::evidence::foretold::{Foretold, InForce, Seen, Told, View, differs};
 use crate::memory::evidence::novelty::Novelty;
-use crate::memory::evidence::scene::Scene;
+use crate::memory::evidence::scene::{Scene, of_kind};
 use crate::nouns::claim::Claim;
-use crate::nouns::experience::Experience;
+use crate::nouns::experience::{Experience, Recalled};
 use crate::nouns::observation::{Observation, TypeId, Value};
 use crate::nouns::vocabulary::PrimitiveId;
 
@@ -25,6 +26,18 @@ const DOUBTS_MAX: usize = 4;
 const EFFECT_CHANGES: usize = 8;
 /// Observations that may come about together as a primitive's own effect.
 const BROUGHT_MAX: usize = 32;
+/// So many experiences are needed until it is tried to tell observations one by one, and then twice as many, or so many more, until it is
+/// tried again.
+const EACH_MIN: usize = 32;
+const EACH_AGAIN: usize = 256;
+/// They are where there are several of a type in more than one experience in so many.
+const EACH_SHARE: usize = 16;
+/// So many experiences are needed until it is asked in which type it shows how the body is, and then always twice as many.
+const KEY_MIN: usize = 16;
+/// It changes in more than one in so many.
+const KEY_CHANGES: usize = 8;
+/// It was not the most frequent outcome of the claim in force in less than one in so many.
+const KEY_OPEN: usize = 8;
 /// The share of a primitive's experiences in which an observation must come about to be an effect of its own.
 const EFFECT_SHARE: (usize, usize) = (3, 4);
 
@@ -66,15 +79,59 @@ pub(super) struct Pool {
     /// The experiences with each primitive in the very same context.
     alike: BTreeMap<PrimitiveId, BTreeMap<Arc<[Observation]>, Vec<usize>>>,
     facets: Vec<Facet>,
+    /// The type in which it shows how the action leaves the body: of that there is always one, and it is told.
+    key: Option<TypeId>,
 }
 
 impl Pool {
     /// Takes an experience in. What the pool knows follows from the experiences that it keeps, in their order.
-    pub(super) fn experience(&mut self, experience: Arc<Experience>) {
+    pub(super) fn experience(&mut self, experience: Arc<Experience>, recalls: bool) {
         if self.examples.len() >= room(self.of_primitive.len()) {
             self.make_room();
         }
         self.learn(experience);
+        let count = self.examples.len();
+        if recalls && count >= KEY_MIN && count.is_power_of_two() {
+            let key = self.found_key();
+            if self.key != key {
+                let all = std::mem::take(&mut self.examples);
+                self.key = key;
+                self.settle(all.into_iter().map(|(experience, _)| experience).collect());
+            }
+        }
+    }
+
+    pub(super) fn key(&self) -> Option<TypeId> {
+        self.key
+    }
+
+    /// The type in which it shows how the action leaves the body: of which one is there before and after, which often changes and is told
+    /// well. That which was found before stays while it can.
+    fn found_key(&self) -> Option<TypeId> {
+        let all = || self.examples.iter().map(|(experience, _)| experience);
+        let may_be = |kind: &TypeId| {
+            let shows = |e: &Arc<Experience>| {
+                e.sensed.binary_search(kind).is_ok()
+                    && of_kind(&e.before, *kind).len() == 1
+                    && of_kind(&e.after, *kind).len() == 1
+            };
+            let changes = |e: &&Arc<Experience>| of_kind(&e.before, *kind) != of_kind(&e.after, *kind);
+            all().all(shows) && all().filter(changes).count() * KEY_CHANGES > self.examples.len()
+        };
+        let told = self.facets.iter().filter(|facet| facet.each.is_none());
+        let told = told.flat_map(|facet| facet.kinds.iter().map(move |kind| (facet.general.left_open(), *kind)));
+        let told = told.filter(|(open, kind)| open * KEY_OPEN < self.examples.len() && may_be(kind));
+        told.min_by_key(|(open, kind)| (self.key != Some(*kind), *open, *kind)).map(|(_, kind)| kind)
+    }
+
+    /// The scene of an experience with an action that has this effect of its own.
+    fn scene(&self, experience: &Experience, effect: &[Observation]) -> Scene {
+        let scene = Scene::new(experience.before.clone(), &experience.parameters, effect);
+        let Some(key) = self.key else { return scene };
+        let unchanged = of_kind(&experience.before, key) == of_kind(&experience.after, key);
+        let there = || Recalled { observations: experience.before.clone(), age: 0 };
+        let recalled = if unchanged { Some(there()) } else { experience.recalled.clone() };
+        scene.recalling(recalled, key)
     }
 
     /// Puts back an experience that was kept, where there are so many primitives; returns whether there is room for it.
@@ -111,12 +168,10 @@ impl Pool {
     fn learn(&mut self, experience: Arc<Experience>) {
         let primitive = experience.primitive;
         let particular = primitive != ANYTHING;
-        if particular {
-            self.score(&experience);
-        }
+        self.score(&experience);
         let at = self.examples.len();
         self.note(&experience);
-        let scene = Scene::new(&experience.before, &experience.parameters, self.effect(primitive));
+        let scene = self.scene(&experience, self.effect(primitive));
         self.examples.push((experience, scene));
         let renamed = particular && self.update_effect(primitive);
         let others: Vec<_> = self.doubtful.iter().copied().filter(|other| *other != primitive).collect();
@@ -132,15 +187,30 @@ impl Pool {
         for number in (0..count).map(|number| (number + at) % count) {
             let mut facet = std::mem::take(&mut self.facets[number]);
             let examples = self.examples();
-            if facet.general.examples <= at {
-                facet.learn(examples, at, particular, &mut time);
+            let trial = facet.trial.as_mut();
+            if trial.is_some_and(|trial| !trial.each.learn(examples, at, &mut time)) {
+                facet.trial = None;
             }
-            let anew = others.iter().chain(renamed.then_some(&primitive));
-            anew.for_each(|primitive| facet.rename(examples, *primitive));
+            if let Some(each) = &mut facet.each {
+                if !each.learn(examples, at, &mut time) {
+                    facet = Facet::new(std::mem::take(&mut facet.kinds), examples);
+                }
+            } else {
+                if facet.general.examples <= at {
+                    facet.count(examples, at, particular);
+                    facet.seek(examples, primitive, &mut time);
+                }
+                let anew = others.iter().chain(renamed.then_some(&primitive));
+                anew.for_each(|primitive| facet.rename(examples, *primitive));
+            }
             self.facets[number] = facet;
         }
         self.part_facets();
         self.join_facets();
+        let count = self.examples.len();
+        if count >= EACH_MIN && (count.is_power_of_two() || count.is_multiple_of(EACH_AGAIN)) {
+            self.try_each();
+        }
         // Where a quarter may be added, as after forgetting one, all is found anew: so what is known follows from what is kept.
         let room = room(self.of_primitive.len());
         if self.examples.len() == room - room / 4 {
@@ -153,7 +223,7 @@ impl Pool {
     fn part_facets(&mut self) {
         for number in 0..self.facets.len() {
             let (facet, examples) = (&self.facets[number], self.examples());
-            if facet.general.examples != self.examples.len() {
+            if facet.each.is_some() || facet.general.examples != self.examples.len() {
                 continue;
             }
             let Some(stranger) = facet.stranger() else { continue };
@@ -164,9 +234,36 @@ impl Pool {
         }
     }
 
+    /// Tells the observations of these types one by one.
+    fn tell_each(&mut self, kinds: &[TypeId]) {
+        for number in 0..self.facets.len() {
+            let (facet, examples) = (&self.facets[number], self.examples());
+            let &[kind] = &facet.kinds[..] else { continue };
+            let each = kinds.contains(&kind).then(|| Each::new(kind, examples, 0)).flatten();
+            if let Some(each) = each {
+                let mut singly = Facet::of(kind, examples.all);
+                singly.each = Some(Box::new(each));
+                self.facets[number] = singly;
+            }
+        }
+    }
+
+    /// Tries to tell the observations of a type one by one where the claims about all of them leave much open.
+    fn try_each(&mut self) {
+        for number in 0..self.facets.len() {
+            let (facet, examples) = (&self.facets[number], self.examples());
+            let &[kind] = &facet.kinds[..] else { continue };
+            let several = |(e, _): &&(Arc<Experience>, Scene)| of_kind(&e.before, kind).len() > 1;
+            if facet.is_open() && examples.all.iter().filter(several).count() * EACH_SHARE > examples.all.len() {
+                let each = Each::new(kind, examples, 0);
+                self.facets[number].trial = each.map(|each| Box::new(Trial::new(each)));
+            }
+        }
+    }
+
     fn examples(&self) -> Examples<'_> {
         let Self { examples, conditions, of_primitive, .. } = self;
-        Examples { all: examples, conditions, of_primitive }
+        Examples { all: examples, conditions, of_primitive, key: self.key }
     }
 
     pub(super) fn effect(&self, primitive: PrimitiveId) -> &[Observation] {
@@ -177,7 +274,7 @@ impl Pool {
     fn enter(&mut self, at: usize) {
         let examples = &self.examples;
         self.conditions.enter(at, |at| &examples[at].1);
-        for facet in &mut self.facets {
+        for facet in self.facets.iter_mut().filter(|facet| facet.each.is_none()) {
             facet.enter(&self.examples, at);
         }
     }
@@ -219,8 +316,9 @@ impl Pool {
         self.effects.insert(primitive, effect.clone());
         self.changed.insert(primitive, tries);
         for at in renamed {
-            if let Some((experience, scene)) = self.examples.get_mut(at) {
-                *scene = Scene::new(&experience.before, &experience.parameters, &effect);
+            let anew = self.examples.get(at).map(|(experience, _)| self.scene(experience, &effect));
+            if let Some(((_, scene), anew)) = self.examples.get_mut(at).zip(anew) {
+                *scene = anew;
             }
             self.enter(at);
         }
@@ -269,10 +367,39 @@ impl Pool {
         false
     }
 
-    /// Each view of each facet is scored by what it foretold of this experience, before it is learnt from.
+    /// Each view of each facet is scored by what it foretold of this experience, before it is learnt from; and what is tried out.
     fn score(&mut self, experience: &Experience) {
-        let scene = Scene::new(&experience.before, &experience.parameters, self.effect(experience.primitive));
-        self.score_in(&scene, experience, false);
+        let scene = self.scene(experience, self.effect(experience.primitive));
+        self.score_trials(&scene, experience);
+        if experience.primitive != ANYTHING {
+            self.score_in(&scene, experience, false);
+        }
+    }
+
+    /// Compares what is foretold of each observation by itself with what is foretold of all together, where both are.
+    fn score_trials(&mut self, scene: &Scene, experience: &Experience) {
+        for number in 0..self.facets.len() {
+            let Some(mut trial) = self.facets[number].trial.take() else { continue };
+            let facet = &self.facets[number];
+            if !facet.is_told_by(experience) {
+                self.facets[number].trial = Some(trial);
+                continue;
+            }
+            let after = facet.part(&experience.after);
+            let [general, particular, _] = self.told(facet, experience.primitive, scene, &after, false);
+            let together = [general, particular].map(|told| told.map(|told| told.probability));
+            let together = together.map(|told| told.unwrap_or_else(|| facet.of_nothing()));
+            trial.score(together, experience.primitive, scene, &after);
+            match trial.verdict(CERTAIN) {
+                None => self.facets[number].trial = Some(trial),
+                Some(false) => (),
+                Some(true) => {
+                    let mut singly = Facet::of(facet.kinds[0], &self.examples);
+                    singly.each = Some(Box::new(trial.each));
+                    self.facets[number] = singly;
+                }
+            }
+        }
     }
 
     /// Each view is scored by what it would have foretold of each example if that had not been among those that it was learnt from.
@@ -290,31 +417,43 @@ impl Pool {
         let mut facets = std::mem::take(&mut self.facets);
         let newness = self.newness(&self.novelty(&scene.context), experience.primitive, already);
         for facet in facets.iter_mut().filter(|facet| facet.is_told_by(experience)) {
-            let changes = facet.changes.len();
             let after = facet.part(&experience.after);
-            let probability = |seen: Option<Seen>| {
-                let seen = seen.map(|seen| if already { seen.without_one() } else { seen });
-                // Where a view says nothing, it is as if it had said anything alike.
-                seen.filter(|seen| seen.trials > 0)
-                    .map_or(1.0 / (changes + 1) as f64, |seen| seen.probability(changes))
-            };
-            let general = Seen::of_claim(&facet.general, scene, &after, facet);
-            let particular = facet.particular.get(&experience.primitive);
-            let particular = particular.and_then(|grown| Seen::of_claim(grown, scene, &after, facet));
-            let remembered = self.seen_alike(facet, experience.primitive, scene, &after);
-            let fallback = |seen: &Seen| seen.trials > u32::from(already);
-            let remembered = remembered.filter(fallback).or(particular);
+            let views = self.told(facet, experience.primitive, scene, &after, already);
+            // Where a view says nothing, it is as if it had said anything alike.
+            let nothing = facet.of_nothing();
             let scores = facet.scores.entry(experience.primitive).or_default();
-            let views = [general, particular, remembered];
-            let less = u32::from(already);
-            let surprise = relied(*scores, &views).is_none_or(|seen| seen.came <= less);
+            let surprise = relied(*scores, &views).is_none_or(|told| told.surprises);
             facet.surprise.note(newness, surprise);
-            let probabilities = views.map(probability);
-            for (score, probability) in scores.iter_mut().zip(probabilities) {
-                *score = *score * SCORE_KEPT + libm::log(probability);
+            for (score, told) in scores.iter_mut().zip(views) {
+                *score = *score * SCORE_KEPT + told.map_or(nothing, |told| told.probability);
             }
         }
         self.facets = facets;
+    }
+
+    /// How each view told what came, which was learnt from `already` or not.
+    fn told(
+        &self,
+        facet: &Facet,
+        primitive: PrimitiveId,
+        scene: &Scene,
+        after: &[Observation],
+        already: bool,
+    ) -> [Option<Told>; 3] {
+        let told = |seen: Seen| {
+            let seen = if already { seen.without_one() } else { seen };
+            (seen.trials > 0).then(|| Told::of(seen, facet.changes.len()))
+        };
+        let claimed = |grown: &Grown| Seen::of_claim(grown, scene, after, facet).and_then(told);
+        let (general, particular) = match &facet.each {
+            Some(each) => {
+                let told = |view: View| each.told(view, primitive, scene, after, already);
+                (told(View::General), told(View::Particular))
+            }
+            None => (claimed(&facet.general), facet.particular.get(&primitive).and_then(claimed)),
+        };
+        let remembered = self.seen_alike(facet, primitive, scene, after).and_then(told);
+        [general, particular, remembered.or(particular)]
     }
 
     /// How much what is new surprises, in the facet of which most may be learnt; from 0 to 1, and 1 of what nothing is known of.
@@ -340,6 +479,9 @@ impl Pool {
         scene: &Scene,
         after: &[Observation],
     ) -> Option<Seen> {
+        if facet.each.is_some() {
+            return None;
+        }
         let mut seen = Seen::default();
         for at in self.alike.get(&primitive)?.get(&scene.context[..])? {
             let Some((experience, _)) = self.examples.get(*at) else { continue };
@@ -352,9 +494,16 @@ impl Pool {
     }
 
     fn views(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> [Option<Foretold>; 3] {
-        let general = self.claimed(facet, &facet.general, scene, View::General);
-        let particular = facet.particular.get(&primitive);
-        let particular = particular.and_then(|grown| self.claimed(facet, grown, scene, View::Particular));
+        let (general, particular) = match &facet.each {
+            Some(each) => {
+                (each.foretold(View::General, primitive, scene), each.foretold(View::Particular, primitive, scene))
+            }
+            None => {
+                let particular = facet.particular.get(&primitive);
+                let general = self.claimed(facet, &facet.general, scene, View::General);
+                (general, particular.and_then(|grown| self.claimed(facet, grown, scene, View::Particular)))
+            }
+        };
         let remembered = self.remembered(facet, primitive, scene).or_else(|| particular.clone());
         [general, particular, remembered]
     }
@@ -362,8 +511,11 @@ impl Pool {
     fn claimed(&self, facet: &Facet, grown: &Grown, scene: &Scene, view: View) -> Option<Foretold> {
         let (at, claim) = path(&grown.claim, scene);
         let conditions: Vec<_> = conditions(&grown.claim, &at).cloned().collect();
-        let relied_on =
+        let mut relied_on: Vec<_> =
             conditions.iter().filter_map(|condition| scene.relied_on(condition)).cloned().collect();
+        if let Some((change, _)) = claim.outcomes.first() {
+            relied_on.extend(scene.named_in(change));
+        }
         let most = claim.outcomes.first().map(|(change, _)| (conditions, change.clone()));
         let mut outcomes: Vec<(Vec<Observation>, u32)> = Vec::new();
         for (change, count) in &claim.outcomes {
@@ -383,10 +535,16 @@ impl Pool {
             relied_on,
             claim: most,
             attributed: true,
+            is_of_each: false,
+            parts: Vec::new(),
         })
     }
 
     fn remembered(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
+        // Each by itself is told of contexts that were never met as a whole.
+        if facet.each.is_some() {
+            return None;
+        }
         let mut outcomes: Vec<(Vec<Observation>, u32)> = Vec::new();
         for at in self.alike.get(&primitive)?.get(&scene.context[..])? {
             let Some((experience, _)) = self.examples.get(*at) else { continue };
@@ -406,9 +564,11 @@ impl Pool {
             outcomes,
             trials,
             view: View::Remembered,
-            relied_on: scene.context.clone(),
+            relied_on: scene.context.to_vec(),
             claim: None,
             attributed: true,
+            is_of_each: false,
+            parts: Vec::new(),
         })
     }
 
@@ -417,13 +577,29 @@ impl Pool {
         primitive: PrimitiveId,
         parameters: &[Option<Value>],
         context: &[Observation],
+        recall: &dyn Fn(&Observation) -> Option<Recalled>,
     ) -> Vec<Foretold> {
         let scene = Scene::new(context, parameters, self.effect(primitive));
-        let foretell = |facet: &Facet| {
+        let foretell = |facet: &Facet, scene: &Scene| {
             let scores = facet.scores.get(&primitive).copied().unwrap_or_default();
-            relied(scores, &self.views(facet, primitive, &scene)).cloned()
+            relied(scores, &self.views(facet, primitive, scene)).cloned()
         };
-        self.facets.iter().filter_map(foretell).collect()
+        let Some(key) = self.key else {
+            return self.facets.iter().filter_map(|facet| foretell(facet, &scene)).collect();
+        };
+        let blind = |facet: &&Facet| facet.kinds.contains(&key);
+        let told: Vec<_> =
+            self.facets.iter().filter(blind).filter_map(|facet| foretell(facet, &scene)).collect();
+        // How the body will be most likely, and what was there when it was so.
+        let most = told.iter().find_map(|facet| facet.outcomes.first()).map(|(after, _)| of_kind(after, key));
+        let recalled = most.and_then(|most| match most {
+            [one] if of_kind(context, key).first() == Some(one) => Some(Recalled { observations: context.into(), age: 0 }),
+            [one] => recall(one),
+            _ => None,
+        });
+        let seeing = scene.clone().recalling(recalled, key);
+        let others = self.facets.iter().filter(|facet| !blind(facet));
+        told.into_iter().chain(others.filter_map(|facet| foretell(facet, &seeing))).collect()
     }
 
     /// Forgets the oldest experiences of the claim in force in most of them, a quarter of all; the newest of each primitive stays.
@@ -451,11 +627,13 @@ impl Pool {
     /// All that is known is found anew from these experiences together: own effects first, then scenes, facets, claims, and how well
     /// each view would have foretold each of them from the others.
     fn settle(&mut self, experiences: Vec<Arc<Experience>>) {
-        *self = Self::default();
+        let singly = self.facets.iter().filter(|facet| facet.each.is_some());
+        let singly: Vec<_> = singly.flat_map(|facet| facet.kinds.clone()).collect();
+        *self = Self { key: self.key, ..Self::default() };
         let particular = experiences.first().is_some_and(|experience| experience.primitive != ANYTHING);
         for experience in experiences {
             self.note(&experience);
-            let scene = Scene::new(&experience.before, &experience.parameters, &[]);
+            let scene = Scene::new(experience.before.clone(), &experience.parameters, &[]);
             self.examples.push((experience, scene));
         }
         if particular {
@@ -466,13 +644,17 @@ impl Pool {
                 self.changed.insert(primitive, tries);
             }
         }
-        for (experience, scene) in &mut self.examples {
-            let effect = self.effects.get(&experience.primitive).map_or(&[][..], Vec::as_slice);
-            *scene = Scene::new(&experience.before, &experience.parameters, effect);
-        }
+        let examples = std::mem::take(&mut self.examples).into_iter();
+        self.examples = examples
+            .map(|(experience, _)| {
+                let scene = self.scene(&experience, self.effect(experience.primitive));
+                (experience, scene)
+            })
+            .collect();
         (0..self.examples.len()).for_each(|at| self.enter(at));
         (0..self.examples.len()).for_each(|at| self.add_facets(at));
         self.part_facets();
+        self.tell_each(&singly);
         self.join_facets();
         self.score_anew();
     }
@@ -480,19 +662,21 @@ impl Pool {
     /// The claims about each facet: those about a primitive alone, or those about the action.
     pub(super) fn claims(&self, primitive: Option<PrimitiveId>) -> impl Iterator<Item = (&[TypeId], &Claim)> {
         self.facets.iter().filter_map(move |facet| {
-            let grown = match primitive {
-                Some(primitive) => facet.particular.get(&primitive)?,
-                None => &facet.general,
+            let claim = match (&facet.each, primitive) {
+                (Some(each), _) => each.claim(primitive)?,
+                (None, Some(primitive)) => &facet.particular.get(&primitive)?.claim,
+                (None, None) => &facet.general.claim,
             };
-            Some((&facet.kinds[..], &grown.claim))
+            Some((&facet.kinds[..], claim))
         })
     }
 
     /// Of each facet that an experience tells of, the general claim that was in force in it and which of its outcomes came.
     pub(super) fn in_force(&self, experience: &Experience) -> Vec<InForce<'_>> {
         let effect = self.effect(experience.primitive);
-        let scene = Scene::new(&experience.before, &experience.parameters, effect);
-        let told = self.facets.iter().filter(|facet| facet.is_told_by(experience));
+        let scene = self.scene(experience, effect);
+        let together = self.facets.iter().filter(|facet| facet.each.is_none());
+        let told = together.filter(|facet| facet.is_told_by(experience));
         told.map(|facet| {
             let after = facet.part(&experience.after);
             let (place, claim) = path(&facet.general.claim, &scene);
@@ -509,7 +693,8 @@ impl Pool {
             conditions.any(|condition| condition.asks_for(kind))
         };
         self.facets.iter().any(|facet| {
-            asks(&facet.general.claim) || facet.particular.values().any(|grown| asks(&grown.claim))
+            facet.each.as_ref().is_some_and(|each| each.all().any(asks))
+                || asks(&facet.general.claim) || facet.particular.values().any(|grown| asks(&grown.claim))
         })
     }
 

@@ -63,13 +63,13 @@ impl Tier {
     pub(super) const COUNT: usize = 4;
 
     pub(super) fn of(condition: &Condition) -> Self {
-        let Condition::Observed(sketch) = condition else {
+        let (Condition::Observed(sketch) | Condition::Recalled(sketch)) = condition else {
             return if matches!(condition, Condition::AtLeast(..)) { Self::Bound } else { Self::Given };
         };
         let tier = |expression: &Expression| match expression {
             Expression::Constant(_) => Self::Given,
-            Expression::Named(Reference::Only(..) | Reference::Tied { .. }, _) => Self::Tied,
-            Expression::Named(..) => Self::Direct,
+            Expression::Named(Reference::Parameter(_) | Reference::Effect(..), _) => Self::Direct,
+            Expression::Named(..) => Self::Tied,
         };
         sketch.properties.iter().map(|(_, e)| tier(e)).max().unwrap_or(Self::Tied)
     }
@@ -91,6 +91,8 @@ pub(super) fn anchor(reference: Reference) -> Option<Anchor> {
         Reference::Parameter(at) => Some(Anchor::Parameter(at)),
         Reference::Effect(kind, property) => Some(Anchor::Effect(kind, property)),
         Reference::Only(kind, property) => Some(Anchor::Only(kind, property)),
-        Reference::Tied { .. } => None,
+        Reference::Itself(property) => Some(Anchor::Itself(property)),
+        Reference::Age => Some(Anchor::Age),
+        Reference::Recalled(..) | Reference::Tied { .. } => None,
     }
 }

@@ -1,8 +1,11 @@
 //! A scene: a context in which an action is taken, with the values that can be named in it. What holds in it, and what a change
 //! makes of it, is said here and nowhere else.
 
+use std::sync::Arc;
+
 use crate::memory::evidence::price::anchor;
 use crate::nouns::claim::{Anchor, Change, Condition, Expression, Reference, Sketch};
+use crate::nouns::experience::Recalled;
 use crate::nouns::observation::{Observation, PropertyId, TypeId, Value};
 
 /// Values that are named in one scene; more are not, so that a crowd can't make a step slow.
@@ -17,9 +20,13 @@ const WORDED_MAX: usize = 32;
 /// A context, its observations in canonical order, and what can be named in it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Scene {
-    pub(super) context: Vec<Observation>,
+    pub(super) context: Arc<[Observation]>,
     /// The names with their values, in order: the most direct first.
     names: Vec<(Reference, Value)>,
+    /// The observation of which alone it is asked whether it is there afterwards; none where all of its type are told together.
+    itself: Option<Observation>,
+    /// What was there when the body was last as the action makes it; none where that is not known.
+    recalled: Option<Recalled>,
 }
 
 /// The runs of observations of one type.
@@ -65,7 +72,12 @@ pub(super) fn number(value: Value) -> Option<i64> {
 
 impl Scene {
     /// `context` in which an action with these parameters, and with this effect of its own, is taken.
-    pub(super) fn new(context: &[Observation], parameters: &[Option<Value>], effect: &[Observation]) -> Self {
+    pub(super) fn new(
+        context: impl Into<Arc<[Observation]>>,
+        parameters: &[Option<Value>],
+        effect: &[Observation],
+    ) -> Self {
+        let context = context.into();
         let mut names: Vec<(Reference, Value)> = Vec::new();
         let places = parameters.iter().zip(0..=u8::MAX);
         names.extend(places.filter_map(|(value, at)| Some((Reference::Parameter(at), (*value)?))));
@@ -74,7 +86,7 @@ impl Scene {
                 |(p, value): &(PropertyId, Value)| (Reference::Effect(observation.kind(), *p), *value);
             names.extend(observation.properties().iter().map(named));
         }
-        for run in runs(context) {
+        for run in runs(&context) {
             if let [only] = run {
                 let named = |(p, value): &(PropertyId, Value)| (Reference::Only(only.kind(), *p), *value);
                 names.extend(only.properties().iter().map(named));
@@ -83,22 +95,55 @@ impl Scene {
         names.sort_unstable();
         names.dedup_by_key(|(reference, _)| *reference);
         names.truncate(NAMES_MAX);
-        let tied = names.iter().flat_map(|(from, value)| tied(context, *from, *value));
+        let tied = names.iter().flat_map(|(from, value)| tied(&context, *from, *value));
         let tied: Vec<_> = tied.take(NAMES_MAX).collect();
         names.extend(tied);
         names.truncate(NAMES_MAX);
-        Self { context: context.to_vec(), names }
+        Self { context, names, itself: None, recalled: None }
+    }
+
+    /// The same, where this is recalled. How the body is then shows in the type `key`.
+    pub(super) fn recalling(mut self, recalled: Option<Recalled>, key: TypeId) -> Self {
+        for run in recalled.iter().flat_map(|recalled| runs(&recalled.observations)) {
+            if let [only] = run
+                && only.kind() != key
+            {
+                let named = |(p, value): &(PropertyId, Value)| (Reference::Recalled(only.kind(), *p), *value);
+                self.names.extend(only.properties().iter().map(named));
+            }
+        }
+        self.names.sort_unstable();
+        self.names.truncate(NAMES_MAX);
+        self.recalled = recalled;
+        self
+    }
+
+    /// The same, of which it is asked whether `one` is there afterwards. Its values are named besides those of parameters and of what
+    /// there is one of.
+    pub(super) fn of(&self, one: &Observation) -> Self {
+        let own = one.properties().iter().map(|(p, value)| (Reference::Itself(*p), *value));
+        let direct = |(reference, _): &(Reference, Value)| {
+            matches!(reference, Reference::Parameter(_) | Reference::Only(..))
+        };
+        let mut names: Vec<_> = self.names.iter().copied().filter(direct).chain(own).collect();
+        names.sort_unstable();
+        Self { context: self.context.clone(), names, itself: Some(one.clone()), recalled: self.recalled.clone() }
     }
 
     /// The value of a reference.
     pub(super) fn value(&self, reference: Reference) -> Option<Value> {
+        if reference == Reference::Age {
+            return self.recalled.as_ref().map(|recalled| Value::Integer(recalled.age.into()));
+        }
         let at = self.names.binary_search_by_key(&reference, |(known, _)| *known).ok()?;
         Some(self.names[at].1)
     }
 
     /// The numbers that can be named directly.
     pub(super) fn numbers(&self) -> impl Iterator<Item = (Anchor, i64)> + '_ {
-        self.names.iter().filter_map(|(reference, value)| Some((anchor(*reference)?, number(*value)?)))
+        let age = self.recalled.iter().map(|recalled| (Anchor::Age, recalled.age.into()));
+        let named = |(reference, value): &(Reference, Value)| Some((anchor(*reference)?, number(*value)?));
+        self.names.iter().filter_map(named).chain(age)
     }
 
     /// Whether a condition holds.
@@ -111,6 +156,10 @@ impl Scene {
             Condition::Observed(sketch) => {
                 of_kind(&self.context, sketch.kind).iter().any(|o| self.fits(sketch, o))
             }
+            Condition::Recalled(sketch) => self
+                .recalled
+                .as_ref()
+                .is_some_and(|recalled| of_kind(&recalled.observations, sketch.kind).iter().any(|o| self.fits(sketch, o))),
         }
     }
 
@@ -120,11 +169,25 @@ impl Scene {
             Condition::Is(Anchor::Only(kind, _), _) | Condition::AtLeast(Anchor::Only(kind, _), _) => {
                 of_kind(&self.context, *kind).first()
             }
-            Condition::Is(..) | Condition::AtLeast(..) => None,
+            Condition::Is(..) | Condition::AtLeast(..) | Condition::Recalled(_) => None,
             Condition::Observed(sketch) => {
                 of_kind(&self.context, sketch.kind).iter().find(|o| self.fits(sketch, o))
             }
         }
+    }
+
+    /// The observations that give a change the values that it names, and those that it says vanish.
+    pub(super) fn named_in<'a>(&'a self, change: &'a Change) -> impl Iterator<Item = Observation> + 'a {
+        let expressions = change.sketches().flat_map(|sketch| sketch.properties.iter());
+        let named = expressions.filter_map(|(_, expression)| match expression {
+            Expression::Named(Reference::Only(kind, _), _) => of_kind(&self.context, *kind).first().cloned(),
+            Expression::Named(Reference::Tied { from, kind, at, .. }, _) => {
+                let value = self.value((*from).into())?;
+                of_kind(&self.context, *kind).iter().find(|o| property(o, *at) == Some(value)).cloned()
+            }
+            _ => None,
+        });
+        named.chain(change.vanishes.iter().filter_map(|sketch| self.observation(sketch)))
     }
 
     /// Whether an observation has all values of a sketch.
@@ -137,6 +200,9 @@ impl Scene {
 
     /// Whether a change makes just `after` of what there is of `kinds`.
     pub(super) fn makes(&self, change: &Change, after: &[Observation], kinds: &[TypeId]) -> bool {
+        if let Some(one) = &self.itself {
+            return after.binary_search(one).is_ok() == change.vanishes.is_empty();
+        }
         // Most changes are of another thing, which is soon seen.
         let comes = |sketch: &Sketch| of_kind(after, sketch.kind).iter().any(|o| self.fits(sketch, o));
         let stays = change.vanishes.is_empty() && change.becomes.is_empty() && change.appears.is_empty();
@@ -192,6 +258,9 @@ impl Scene {
 
     /// The conditions that hold here and may be asked for, each once and in order.
     pub(super) fn conditions(&self) -> Vec<Condition> {
+        if let Some(one) = &self.itself {
+            return self.conditions_of(one);
+        }
         let mut found = Vec::new();
         if self.context.len() > ASKED_MAX {
             let mut runs: Vec<_> = runs(&self.context).collect();
@@ -206,9 +275,67 @@ impl Scene {
                 found.push(Condition::Is(anchor, *value));
             }
         }
+        found.extend(self.recalled_kinds());
+        for observation in self.recalled.iter().flat_map(|recalled| recalled.observations.iter()).take(ASKED_MAX) {
+            let given = |(p, value): &(PropertyId, Value)| (*p, Expression::Constant(*value));
+            for one in observation.properties() {
+                found.push(Condition::Recalled(Sketch {
+                    kind: observation.kind(),
+                    properties: [given(one)].into(),
+                }));
+            }
+        }
         found.sort_unstable();
         found.dedup();
         found
+    }
+
+    /// The conditions of one observation by itself: where others of its type are, as seen from it; which others share a value with it;
+    /// which values it has; and which those have of which there is one only, the action among them.
+    fn conditions_of(&self, one: &Observation) -> Vec<Condition> {
+        let mut found = Vec::new();
+        let mut push = |kind: TypeId, properties: Vec<(PropertyId, Expression)>| {
+            found.push(Condition::Observed(Sketch { kind, properties: properties.into() }));
+        };
+        for other in of_kind(&self.context, one.kind()).iter().take(ASKED_MAX) {
+            if let Some(properties) = from_itself(one, other) {
+                push(one.kind(), properties);
+            }
+        }
+        let others = self.context.iter().filter(|o| o.kind() != one.kind()).take(ASKED_MAX);
+        for (other, (p, value)) in others.flat_map(|o| o.properties().iter().map(move |own| (o, own))) {
+            let same = one.properties().iter().filter(|(_, own)| own == value);
+            same.for_each(|(q, _)| {
+                push(other.kind(), vec![(*p, Expression::Named(Reference::Itself(*q), 0))]);
+            });
+        }
+        let only = |(reference, value): &(Reference, Value)| match reference {
+            Reference::Only(kind, p) if *kind != one.kind() => Some((*kind, *p, *value)),
+            _ => None,
+        };
+        for (kind, p, value) in self.names.iter().filter_map(only) {
+            push(kind, vec![(p, Expression::Constant(value))]);
+        }
+        for (reference, value) in &self.names {
+            if let Some(anchor @ (Anchor::Parameter(_) | Anchor::Itself(_))) = anchor(*reference) {
+                found.push(Condition::Is(anchor, *value));
+            }
+        }
+        if self.recalled.as_ref().is_some_and(|recalled| recalled.observations.binary_search(one).is_ok()) {
+            let own = |(p, _): &(PropertyId, Value)| (*p, Expression::Named(Reference::Itself(*p), 0));
+            let properties = one.properties().iter().map(own).collect();
+            found.push(Condition::Recalled(Sketch { kind: one.kind(), properties }));
+        }
+        found.extend(self.recalled_kinds());
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// That something of a type is recalled.
+    fn recalled_kinds(&self) -> impl Iterator<Item = Condition> + '_ {
+        let kinds = self.recalled.iter().flat_map(|recalled| runs(&recalled.observations)).filter_map(|run| run.first());
+        kinds.map(|one| Condition::Recalled(Sketch { kind: one.kind(), properties: [].into() }))
     }
 
     /// That there is such an observation; with one of its values given; with one of them named, and with a value given besides; with
@@ -247,6 +374,9 @@ impl Scene {
 
     /// The changes that make `after` of what there is of `kinds`, each in other words, shortest names first. Some may be the same.
     pub(super) fn changes(&self, after: &[Observation], kinds: &[TypeId]) -> Vec<Change> {
+        if let Some(one) = &self.itself {
+            return vec![there(one, after.binary_search(one).is_ok())];
+        }
         let of_kinds = |o: &&Observation| kinds.binary_search(&o.kind()).is_ok();
         let gone = self.context.iter().filter(of_kinds).filter(|o| after.binary_search(o).is_err());
         let gone: Vec<_> = gone.take(WORDED_MAX + 1).collect();
@@ -332,6 +462,24 @@ impl Scene {
         };
         Some(Expression::Named(reference, by))
     }
+}
+
+/// That an observation, whatever its values are, is there afterwards, or is not.
+fn there(one: &Observation, is_there: bool) -> Change {
+    let own = |(p, _): &(PropertyId, Value)| (*p, Expression::Named(Reference::Itself(*p), 0));
+    let sketch = Sketch { kind: one.kind(), properties: one.properties().iter().map(own).collect() };
+    let (there, gone) = if is_there { (vec![sketch], vec![]) } else { (vec![], vec![sketch]) };
+    Change { becomes: there.into(), vanishes: gone.into(), appears: [].into() }
+}
+
+/// Another observation of the type of `one`, as far from it as it is: numbers by their difference, other values if they are the same.
+fn from_itself(one: &Observation, other: &Observation) -> Option<Vec<(PropertyId, Expression)>> {
+    let (one, other) = (one.properties(), other.properties());
+    let from = |((p, own), (q, value)): (&(PropertyId, Value), &(PropertyId, Value))| {
+        let by = if own == value { 0 } else { difference(*value, *own)? };
+        (p == q).then_some((*p, Expression::Named(Reference::Itself(*p), by)))
+    };
+    (one.len() == other.len()).then(|| one.iter().zip(other).map(from).collect()).flatten()
 }
 
 /// The words in which a change is put.

@@ -144,7 +144,7 @@ fn claims_grow_as_a_plain_search_finds_them() {
         let mut random = Random::from_seed(seed);
         let count = if seed % 2 == 0 { 60 } else { 100 };
         let experiences: Vec<_> = (0..count).map(|_| experience(&mut random, 3)).collect();
-        let named = |e: &Experience| Scene::new(&e.before, &[], &[]);
+        let named = |e: &Experience| Scene::new(e.before.clone(), &[], &[]);
         let scenes: Vec<_> = experiences.iter().map(named).collect();
         let kinds = [BELL];
         let bell = |e: &Experience| e.after.iter().filter(|o| o.kind() == BELL).cloned().collect::<Vec<_>>();
@@ -168,7 +168,7 @@ fn claims_grow_as_a_plain_search_finds_them() {
         let with_examples: Vec<_> = changes.iter().map(of_change).collect();
         let mut all = Column::default();
         (0..scenes.len()).for_each(|at| all.insert(at));
-        let nothing = Scene::new(&[], &[], &[]);
+        let nothing = Scene::new([], &[], &[]);
         let ground = Ground { conditions: &conditions, changes: &with_examples, scene: &|_| &nothing };
         let fast = ground.grow(all).claim;
         let ordered: Vec<_> = conditions.iter().map(|asked| asked.condition.clone()).collect();
