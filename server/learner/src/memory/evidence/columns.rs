@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::hash::Hasher;
+use std::sync::OnceLock;
 
 use rustc_hash::FxHasher;
 
@@ -9,7 +10,7 @@ use crate::memory::evidence::price::Tier;
 use crate::memory::evidence::scene::Scene;
 use crate::nouns::claim::Condition;
 
-/// A set of examples by number.
+/// A set of examples by number. What is entered and taken out again leaves no trace, so that equal sets are equal.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Column(Vec<u64>);
 
@@ -27,6 +28,9 @@ impl Column {
         if let Some(word) = self.0.get_mut(at / 64) {
             *word &= !(1 << (at % 64));
         }
+        while self.0.last() == Some(&0) {
+            self.0.pop();
+        }
     }
 
     pub(crate) fn contains(&self, at: usize) -> bool {
@@ -39,7 +43,7 @@ impl Column {
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        self.0.iter().all(|word| *word == 0)
+        self.0.iter().rev().all(|word| *word == 0)
     }
 
     fn words_of_both<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = u64> + 'a {
@@ -110,22 +114,58 @@ pub(super) struct Asked {
     pub(super) tier: Tier,
     pub(super) condition: Condition,
     pub(super) column: Column,
+    /// If it names several values: the examples in whose first names it is asked for; it holds in others as well.
+    by: Column,
 }
 
-/// The conditions that examples meet, numbered as they were first met.
-#[derive(Clone, Debug, Default, PartialEq)]
+impl Asked {
+    fn is_crossed(&self) -> bool {
+        self.condition.names() > 1
+    }
+
+    /// Whether an example meets it: then one asks for it.
+    fn counts(&self) -> bool {
+        !self.column.is_empty()
+    }
+}
+
+/// The conditions that examples meet. One that no example asks for any more counts for nothing.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Conditions {
     all: Vec<Asked>,
     numbers: BTreeMap<Condition, usize>,
-    of_tier: [Vec<usize>; Tier::COUNT],
-    /// Those that name several values.
+    /// How many of them count.
+    count: usize,
+    /// Those that count and name several values.
     crossed: Vec<usize>,
     /// The conditions that each example meets.
     met: Vec<Vec<usize>>,
+    /// Their order, once it is asked for.
+    order: OnceLock<Order>,
+}
+
+/// Conditions by tier, and in the order of the conditions themselves: so that it is not told by it which was met first.
+#[derive(Clone, Debug, Default)]
+struct Order {
+    numbers: Vec<usize>,
+    /// The place of each of the numbers in it.
+    places: Vec<usize>,
+}
+
+impl PartialEq for Conditions {
+    fn eq(&self, other: &Self) -> bool {
+        self.iter().eq(other.iter())
+    }
 }
 
 impl Conditions {
+    /// How many there are.
     pub(super) fn len(&self) -> usize {
+        self.count
+    }
+
+    /// One more than the highest number of a condition.
+    pub(super) fn numbers(&self) -> usize {
         self.all.len()
     }
 
@@ -138,9 +178,29 @@ impl Conditions {
         self.get(*self.numbers.get(condition)?)
     }
 
-    /// The conditions by tier, and in the order in which they were first met.
+    /// The conditions in their order.
     pub(super) fn iter(&self) -> impl Iterator<Item = &Asked> {
-        self.of_tier.iter().flatten().filter_map(|number| self.all.get(*number))
+        self.order().numbers.iter().filter_map(|number| self.all.get(*number))
+    }
+
+    /// The place of a condition in the order.
+    pub(super) fn place(&self, number: usize) -> usize {
+        self.order().places.get(number).copied().unwrap_or(usize::MAX)
+    }
+
+    fn order(&self) -> &Order {
+        self.order.get_or_init(|| {
+            let mut of_tier: [Vec<usize>; Tier::COUNT] = Default::default();
+            for number in self.numbers.values() {
+                if let Some(asked) = self.all.get(*number).filter(|asked| asked.counts()) {
+                    of_tier[asked.tier as usize].push(*number);
+                }
+            }
+            let numbers = of_tier.concat();
+            let mut places = vec![usize::MAX; self.all.len()];
+            numbers.iter().enumerate().for_each(|(place, number)| places[*number] = place);
+            Order { numbers, places }
+        })
     }
 
     /// The numbers of the conditions that an example meets.
@@ -148,33 +208,32 @@ impl Conditions {
         self.met.get(at).map_or(&[], Vec::as_slice)
     }
 
-    /// Enters the example `at` of these scenes, anew if it was there; `scene` gives the scene of each example up to it.
+    /// Enters the example `at`, anew if it was there; `scene` gives the scene of each that was entered.
     pub(super) fn enter<'a>(&mut self, at: usize, scene: impl Fn(usize) -> &'a Scene) {
         if self.met.len() <= at {
             self.met.resize(at + 1, Vec::new());
         }
-        for number in std::mem::take(&mut self.met[at]) {
-            self.all[number].column.remove(at);
-        }
+        let before = std::mem::take(&mut self.met[at]);
+        before.iter().for_each(|number| self.change(*number, |column| column.remove(at)));
+        let mut asked = Vec::new();
         for condition in scene(at).conditions() {
-            if let Some(number) = self.numbers.get(&condition) {
-                self.meet(*number, at);
-                continue;
-            }
-            let (tier, number) = (Tier::of(&condition), self.all.len());
-            let crossed = condition.names() > 1;
-            self.numbers.insert(condition.clone(), number);
-            self.of_tier[tier as usize].push(number);
-            self.all.push(Asked { tier, condition, column: Column::default() });
+            let number = self.number(condition);
             self.meet(number, at);
-            if crossed {
-                // Such a condition is asked for in the first names that values have; in earlier examples others came first.
-                for earlier in 0..at {
-                    if scene(earlier).holds(&self.all[number].condition) {
-                        self.meet(number, earlier);
+            if self.all[number].is_crossed() {
+                asked.push(number);
+            }
+        }
+        for number in &asked {
+            let new = self.all[*number].by.is_empty();
+            self.all[*number].by.insert(at);
+            if new {
+                self.crossed.push(*number);
+                // In other examples other names came first. Those that are not entered yet meet nothing, and see to it then.
+                for other in (0..self.met.len()).filter(|other| *other != at) {
+                    if !self.met[other].is_empty() && scene(other).holds(&self.all[*number].condition) {
+                        self.meet(*number, other);
                     }
                 }
-                self.crossed.push(number);
             }
         }
         for place in 0..self.crossed.len() {
@@ -183,10 +242,51 @@ impl Conditions {
                 self.meet(number, at);
             }
         }
+        for number in before {
+            if self.all[number].by.contains(at) && !asked.contains(&number) {
+                self.ask_no_more(number, at);
+            }
+        }
+    }
+
+    fn number(&mut self, condition: Condition) -> usize {
+        if let Some(number) = self.numbers.get(&condition) {
+            return *number;
+        }
+        let (tier, number) = (Tier::of(&condition), self.all.len());
+        self.numbers.insert(condition.clone(), number);
+        self.all.push(Asked { tier, condition, column: Column::default(), by: Column::default() });
+        number
     }
 
     fn meet(&mut self, number: usize, at: usize) {
-        self.all[number].column.insert(at);
-        self.met[at].push(number);
+        if !self.all[number].column.contains(at) {
+            self.change(number, |column| column.insert(at));
+            self.met[at].push(number);
+        }
+    }
+
+    /// Changes the examples that meet a condition.
+    fn change(&mut self, number: usize, change: impl Fn(&mut Column)) {
+        let asked = &mut self.all[number];
+        let counted = asked.counts();
+        change(&mut asked.column);
+        if asked.counts() != counted {
+            self.count = if counted { self.count - 1 } else { self.count + 1 };
+            self.order.take();
+        }
+    }
+
+    /// An example does not ask any more for a condition that names several values.
+    fn ask_no_more(&mut self, number: usize, at: usize) {
+        self.all[number].by.remove(at);
+        if !self.all[number].by.is_empty() {
+            return;
+        }
+        for example in self.all[number].column.iter() {
+            self.met[example].retain(|met| *met != number);
+        }
+        self.change(number, |column| *column = Column::default());
+        self.crossed.retain(|crossed| *crossed != number);
     }
 }

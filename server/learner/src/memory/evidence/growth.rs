@@ -11,7 +11,7 @@ use crate::memory::evidence::scene::Scene;
 use crate::nouns::claim::{Anchor, Change, Claim, Condition};
 
 /// Exceptions to exceptions, at most.
-const DEPTH_MAX: usize = 8;
+pub(super) const DEPTH_MAX: usize = 8;
 /// So many examples fit into one word.
 const FEW: usize = u64::BITS as usize;
 /// A gain below this is none: it may be an error of rounding.
@@ -271,7 +271,7 @@ impl Search<'_, '_> {
             return different;
         }
         // Few examples meet few of the conditions.
-        let mut holding = vec![0_u64; conditions.len()];
+        let mut holding = vec![0_u64; conditions.numbers()];
         let mut met = Vec::new();
         for (bit, at) in whole.examples.iter().enumerate() {
             for number in conditions.met_by(at) {
@@ -282,10 +282,9 @@ impl Search<'_, '_> {
             }
         }
         let all = u64::MAX >> (64 - whole.all);
-        let mut first: FxHashMap<u64, (Tier, usize)> = FxHashMap::default();
+        let mut first: FxHashMap<u64, (usize, usize)> = FxHashMap::default();
         for number in met.into_iter().filter(|number| holding[*number] != all) {
-            let Some(asked) = conditions.get(number) else { continue };
-            let place = (asked.tier, number);
+            let place = (conditions.place(number), number);
             first.entry(holding[number]).and_modify(|known| *known = place.min(*known)).or_insert(place);
         }
         let mut places: Vec<_> = first.into_values().collect();

@@ -4,6 +4,7 @@
 mod columns;
 mod facet;
 mod foretold;
+mod found;
 mod growth;
 mod novelty;
 mod pool;
@@ -12,11 +13,20 @@ mod scene;
 #[cfg(test)]
 mod tests;
 
+/// What claims are made of, at most.
+pub mod limits {
+    /// Changes that the claims of a facet speak of.
+    pub const CHANGES_MAX: usize = super::facet::CHANGES_MAX;
+    /// Exceptions within exceptions.
+    pub const DEPTH_MAX: usize = super::growth::DEPTH_MAX;
+}
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub(crate) use foretold::InForce;
 pub use foretold::{Foretold, View};
+pub use found::{Found, FoundClaim, FoundClaims, FoundFacet, FoundPlace, OwnEffect};
 use pool::Pool;
 
 use crate::memory::evidence::facet::ANYTHING;
@@ -78,11 +88,7 @@ impl Evidence {
     /// Puts an experience that was kept back into its pool. Returns whether it belongs there: the pool is that of the experience's
     /// action, or the experience is one of the background, and the pool has room for it.
     pub fn keep(&mut self, vocabulary: &Vocabulary, pool: Option<usize>, experience: Experience) -> bool {
-        let belongs = match pool {
-            Some(_) => action(vocabulary, experience.primitive) == pool,
-            None => experience.primitive == ANYTHING && experience.parameters.is_empty(),
-        };
-        if !belongs {
+        if !Self::belongs(vocabulary, pool, &experience) {
             return false;
         }
         let pool = match pool {
@@ -90,6 +96,39 @@ impl Evidence {
             None => &mut self.background,
         };
         Arc::make_mut(pool).keep(Arc::new(experience), vocabulary.primitives().len())
+    }
+
+    /// Whether an experience can be in this pool: in that of its action, or in the background, where all experiences are as if with one.
+    #[must_use]
+    pub fn belongs(vocabulary: &Vocabulary, pool: Option<usize>, experience: &Experience) -> bool {
+        match pool {
+            Some(_) => action(vocabulary, experience.primitive) == pool,
+            None => experience.primitive == ANYTHING && experience.parameters.is_empty(),
+        }
+    }
+
+    /// How many experiences a pool has room for.
+    #[must_use]
+    pub fn room(vocabulary: &Vocabulary) -> usize {
+        pool::room(vocabulary.primitives().len())
+    }
+
+    /// What was found of the experiences that are kept, pool by pool as in [`Evidence::kept`].
+    pub fn found(&self) -> impl Iterator<Item = (Option<usize>, Found)> {
+        let of_actions = self.pools.iter().map(|(action, pool)| (Some(*action), pool));
+        let pools = of_actions.chain([(None, &self.background)]);
+        let known = pools.filter(|(_, pool)| pool.experiences().next().is_some());
+        known.map(|(action, pool)| (action, pool.found()))
+    }
+
+    /// Puts a pool back: its experiences in their order, and what was found of them. They make the same evidence as each put back by
+    /// itself, without the time that it takes to find it.
+    pub fn restore(&mut self, pool: Option<usize>, experiences: Vec<Experience>, found: Found) {
+        let restored = Arc::new(Pool::restored(experiences, found));
+        match pool {
+            Some(action) => drop(self.pools.insert(action, restored)),
+            None => self.background = restored,
+        }
     }
 
     /// Whether there are none.

@@ -43,29 +43,29 @@ fn relied<T>(scores: [f64; 3], [general, particular, remembered]: &[Option<T>; 3
 }
 
 /// How many experiences a pool keeps that are with so many primitives.
-fn room(primitives: usize) -> usize {
+pub(super) fn room(primitives: usize) -> usize {
     EXPERIENCES_MAX.max(2 * primitives)
 }
 
 /// The experiences with one action, with the claims about each facet of what it changes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Pool {
-    examples: Vec<(Arc<Experience>, Scene)>,
-    conditions: Conditions,
+    pub(super) examples: Vec<(Arc<Experience>, Scene)>,
+    pub(super) conditions: Conditions,
     of_primitive: BTreeMap<PrimitiveId, Column>,
     /// What each primitive brings about of itself, whatever the context.
-    effects: BTreeMap<PrimitiveId, Vec<Observation>>,
+    pub(super) effects: BTreeMap<PrimitiveId, Vec<Observation>>,
     /// After how many tries of each this was changed last.
-    changed: BTreeMap<PrimitiveId, usize>,
+    pub(super) changed: BTreeMap<PrimitiveId, usize>,
     /// Those that brought something about once, of which it is not known yet whether that comes anyway.
-    doubtful: BTreeSet<PrimitiveId>,
+    pub(super) doubtful: BTreeSet<PrimitiveId>,
     /// After how many of the experiences each lasting observation was there.
     came: BTreeMap<Observation, usize>,
     /// The same for each primitive, with whether it was ever not there before.
     brought: BTreeMap<PrimitiveId, BTreeMap<Observation, (usize, bool)>>,
     /// The experiences with each primitive in the very same context.
     alike: BTreeMap<PrimitiveId, BTreeMap<Arc<[Observation]>, Vec<usize>>>,
-    facets: Vec<Facet>,
+    pub(super) facets: Vec<Facet>,
 }
 
 impl Pool {
@@ -87,7 +87,7 @@ impl Pool {
     }
 
     /// Notes which example comes next, and what came with it.
-    fn note(&mut self, experience: &Experience) {
+    pub(super) fn note(&mut self, experience: &Experience) {
         let (at, primitive) = (self.examples.len(), experience.primitive);
         self.of_primitive.entry(primitive).or_default().insert(at);
         if primitive == ANYTHING {
