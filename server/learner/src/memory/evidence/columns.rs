@@ -116,6 +116,8 @@ pub(super) struct Asked {
     pub(super) column: Column,
     /// If it names several values: the examples in whose first names it is asked for; it holds in others as well.
     by: Column,
+    /// Whether it has its place in the order.
+    placed: bool,
 }
 
 impl Asked {
@@ -134,22 +136,16 @@ impl Asked {
 pub(super) struct Conditions {
     all: Vec<Asked>,
     numbers: BTreeMap<Condition, usize>,
-    /// How many of them count.
-    count: usize,
+    /// Those that count, in the order of the conditions themselves: so that it does not tell which was met first.
+    of_tier: [Vec<usize>; Tier::COUNT],
+    /// The place of each in this order, once it is asked for.
+    places: OnceLock<Vec<usize>>,
+    /// Those that were met or missed of late, and may have come into the order or gone from it.
+    unplaced: Vec<usize>,
     /// Those that count and name several values.
     crossed: Vec<usize>,
     /// The conditions that each example meets.
     met: Vec<Vec<usize>>,
-    /// Their order, once it is asked for.
-    order: OnceLock<Order>,
-}
-
-/// Conditions by tier, and in the order of the conditions themselves: so that it is not told by it which was met first.
-#[derive(Clone, Debug, Default)]
-struct Order {
-    numbers: Vec<usize>,
-    /// The place of each of the numbers in it.
-    places: Vec<usize>,
 }
 
 impl PartialEq for Conditions {
@@ -161,12 +157,7 @@ impl PartialEq for Conditions {
 impl Conditions {
     /// How many there are.
     pub(super) fn len(&self) -> usize {
-        self.count
-    }
-
-    /// One more than the highest number of a condition.
-    pub(super) fn numbers(&self) -> usize {
-        self.all.len()
+        self.of_tier.iter().map(Vec::len).sum()
     }
 
     pub(super) fn get(&self, number: usize) -> Option<&Asked> {
@@ -178,28 +169,18 @@ impl Conditions {
         self.get(*self.numbers.get(condition)?)
     }
 
-    /// The conditions in their order.
+    /// The conditions by tier, and in their own order.
     pub(super) fn iter(&self) -> impl Iterator<Item = &Asked> {
-        self.order().numbers.iter().filter_map(|number| self.all.get(*number))
+        self.of_tier.iter().flatten().filter_map(|number| self.all.get(*number))
     }
 
-    /// The place of a condition in the order.
-    pub(super) fn place(&self, number: usize) -> usize {
-        self.order().places.get(number).copied().unwrap_or(usize::MAX)
-    }
-
-    fn order(&self) -> &Order {
-        self.order.get_or_init(|| {
-            let mut of_tier: [Vec<usize>; Tier::COUNT] = Default::default();
-            for number in self.numbers.values() {
-                if let Some(asked) = self.all.get(*number).filter(|asked| asked.counts()) {
-                    of_tier[asked.tier as usize].push(*number);
-                }
-            }
-            let numbers = of_tier.concat();
+    /// The place of each condition in this order, by its number.
+    pub(super) fn places(&self) -> &[usize] {
+        self.places.get_or_init(|| {
             let mut places = vec![usize::MAX; self.all.len()];
-            numbers.iter().enumerate().for_each(|(place, number)| places[*number] = place);
-            Order { numbers, places }
+            let ordered = self.of_tier.iter().flatten();
+            ordered.enumerate().for_each(|(place, number)| places[*number] = place);
+            places
         })
     }
 
@@ -247,6 +228,7 @@ impl Conditions {
                 self.ask_no_more(number, at);
             }
         }
+        self.put_in_order();
     }
 
     fn number(&mut self, condition: Condition) -> usize {
@@ -255,7 +237,13 @@ impl Conditions {
         }
         let (tier, number) = (Tier::of(&condition), self.all.len());
         self.numbers.insert(condition.clone(), number);
-        self.all.push(Asked { tier, condition, column: Column::default(), by: Column::default() });
+        self.all.push(Asked {
+            tier,
+            condition,
+            column: Column::default(),
+            by: Column::default(),
+            placed: false,
+        });
         number
     }
 
@@ -272,8 +260,48 @@ impl Conditions {
         let counted = asked.counts();
         change(&mut asked.column);
         if asked.counts() != counted {
-            self.count = if counted { self.count - 1 } else { self.count + 1 };
-            self.order.take();
+            self.unplaced.push(number);
+        }
+    }
+
+    /// Gives those that came to count their places in the order, and takes out those that count no more.
+    fn put_in_order(&mut self) {
+        let all = &mut self.all;
+        let mut new = std::mem::take(&mut self.unplaced);
+        let mut gone = false;
+        for number in &new {
+            let asked = &mut all[*number];
+            gone |= asked.placed && !asked.counts();
+            asked.placed &= asked.counts();
+        }
+        new.retain(|number| {
+            let asked = &mut all[*number];
+            asked.counts() && !std::mem::replace(&mut asked.placed, true)
+        });
+        if gone {
+            self.of_tier.iter_mut().for_each(|numbers| numbers.retain(|number| all[*number].placed));
+        }
+        if gone || !new.is_empty() {
+            self.places.take();
+        }
+        new.sort_unstable_by(|a, b| all[*a].condition.cmp(&all[*b].condition));
+        for (tier, numbers) in self.of_tier.iter_mut().enumerate() {
+            let of_tier: Vec<_> =
+                new.iter().copied().filter(|number| all[*number].tier as usize == tier).collect();
+            if of_tier.is_empty() {
+                continue;
+            }
+            let known = std::mem::take(numbers);
+            numbers.reserve(known.len() + of_tier.len());
+            let mut rest = &known[..];
+            for number in of_tier {
+                let before = rest.partition_point(|known| all[*known].condition < all[number].condition);
+                let (smaller, larger) = rest.split_at(before);
+                numbers.extend_from_slice(smaller);
+                numbers.push(number);
+                rest = larger;
+            }
+            numbers.extend_from_slice(rest);
         }
     }
 

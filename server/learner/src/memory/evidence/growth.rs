@@ -271,7 +271,7 @@ impl Search<'_, '_> {
             return different;
         }
         // Few examples meet few of the conditions.
-        let mut holding = vec![0_u64; conditions.numbers()];
+        let mut holding = vec![0_u64; conditions.places().len()];
         let mut met = Vec::new();
         for (bit, at) in whole.examples.iter().enumerate() {
             for number in conditions.met_by(at) {
@@ -281,10 +281,10 @@ impl Search<'_, '_> {
                 holding[*number] |= 1 << bit;
             }
         }
-        let all = u64::MAX >> (64 - whole.all);
+        let (all, order) = (u64::MAX >> (64 - whole.all), conditions.places());
         let mut first: FxHashMap<u64, (usize, usize)> = FxHashMap::default();
         for number in met.into_iter().filter(|number| holding[*number] != all) {
-            let place = (conditions.place(number), number);
+            let place = (order[number], number);
             first.entry(holding[number]).and_modify(|known| *known = place.min(*known)).or_insert(place);
         }
         let mut places: Vec<_> = first.into_values().collect();
