@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use pschema_learner::digest;
 use pschema_learner::experience::Experience as LiveExperience;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Content;
@@ -10,6 +11,9 @@ use pschema_learner::observation::PropertyId;
 use pschema_learner::vocabulary::{ValueKind as LiveKind, Vocabulary};
 use serde::{Deserialize, Serialize};
 
+use super::claim::{
+    ClaimTree, ExamplePlaces, FacetChange, FoundPool, PLACES_MAX, PoolEffect, PoolFacet, TreeClaim,
+};
 use super::execution::Execution;
 use super::experience::{Experience, Mechanism, SyntheticItem};
 use super::goal::Pursuit;
@@ -103,6 +107,20 @@ items! {
     Line(BodyLine) = "line",
     /// What a body lived through of late, after what it lived through before; it stands before the end.
     Lived(Box<LivedExperience>) = "lived",
+    /// What was found of the experiences of a pool, as it stands in the items after it; it stands before the end.
+    Found(FoundPool) = "found",
+    /// The own effect of a primitive; it stands before the end.
+    OwnEffect(Box<PoolEffect>) = "own_effect",
+    /// Types that change together, after those of the same pool that come before it; it stands before the end.
+    Facet(PoolFacet) = "facet",
+    /// A change that the claims of a facet speak of, after those that come before it; it stands before the end.
+    Change(Box<FacetChange>) = "change",
+    /// A tree of claims, those about the action before those about each primitive; it stands before the end.
+    Tree(ClaimTree) = "tree",
+    /// A claim, after those of the same tree that come before it; it stands before the end.
+    Claim(Box<TreeClaim>) = "claim",
+    /// The places of experiences among claims, after those that come before them; it stands before the end.
+    Places(ExamplePlaces) = "places",
 }
 
 /// What a memory lives under, and how much of it follows.
@@ -323,4 +341,35 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
         .chain(items)
         .chain(supposed)
         .chain(lived)
+        .chain(std::iter::once_with(|| found(content)).flatten())
+}
+
+/// What was found of the experiences that are kept.
+fn found(content: &Content) -> Vec<Item> {
+    let (mut pools, mut effects, mut facets, mut changes) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut trees, mut claims, mut places) = (Vec::new(), Vec::new(), Vec::new());
+    for (pool, found) in content.evidence.found() {
+        let digest = digest::found(&found);
+        let pool = Mirror::of(&pool);
+        pools.push(Item::Found(FoundPool { pool, facets: found.facets.len() as u64, digest }));
+        for effect in found.effects.iter().map(Mirror::of) {
+            effects.extend(pool.map(|pool| Item::OwnEffect(Box::new(PoolEffect { pool, effect }))));
+        }
+        for one in found.facets {
+            let facet = facets.len() as u64;
+            facets.push(Item::Facet(PoolFacet { pool, kinds: list(&one.kinds), surprise: one.surprise }));
+            let change = |change| Item::Change(Box::new(FacetChange { facet, change: Mirror::of(change) }));
+            changes.extend(one.changes.iter().map(change));
+            for grown in one.grown {
+                let claim = |claim| {
+                    Item::Claim(Box::new(TreeClaim { tree: trees.len() as u64, claim: Mirror::of(claim) }))
+                };
+                claims.extend(grown.claims.iter().map(claim));
+                trees.push(Item::Tree(ClaimTree::of(facet, &grown)));
+            }
+            let part = |places: &[_]| Item::Places(ExamplePlaces { facet, places: list(places) });
+            places.extend(one.places.chunks(PLACES_MAX).map(part));
+        }
+    }
+    [pools, effects, facets, changes, trees, claims, places].concat()
 }
