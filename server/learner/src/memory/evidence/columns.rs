@@ -8,7 +8,7 @@ use rustc_hash::FxHasher;
 
 use crate::memory::evidence::price::Tier;
 use crate::memory::evidence::scene::Scene;
-use crate::nouns::claim::Condition;
+use crate::nouns::claim::{Condition, Sketch};
 
 /// A set of examples by number. What is entered and taken out again leaves no trace, so that equal sets are equal.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
@@ -142,8 +142,10 @@ pub(super) struct Conditions {
     places: OnceLock<Vec<usize>>,
     /// Those that were met or missed of late, and may have come into the order or gone from it.
     unplaced: Vec<usize>,
-    /// Those that count and name several values.
-    crossed: Vec<usize>,
+    /// Those that count and name several values, each with the conditions that name one of these.
+    crossed: Vec<(usize, Vec<usize>)>,
+    /// The examples that have more to see than is asked for.
+    crowded: Column,
     /// The conditions that each example meets.
     met: Vec<Vec<usize>>,
 }
@@ -189,13 +191,17 @@ impl Conditions {
         self.met.get(at).map_or(&[], Vec::as_slice)
     }
 
-    /// Enters the example `at`, anew if it was there; `scene` gives the scene of each that was entered.
+    /// Enters the example `at`, anew if it was there; `scene` gives the scene of each that was entered. What changes by it is put in
+    /// order by [`Conditions::put_in_order`], which must come before the conditions are gone through.
     pub(super) fn enter<'a>(&mut self, at: usize, scene: impl Fn(usize) -> &'a Scene) {
         if self.met.len() <= at {
             self.met.resize(at + 1, Vec::new());
         }
         let before = std::mem::take(&mut self.met[at]);
         before.iter().for_each(|number| self.change(*number, |column| column.remove(at)));
+        if scene(at).is_crowded() {
+            self.crowded.insert(at);
+        }
         let mut asked = Vec::new();
         for condition in scene(at).conditions() {
             let number = self.number(condition);
@@ -208,18 +214,31 @@ impl Conditions {
             let new = self.all[*number].by.is_empty();
             self.all[*number].by.insert(at);
             if new {
-                self.crossed.push(*number);
+                let parts = self.parts(*number);
                 // In other examples other names came first. Those that are not entered yet meet nothing, and see to it then.
                 for other in (0..self.met.len()).filter(|other| *other != at) {
-                    if !self.met[other].is_empty() && scene(other).holds(&self.all[*number].condition) {
+                    let entered = !self.met[other].is_empty();
+                    if entered
+                        && self.may_hold(&parts, other)
+                        && scene(other).holds(&self.all[*number].condition)
+                    {
                         self.meet(*number, other);
                     }
                 }
+                self.crossed.push((*number, parts));
             }
         }
         for place in 0..self.crossed.len() {
-            let number = self.crossed[place];
-            if !self.all[number].column.contains(at) && scene(at).holds(&self.all[number].condition) {
+            let (number, parts) = &self.crossed[place];
+            let (number, may_hold) = (*number, self.may_hold(parts, at));
+            debug_assert!(
+                may_hold || !scene(at).holds(&self.all[number].condition),
+                "a part is not asked for"
+            );
+            if may_hold
+                && !self.all[number].column.contains(at)
+                && scene(at).holds(&self.all[number].condition)
+            {
                 self.meet(number, at);
             }
         }
@@ -228,7 +247,24 @@ impl Conditions {
                 self.ask_no_more(number, at);
             }
         }
-        self.put_in_order();
+    }
+
+    /// The conditions that each name one of the values that this one names.
+    fn parts(&self, number: usize) -> Vec<usize> {
+        let Condition::Observed(Sketch { kind, properties }) = &self.all[number].condition else {
+            return Vec::new();
+        };
+        let part = |named: &(_, _)| {
+            let part = Sketch { kind: *kind, properties: [*named].into() };
+            self.numbers.get(&Condition::Observed(part)).copied()
+        };
+        properties.iter().filter_map(part).collect()
+    }
+
+    /// Whether a condition with these parts may hold in an example: where it does they do, and all that hold are asked for where there is no
+    /// crowd. To look this up is much faster than to look at the example.
+    fn may_hold(&self, parts: &[usize], at: usize) -> bool {
+        self.crowded.contains(at) || parts.iter().all(|part| self.all[*part].column.contains(at))
     }
 
     fn number(&mut self, condition: Condition) -> usize {
@@ -265,7 +301,7 @@ impl Conditions {
     }
 
     /// Gives those that came to count their places in the order, and takes out those that count no more.
-    fn put_in_order(&mut self) {
+    pub(super) fn put_in_order(&mut self) {
         let all = &mut self.all;
         let mut new = std::mem::take(&mut self.unplaced);
         let mut gone = false;
@@ -284,6 +320,14 @@ impl Conditions {
         if gone || !new.is_empty() {
             self.places.take();
         }
+        if new.len() > all.len() / 16 {
+            // All of them in their order are soon gone through.
+            self.of_tier.iter_mut().for_each(Vec::clear);
+            for number in self.numbers.values().filter(|number| all[**number].placed) {
+                self.of_tier[all[*number].tier as usize].push(*number);
+            }
+            return;
+        }
         new.sort_unstable_by(|a, b| all[*a].condition.cmp(&all[*b].condition));
         for (tier, numbers) in self.of_tier.iter_mut().enumerate() {
             let of_tier: Vec<_> =
@@ -295,7 +339,8 @@ impl Conditions {
             numbers.reserve(known.len() + of_tier.len());
             let mut rest = &known[..];
             for number in of_tier {
-                let before = rest.partition_point(|known| all[*known].condition < all[number].condition);
+                let condition = &all[number].condition;
+                let before = rest.partition_point(|known| all[*known].condition.cmp(condition).is_lt());
                 let (smaller, larger) = rest.split_at(before);
                 numbers.extend_from_slice(smaller);
                 numbers.push(number);
@@ -315,6 +360,6 @@ impl Conditions {
             self.met[example].retain(|met| *met != number);
         }
         self.change(number, |column| *column = Column::default());
-        self.crossed.retain(|crossed| *crossed != number);
+        self.crossed.retain(|(crossed, _)| *crossed != number);
     }
 }

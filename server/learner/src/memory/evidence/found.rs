@@ -132,6 +132,7 @@ impl Pool {
         }
         let Self { examples, conditions, .. } = &mut pool;
         (0..examples.len()).for_each(|at| conditions.enter(at, |at| &examples[at].1));
+        conditions.put_in_order();
         pool.facets = found.facets.into_iter().map(|facet| Facet::restored(facet, &pool.examples)).collect();
         pool
     }

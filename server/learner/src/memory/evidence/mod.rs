@@ -13,14 +13,6 @@ mod scene;
 #[cfg(test)]
 mod tests;
 
-/// What claims are made of, at most.
-pub mod limits {
-    /// Changes that the claims of a facet speak of.
-    pub const CHANGES_MAX: usize = super::facet::CHANGES_MAX;
-    /// Exceptions within exceptions.
-    pub const DEPTH_MAX: usize = super::growth::DEPTH_MAX;
-}
-
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -34,6 +26,14 @@ use crate::nouns::claim::Claim;
 use crate::nouns::experience::Experience;
 use crate::nouns::observation::{Observation, TypeId, Value};
 use crate::nouns::vocabulary::{PrimitiveId, Vocabulary, value_of};
+
+/// What claims are made of, at most.
+pub mod limits {
+    /// Changes that the claims of a facet speak of.
+    pub const CHANGES_MAX: usize = super::facet::CHANGES_MAX;
+    /// Exceptions within exceptions.
+    pub const DEPTH_MAX: usize = super::growth::DEPTH_MAX;
+}
 
 /// The experiences with each action, by its number in the vocabulary, and the claims that they make. A clone shares all of it.
 #[derive(Clone, Debug, Default, PartialEq)]

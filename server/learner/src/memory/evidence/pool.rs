@@ -125,6 +125,7 @@ impl Pool {
         if !renamed {
             self.enter(at);
         }
+        self.conditions.put_in_order();
         self.add_facets(at);
         let mut time = Time::new();
         // Each facet is the first in its turn.
@@ -173,7 +174,7 @@ impl Pool {
         self.effects.get(&primitive).map_or(&[], Vec::as_slice)
     }
 
-    /// Enters the example `at` in all columns.
+    /// Enters the example `at` in all columns; conditions are to be put in order before claims are sought.
     fn enter(&mut self, at: usize) {
         let examples = &self.examples;
         self.conditions.enter(at, |at| &examples[at].1);
@@ -471,6 +472,7 @@ impl Pool {
             *scene = Scene::new(&experience.before, &experience.parameters, effect);
         }
         (0..self.examples.len()).for_each(|at| self.enter(at));
+        self.conditions.put_in_order();
         (0..self.examples.len()).for_each(|at| self.add_facets(at));
         self.part_facets();
         self.join_facets();

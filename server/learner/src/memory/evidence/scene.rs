@@ -190,10 +190,15 @@ impl Scene {
         Some(after)
     }
 
+    /// Whether more is there than is asked for.
+    pub(super) fn is_crowded(&self) -> bool {
+        self.context.len() > ASKED_MAX
+    }
+
     /// The conditions that hold here and may be asked for, each once and in order.
     pub(super) fn conditions(&self) -> Vec<Condition> {
         let mut found = Vec::new();
-        if self.context.len() > ASKED_MAX {
+        if self.is_crowded() {
             let mut runs: Vec<_> = runs(&self.context).collect();
             runs.sort_by_key(|run| run.len());
             let asked = runs.into_iter().flatten().take(ASKED_MAX);

@@ -161,6 +161,7 @@ fn claims_grow_as_a_plain_search_finds_them() {
             |change: &Change, at: usize| scenes[at].after(change, &kinds) == Some(bell(&experiences[at]));
         let mut conditions = Conditions::default();
         (0..scenes.len()).for_each(|at| conditions.enter(at, |at| &scenes[at]));
+        conditions.put_in_order();
         let of_change = |change: &Change| {
             let mut column = Column::default();
             (0..scenes.len()).filter(|at| made(change, *at)).for_each(|at| column.insert(at));
