@@ -237,6 +237,12 @@ fn claims_follow_from_the_effects_and_evidence_from_what_it_keeps() {
             assert!(again.keep(&lived.vocabulary, pool, experience.clone()), "seed {seed}");
         }
         assert_eq!(again, lived.evidence, "seed {seed}");
+        let mut back = Evidence::default();
+        for (pool, found) in lived.evidence.found() {
+            let experiences = lived.evidence.kept().filter(|(of, _)| *of == pool);
+            back.restore(pool, experiences.map(|(_, experience)| experience.clone()).collect(), found);
+        }
+        assert_eq!(back, lived.evidence, "seed {seed}");
     }
 }
 

@@ -4,11 +4,12 @@
 use std::sync::Arc;
 
 use pschema_learner::Frame;
+use pschema_learner::claim::{Condition, Expression, Reference, Sketch};
 use pschema_learner::execution::{ChainLink, Execution};
 use pschema_learner::experience::Experience;
 use pschema_learner::item::{EVENTS_MAX, Item};
 use pschema_learner::memory::Content;
-use pschema_learner::observation::{Observation, Pattern, Substitution};
+use pschema_learner::observation::{Observation, Pattern, PropertyId, Substitution, TypeId};
 use pschema_learner::probability::Count;
 use pschema_learner::progress::Progress;
 use pschema_learner::pursuit::{PLANS_KEPT_MAX, Pursuit};
@@ -94,16 +95,75 @@ impl Extent {
 
     /// An experience. Which pool it may be in, and so with which primitive, is for evidence to say.
     pub(crate) fn experience(&self, experience: &Experience) -> Checked {
-        let Experience { primitive: _, parameters, before, after, sensed } = experience;
-        before.iter().chain(after.iter()).try_for_each(|one| self.observation(one))?;
+        let Experience { body, primitive: _, parameters, before, after, sensed, recalled } = experience;
+        self.body(*body)?;
+        let recalled = recalled.as_ref().map_or(&[][..], |recalled| &recalled.observations);
+        before.iter().chain(after.iter()).chain(recalled).try_for_each(|one| self.observation(one))?;
         declared(parameters.iter().flatten().all(|value| self.vocabulary.knows_value(*value)))?;
-        let types = self.vocabulary.types().len();
-        sensed.iter().try_for_each(|kind| within("observation type", usize::from(kind.0), types))?;
-        let ordered = [before, after].iter().all(|list| list.is_sorted_by(|a, b| a < b));
+        self.kinds(sensed)?;
+        let ordered = [before, after, recalled].iter().all(|list| list.is_sorted_by(|a, b| a < b));
         if ordered && sensed.is_sorted_by(|a, b| a < b) {
             return Ok(());
         }
         Err(ContentError::new("the lists of an experience are out of order"))
+    }
+
+    /// Types, by number.
+    pub(crate) fn kinds(&self, kinds: &[TypeId]) -> Checked {
+        let types = self.vocabulary.types().len();
+        kinds.iter().try_for_each(|kind| within("observation type", usize::from(kind.0), types))
+    }
+
+    /// A condition of a claim about what is done with so many parameters.
+    pub(crate) fn condition(&self, parameters: usize, condition: &Condition) -> Checked {
+        match condition {
+            Condition::Observed(sketch) | Condition::Recalled(sketch) => self.sketch(parameters, sketch),
+            Condition::Is(anchor, value) => {
+                declared(self.vocabulary.knows_value(*value))?;
+                self.reference(parameters, (*anchor).into())
+            }
+            Condition::AtLeast(anchor, _) => self.reference(parameters, (*anchor).into()),
+        }
+    }
+
+    /// An observation in such a claim.
+    pub(crate) fn sketch(&self, parameters: usize, sketch: &Sketch) -> Checked {
+        self.kinds(&[sketch.kind])?;
+        for (property, expression) in &sketch.properties {
+            self.property(*property)?;
+            match expression {
+                Expression::Named(reference, _) => self.reference(parameters, *reference)?,
+                Expression::Constant(value) => declared(self.vocabulary.knows_value(*value))?,
+            }
+        }
+        if sketch.properties.is_sorted_by(|a, b| a.0 < b.0) {
+            return Ok(());
+        }
+        Err(ContentError::new("the properties in a claim are out of order"))
+    }
+
+    fn reference(&self, parameters: usize, reference: Reference) -> Checked {
+        match reference {
+            Reference::Parameter(at) => within("parameter", usize::from(at), parameters),
+            Reference::Itself(property) => self.property(property),
+            Reference::Age => Ok(()),
+            Reference::Effect(kind, property)
+            | Reference::Only(kind, property)
+            | Reference::Recalled(kind, property) => {
+                self.kinds(&[kind])?;
+                self.property(property)
+            }
+            Reference::Tied { from, kind, at, to } => {
+                self.reference(parameters, from.into())?;
+                self.kinds(&[kind])?;
+                self.property(at)?;
+                self.property(to)
+            }
+        }
+    }
+
+    fn property(&self, property: PropertyId) -> Checked {
+        within("property", usize::from(property.0), self.vocabulary.properties().len())
     }
 
     /// The same of a body's own experience, which is with one of the primitives.
@@ -162,7 +222,7 @@ impl Extent {
         within("primitive", id.0 as usize, self.vocabulary.primitives().len())
     }
 
-    fn body(&self, id: BodyId) -> Checked {
+    pub(crate) fn body(&self, id: BodyId) -> Checked {
         within("body", usize::from(id.0), self.vocabulary.bodies().len())
     }
 }

@@ -81,7 +81,8 @@ pub(crate) fn expectation(
 ) -> Expectation {
     let content = memory.content();
     let context = context(content, before);
-    let foretold = content.evidence.foretell(&content.vocabulary, Some(body), primitive, context.observations());
+    let foretold =
+        content.evidence.foretell(&content.vocabulary, Some(body), primitive, context.observations());
     let share = memory.parameters().prediction_ratio_min;
     let often = |count: u32, trials: u32| f64::from(count) >= share * f64::from(trials);
     let (mut parts, mut together) = (Vec::new(), Vec::new());

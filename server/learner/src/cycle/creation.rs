@@ -124,10 +124,11 @@ fn lessons<'a>(
         seen.filter(|o| !lasting.contains(o) || context.contains(o)).cloned().collect()
     };
     let Some(expectation) = expectation else {
-        let contradicts = execution
-            .schema
-            .filter(|executed| !surprise.missing.is_empty() && memory.content().generalised(*executed).is_some());
-        let nothing_new = surprise.appeared.is_empty() && surprise.vanished.is_empty() && contradicts.is_none();
+        let contradicts = execution.schema.filter(|executed| {
+            !surprise.missing.is_empty() && memory.content().generalised(*executed).is_some()
+        });
+        let nothing_new =
+            surprise.appeared.is_empty() && surprise.vanished.is_empty() && contradicts.is_none();
         if !first && nothing_new {
             return Vec::new();
         }

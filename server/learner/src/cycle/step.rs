@@ -225,7 +225,8 @@ fn learn(
         let law =
             concrete.then(|| claims::generalise(draft.memory(), execution, expectation, parent)).flatten();
         draft.emit_all(law);
-    } else if let Some(seed) = created.first().copied().filter(|_| draft.memory().parameters().generalisation) {
+    } else if let Some(seed) = created.first().copied().filter(|_| draft.memory().parameters().generalisation)
+    {
         let generalised = generalisation::generalise(draft.memory(), seed);
         draft.emit_all(generalised);
     }

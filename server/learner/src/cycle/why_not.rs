@@ -301,7 +301,9 @@ impl Scale<'_> {
             return out(Verdict::TargetNotAchievable(target), binding);
         };
         let (memory, world) = (self.memory, &self.decision.world);
-        if memory.content().mechanisms.claims && !claims::makes(memory, self.decision.body, action, world, known) {
+        if memory.content().mechanisms.claims
+            && !claims::makes(memory, self.decision.body, action, world, known)
+        {
             return Reweighing { action: Some(action), ..out(Verdict::OtherClaims, binding) };
         }
         let bound = Instance::new(self.memory.content(), id, &binding);

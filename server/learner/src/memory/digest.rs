@@ -2,8 +2,12 @@
 
 use crate::memory::chunks::ChunkDigest;
 use crate::memory::content::Content;
+use crate::memory::evidence::{
+    Found, FoundClaim, FoundClaims, FoundEach, FoundFacet, FoundPlace, FoundTrial, OwnEffect, Recollection,
+};
+use crate::nouns::claim::{Change, Condition, Expression, Reference, Sketch};
 use crate::nouns::execution::{ChainLink, Execution};
-use crate::nouns::experience::Experience;
+use crate::nouns::experience::{Experience, Recalled};
 use crate::nouns::item::{Item, Items, Update};
 use crate::nouns::mechanisms::Mechanisms;
 use crate::nouns::observation::{Observation, Pattern, Substitution, Term, Value};
@@ -47,12 +51,149 @@ pub fn digest(content: &Content) -> String {
             sink.number(pool.map_or(0, |action| action as u64 + 1));
             experience(&mut sink, one);
         }
+        for (body, recollections) in content.evidence.recollections() {
+            sink.number(u64::from(body.0));
+            sink.number(recollections.noted());
+            for Recollection { shown, noted, there } in recollections.all() {
+                observation(&mut sink, &shown);
+                sink.number(noted);
+                sink.each(&there, observation);
+            }
+        }
     }
     // And one that supposes nothing the one that it had before it could.
     if !content.items.is_empty() {
         items(&mut sink, &content.items);
     }
     sink.0.finalize().to_hex().to_string()
+}
+
+/// The digests of what was found of the experiences that are kept, pool by pool.
+#[must_use]
+pub fn claims(content: &Content) -> Vec<String> {
+    content.evidence.found().map(|(_, one)| found(&one)).collect()
+}
+
+/// The blake3 digest of what was found of the experiences of a pool, in hexadecimal. It is no part of the digest of memory: claims follow
+/// from the experiences, and a memory that was written without them has the same one.
+#[must_use]
+pub fn found(found: &Found) -> String {
+    let mut sink = Sink(blake3::Hasher::new());
+    sink.number(u64::from(VERSION));
+    sink.each(&found.effects, |sink, OwnEffect { primitive, brought, doubtful }| {
+        sink.number(u64::from(primitive.0));
+        sink.flag(brought.is_some());
+        if let Some((effect, tries)) = brought {
+            sink.each(effect, observation);
+            sink.list(*tries);
+        }
+        sink.flag(*doubtful);
+    });
+    sink.number(found.key.map_or(0, |key| u64::from(key.0) + 1));
+    sink.each(&found.facets, facet);
+    sink.0.finalize().to_hex().to_string()
+}
+
+fn facet(sink: &mut Sink, facet: &FoundFacet) {
+    let FoundFacet { kinds, changes, surprise, grown, places, each, trial } = facet;
+    sink.each(kinds, |sink, kind| sink.number(u64::from(kind.0)));
+    sink.each(changes, |sink, Change { becomes, vanishes, appears }| {
+        for sketches in [becomes, vanishes, appears] {
+            sink.each(sketches, sketch);
+        }
+    });
+    sink.each(surprise, |sink, number| sink.number(number.to_bits()));
+    sink.each(grown, |sink, FoundClaims { primitive, scores, examples, exceptional, unforetold, claims }| {
+        sink.number(primitive.map_or(0, |primitive| u64::from(primitive.0) + 1));
+        sink.each(scores.as_slice(), |sink, scores| {
+            sink.each(scores, |sink, score| sink.number(score.to_bits()));
+        });
+        for count in [examples, exceptional, unforetold] {
+            sink.list(*count);
+        }
+        sink.each(claims, |sink, FoundClaim { depth, condition: asked, gain, outcomes, trials }| {
+            sink.list(*depth);
+            sink.each(asked.as_slice(), condition);
+            sink.number(gain.to_bits());
+            sink.each(outcomes, |sink, (change, count)| {
+                sink.list(*change);
+                sink.number(u64::from(*count));
+            });
+            sink.number(u64::from(*trials));
+        });
+    });
+    sink.each(places, |sink, place| {
+        sink.each(place.as_slice(), |sink, FoundPlace { claim, change }| {
+            sink.list(*claim);
+            sink.each(change.as_slice(), |sink, change| sink.list(*change));
+        });
+    });
+    sink.each(each.as_slice(), of_each);
+    sink.each(trial.as_slice(), |sink, FoundTrial { each, scores }| {
+        of_each(sink, each);
+        sink.each(scores, |sink, score| sink.number(score.to_bits()));
+    });
+}
+
+fn of_each(sink: &mut Sink, FoundEach { from, known, facet: found }: &FoundEach) {
+    sink.list(*from);
+    sink.each(known, observation);
+    facet(sink, found);
+}
+
+fn condition(sink: &mut Sink, condition: &Condition) {
+    match condition {
+        Condition::Observed(observed) => {
+            sink.number(0);
+            sketch(sink, observed);
+        }
+        Condition::Is(anchor, is) => {
+            sink.number(1);
+            reference(sink, (*anchor).into());
+            value(sink, *is);
+        }
+        Condition::AtLeast(anchor, least) => {
+            sink.number(2);
+            reference(sink, (*anchor).into());
+            sink.number(least.cast_unsigned());
+        }
+        Condition::Recalled(recalled) => {
+            sink.number(3);
+            sketch(sink, recalled);
+        }
+    }
+}
+
+fn sketch(sink: &mut Sink, sketch: &Sketch) {
+    sink.number(u64::from(sketch.kind.0));
+    sink.each(&sketch.properties, |sink, (property, expression)| {
+        sink.number(u64::from(property.0));
+        match expression {
+            Expression::Constant(constant) => value(sink, *constant),
+            Expression::Named(named, more) => {
+                sink.number(4);
+                reference(sink, *named);
+                sink.number(more.cast_unsigned());
+            }
+        }
+    });
+}
+
+fn reference(sink: &mut Sink, reference: Reference) {
+    let (tag, [kind, property]) = match reference {
+        Reference::Parameter(at) => (0, [0, u64::from(at)]),
+        Reference::Effect(kind, property) => (1, [u64::from(kind.0), u64::from(property.0)]),
+        Reference::Only(kind, property) => (2, [u64::from(kind.0), u64::from(property.0)]),
+        Reference::Itself(property) => (4, [0, u64::from(property.0)]),
+        Reference::Recalled(kind, property) => (5, [u64::from(kind.0), u64::from(property.0)]),
+        Reference::Age => (6, [0, 0]),
+        Reference::Tied { from, kind, at, to } => {
+            sink.number(3);
+            self::reference(sink, from.into());
+            (u64::from(kind.0), [u64::from(at.0), u64::from(to.0)])
+        }
+    };
+    [tag, kind, property].into_iter().for_each(|number| sink.number(number));
 }
 
 fn items(sink: &mut Sink, items: &Items) {
@@ -91,6 +232,11 @@ fn experience(sink: &mut Sink, experience: &Experience) {
     sink.each(&experience.before, observation);
     sink.each(&experience.after, observation);
     sink.each(&experience.sensed, |sink, kind| sink.number(u64::from(kind.0)));
+    sink.number(u64::from(experience.body.0));
+    sink.each(experience.recalled.as_slice(), |sink, Recalled { observations, age }| {
+        sink.each(observations, observation);
+        sink.number(u64::from(*age));
+    });
 }
 
 /// The lists that grow: the digests of their chunks, which they remember, so that this costs what changed.

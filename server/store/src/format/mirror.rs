@@ -58,7 +58,7 @@ macro_rules! mirror {
     (
         $(#[$attribute:meta])*
         enum $name:ident = $live:ty {
-            $($(#[$about:meta])* $variant:ident $(($inner:ident: $content:ty))? $({ $($field:ident: $type:ty),* })?,)*
+            $($(#[$about:meta])* $variant:ident $(($($inner:ident: $content:ty),+))? $({ $($field:ident: $type:ty),* })?,)*
         }
         $($rest:tt)*
     ) => {
@@ -67,15 +67,15 @@ macro_rules! mirror {
         #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(deny_unknown_fields, rename_all = "snake_case")]
         pub(crate) enum $name {
-            $($(#[$about])* $variant $(($content))? $({ $($field: $type),* })?,)*
+            $($(#[$about])* $variant $(($($content),+))? $({ $($field: $type),* })?,)*
         }
 
         impl $crate::format::mirror::Mirror<$live> for $name {
             fn of(live: &$live) -> Self {
                 type Live = $live;
                 match live {
-                    $(Live::$variant $(($inner))? $({ $($field),* })? => Self::$variant
-                        $(($crate::format::mirror::Mirror::of($inner)))?
+                    $(Live::$variant $(($($inner),+))? $({ $($field),* })? => Self::$variant
+                        $(($($crate::format::mirror::Mirror::of($inner)),+))?
                         $({ $($field: $crate::format::mirror::Mirror::of($field)),* })?,)*
                 }
             }
@@ -83,8 +83,8 @@ macro_rules! mirror {
             fn live(self) -> $live {
                 type Live = $live;
                 match self {
-                    $(Self::$variant $(($inner))? $({ $($field),* })? => Live::$variant
-                        $(($crate::format::mirror::Mirror::live($inner)))?
+                    $(Self::$variant $(($($inner),+))? $({ $($field),* })? => Live::$variant
+                        $(($($crate::format::mirror::Mirror::live($inner)),+))?
                         $({ $($field: $crate::format::mirror::Mirror::live($field)),* })?,)*
                 }
             }
@@ -109,7 +109,7 @@ macro_rules! same {
         }
     )*};
 }
-same!(bool, u32, u64, i64, f64, String);
+same!(bool, u8, u32, u64, i64, f64, [f64; 3], [f64; 4], String);
 
 /// What the learner numbers: on disk it is the number.
 macro_rules! numbered {

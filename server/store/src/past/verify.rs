@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use pschema_learner::Learner;
-use pschema_learner::digest::digest;
+use pschema_learner::digest::{self, digest};
 use pschema_learner::memory::Memory;
 
 use super::error::{PastError, READ_AGAIN_MAX, damage_text, is_gone};
@@ -85,8 +85,8 @@ struct Check<'a> {
     of: u64,
     bytes: u64,
     checked: Verification,
-    /// The sound snapshots, and the digest of each.
-    snapshots: Vec<(Place, String)>,
+    /// The sound snapshots, with the digest of each, and those of what was found of experiences.
+    snapshots: Vec<(Place, String, Vec<String>)>,
     /// The replayed memory, from the place on from which it can be replayed.
     replay: Option<Replay>,
     /// The learner that takes the steps again; it has the memory meanwhile.
@@ -195,7 +195,9 @@ impl Check<'_> {
         for number in snapshot::numbers(storage)? {
             let name = snapshot::name(number);
             match snapshot::sound(storage, number) {
-                Ok(Some((whole, place))) => self.snapshots.push((place, whole.memory_digest)),
+                Ok(Some((whole, place))) => {
+                    self.snapshots.push((place, whole.memory_digest, digest::claims(&whole.content)));
+                }
                 Ok(None) => {
                     let problem = "the snapshot is damaged: a block of it is not what was written".to_owned();
                     self.found(Some(storage.path(&name)), None, problem);
@@ -222,7 +224,7 @@ impl Check<'_> {
                 begins.first().map_or(Place::default(), |head| head.after)
             }
             // Without a snapshot the memory has only just begun; with one, the journal is missing.
-            (_, None) => self.snapshots.last().map_or(Place::default(), |(place, _)| *place),
+            (_, None) => self.snapshots.last().map_or(Place::default(), |(place, ..)| *place),
         };
         if from.number == 0 {
             self.replay = Some(Replay::birth(&self.past.manifest)?);
@@ -312,11 +314,9 @@ impl Check<'_> {
     /// Compares a snapshot that was made at this place with the replayed memory. When the journal does not reach back to the
     /// beginning of the memory, replaying begins with the first snapshot.
     fn passes(&mut self, place: Place) -> Result<(), PastError> {
-        let Some((there, written)) = self.snapshots.iter().find(|(there, _)| there.number == place.number)
-        else {
-            return Ok(());
-        };
-        let (crc, written) = (there.crc, written.clone());
+        let here = self.snapshots.iter().find(|(there, ..)| there.number == place.number);
+        let Some((there, written, claims)) = here.cloned() else { return Ok(()) };
+        let crc = there.crc;
         let name = snapshot::name(place.number);
         let file = self.past.storage.path(&name);
         if crc != place.crc {
@@ -335,12 +335,15 @@ impl Check<'_> {
             }
             Some(memory) => {
                 let found = digest(memory.content());
-                if found == written {
-                    self.checked.snapshots += 1;
-                } else {
+                if found != written {
                     let problem =
                         format!("the snapshot has digest {written}, and the journal leads to {found}");
                     self.found(Some(file), None, problem);
+                } else if digest::claims(memory.content()) != claims {
+                    let problem = "the snapshot has other claims than those that the journal leads to";
+                    self.found(Some(file), None, problem.to_owned());
+                } else {
+                    self.checked.snapshots += 1;
                 }
             }
         }

@@ -1,5 +1,6 @@
 //! Tests of the store as a whole, and the disk that they lose power on.
 
+mod claims;
 mod forged;
 mod golden;
 mod journal;

@@ -37,7 +37,12 @@ fn future(learner: &Learner, world: &World) -> Vec<impl PartialEq + std::fmt::De
         let Frame { observations, .. } = world.frame();
         let content = learner.memory().content();
         let foretell = |primitive| {
-            content.evidence.foretell(&content.vocabulary, PrimitiveId(primitive), &observations[..1])
+            content.evidence.foretell(
+                &content.vocabulary,
+                Some(BodyId(0)),
+                PrimitiveId(primitive),
+                &observations[..1],
+            )
         };
         let foretold: Vec<_> = (0..12).map(foretell).collect();
         let taken = learner.step(&world.frame());
@@ -101,8 +106,8 @@ fn evidence_is_found_again_and_foretells_alike() {
             "that is not the one of its action",
         ),
         (
-            "\"experience\":{\"primitive\":",
-            "\"experience\":{\"primitive\":9",
+            "\"experience\":{\"body\":0,\"primitive\":",
+            "\"experience\":{\"body\":0,\"primitive\":9",
             "that is not the one of its action",
         ),
         ("\"sensed\":[0,1,2]", "\"sensed\":[0,2,1]", "out of order"),

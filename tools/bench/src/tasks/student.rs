@@ -163,7 +163,12 @@ impl Student {
     fn claimed(&self, world: &WorldState, primitive: PrimitiveId) -> Distribution<WorldState> {
         let content = self.learner.memory().content();
         let lasting = self.lexicon.lasting(world);
-        let facets = content.evidence.foretell(&content.vocabulary, Some(self.body), primitive, lasting.observations());
+        let facets = content.evidence.foretell(
+            &content.vocabulary,
+            Some(self.body),
+            primitive,
+            lasting.observations(),
+        );
         let mut all = vec![(BTreeSet::from_iter(lasting.observations().iter().cloned()), 1.0)];
         let is_noise = |facet: &Foretold| facet.kinds.iter().all(|kind| !self.lexicon.is_measured(*kind));
         for facet in facets.iter().filter(|facet| !is_noise(facet)) {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::memory::evidence::columns::{Column, Conditions};
 use crate::memory::evidence::facet::{ANYTHING, Examples, Facet, Grown, Time, conditions, path};
 use crate::memory::evidence::foretold::{Foretold, Part, Seen, Told, View};
+use crate::memory::evidence::found::{FoundEach, FoundTrial};
 use crate::memory::evidence::scene::{Scene, of_kind};
 use crate::nouns::claim::{Claim, Condition};
 use crate::nouns::experience::Experience;
@@ -13,9 +14,9 @@ use crate::nouns::observation::{Observation, TypeId};
 use crate::nouns::vocabulary::PrimitiveId;
 
 /// Observations of a type that are told one by one; more are a crowd.
-const KNOWN_MAX: usize = 32;
+pub(super) const KNOWN_MAX: usize = 32;
 /// Examples of one observation that are kept; beyond it those of the older half of the experiences are not looked at any more.
-const EXAMPLES_MAX: usize = 4_096;
+pub(super) const EXAMPLES_MAX: usize = 4_096;
 /// Combinations of what may be there together that are foretold: the most probable.
 const OUTCOMES_MAX: usize = 16;
 
@@ -66,9 +67,38 @@ impl Each {
         for (experience, scene) in examples.all.iter().skip(from) {
             each.enter(experience, scene);
         }
+        each.conditions.put_in_order();
         let Self { facet, examples, conditions, of_primitive, .. } = &mut each;
         facet.grow_all(Examples { all: examples, conditions, of_primitive, key: None });
         Some(each)
+    }
+
+    /// What was found.
+    pub(super) fn found(&self) -> FoundEach {
+        FoundEach { from: self.from, known: self.known.clone(), facet: Box::new(self.facet.found()) }
+    }
+
+    /// The claims of which this was found, from the examples of a pool.
+    pub(super) fn restored(found: FoundEach, examples: Examples<'_>) -> Self {
+        let FoundEach { from, known, facet } = found;
+        let kind = facet.kinds.first().copied().unwrap_or(TypeId(0));
+        let mut each = Self {
+            kind,
+            from,
+            known,
+            examples: Vec::new(),
+            conditions: Conditions::default(),
+            of_primitive: BTreeMap::new(),
+            facet: Facet::of(kind, examples.all),
+        };
+        for (experience, scene) in examples.all.iter().skip(from) {
+            each.enter(experience, scene);
+        }
+        each.conditions.put_in_order();
+        // What came with the type at first is known of all examples of the pool.
+        let company = std::mem::take(&mut each.facet.company);
+        each.facet = Facet::of_found(*facet, company, &each.examples);
+        each
     }
 
     /// Enters an experience with each observation that is known; returns the numbers of these examples.
@@ -100,6 +130,7 @@ impl Each {
             });
         }
         let entered = self.enter(experience, scene);
+        self.conditions.put_in_order();
         let Self { facet, examples, conditions, of_primitive, .. } = self;
         let examples = Examples { all: examples, conditions, of_primitive, key: None };
         let particular = experience.primitive != ANYTHING;
@@ -225,6 +256,18 @@ pub(super) struct Trial {
 impl Trial {
     pub(super) fn new(each: Each) -> Self {
         Self { each, together: [0.0; 2], singly: [0.0; 2] }
+    }
+
+    /// What was found.
+    pub(super) fn found(&self) -> FoundTrial {
+        let ([a, b], [c, d]) = (self.together, self.singly);
+        FoundTrial { each: self.each.found(), scores: [a, b, c, d] }
+    }
+
+    /// The trial of which this was found.
+    pub(super) fn restored(found: FoundTrial, examples: Examples<'_>) -> Self {
+        let [a, b, c, d] = found.scores;
+        Self { each: Each::restored(found.each, examples), together: [a, b], singly: [c, d] }
     }
 
     /// Scores both by what came, before it is learnt from. Claims about all together gave it the probabilities of which `together` is ln.

@@ -15,7 +15,7 @@ use crate::nouns::vocabulary::PrimitiveId;
 /// Stands for any primitive, where all are looked at as one.
 pub(super) const ANYTHING: PrimitiveId = PrimitiveId(u32::MAX);
 /// Different changes that are kept apart; others are outcomes without a form.
-const CHANGES_MAX: usize = 64;
+pub(super) const CHANGES_MAX: usize = 64;
 /// New claims are sought when so many outcomes were not the most frequent one of the claim in force, as a share of those that were
 /// not when claims were sought last: a rare surprise is looked into at once, and noise is not looked into again and again.
 const UNFORETOLD_SHARE: usize = 8;
@@ -35,9 +35,9 @@ pub(super) struct Grown {
     /// How many examples there were when they grew.
     pub(super) examples: usize,
     /// How many of these had an outcome that was not the most frequent one of its claim.
-    exceptional: usize,
+    pub(super) exceptional: usize,
     /// How many since then.
-    unforetold: usize,
+    pub(super) unforetold: usize,
 }
 
 impl Grown {
@@ -161,7 +161,7 @@ impl Time {
 }
 
 /// The types of what was there before the first experience with observations of `kind`, in order.
-fn company(kind: TypeId, examples: &[(std::sync::Arc<Experience>, Scene)]) -> Vec<TypeId> {
+pub(super) fn company(kind: TypeId, examples: &[(std::sync::Arc<Experience>, Scene)]) -> Vec<TypeId> {
     let has = |observations: &[Observation]| !of_kind(observations, kind).is_empty();
     let first = examples.iter().find(|(e, _)| has(&e.before) || has(&e.after));
     let mut company: Vec<_> = first
@@ -186,15 +186,15 @@ pub(crate) struct Facet {
     /// The types, in order.
     pub(super) kinds: Vec<TypeId>,
     /// Of each, the types of what was there before the experience that it first came with, in order.
-    company: Vec<Vec<TypeId>>,
+    pub(super) company: Vec<Vec<TypeId>>,
     /// The examples that tell whether any of them were there.
-    sensed: Column,
+    pub(super) sensed: Column,
     /// The changes seen, in all wordings, each with the examples that it makes.
     pub(super) changes: Vec<(Change, Column)>,
     /// The claims about the action, whatever its parameters.
     pub(super) general: Grown,
     /// The place of each example among them; none where it does not tell of these types.
-    places: Vec<Option<Place>>,
+    pub(super) places: Vec<Option<Place>>,
     /// The claims about each primitive.
     pub(super) particular: BTreeMap<PrimitiveId, Grown>,
     /// For each primitive how well each view foretold it, each experience before it was learnt from: ln of the probabilities.
@@ -251,24 +251,13 @@ impl Facet {
 
     /// Enters the example `at` in the columns, anew if it was there.
     pub(super) fn enter(&mut self, examples: &[(std::sync::Arc<Experience>, Scene)], at: usize) {
-        let Some((experience, scene)) = examples.get(at) else { return };
-        if !self.is_told_by(experience) {
-            return;
-        }
-        self.sensed.insert(at);
-        let after = self.part(&experience.after);
-        for (change, makes) in &mut self.changes {
-            makes.remove(at);
-            if scene.makes(change, &after, &self.kinds) {
-                makes.insert(at);
-            }
-        }
+        let Some((scene, after)) = self.enter_known(examples, at) else { return };
         for change in scene.changes(&after, &self.kinds) {
             if self.changes.len() == CHANGES_MAX || self.changes.iter().any(|(known, _)| *known == change) {
                 continue;
             }
             let mut makes = Column::default();
-            for (at, (experience, scene)) in examples.iter().enumerate().take(at + 1) {
+            for (at, (experience, scene)) in examples.iter().enumerate() {
                 if self.sensed.contains(at)
                     && scene.makes(&change, &self.part(&experience.after), &self.kinds)
                 {
@@ -277,6 +266,25 @@ impl Facet {
             }
             self.changes.push((change, makes));
         }
+    }
+
+    /// Enters the example `at` in the columns of the changes that are known. Returns its scene and what was there afterwards, if it
+    /// tells of these types.
+    pub(super) fn enter_known<'a>(
+        &mut self,
+        examples: &'a [(std::sync::Arc<Experience>, Scene)],
+        at: usize,
+    ) -> Option<(&'a Scene, Vec<Observation>)> {
+        let (experience, scene) = examples.get(at).filter(|(experience, _)| self.is_told_by(experience))?;
+        self.sensed.insert(at);
+        let after = self.part(&experience.after);
+        for (change, makes) in &mut self.changes {
+            makes.remove(at);
+            if scene.makes(change, &after, &self.kinds) {
+                makes.insert(at);
+            }
+        }
+        Some((scene, after))
     }
 
     /// Whether an experience tells which observations of its types were there.

@@ -11,7 +11,7 @@ use crate::memory::evidence::scene::Scene;
 use crate::nouns::claim::{Anchor, Change, Claim, Condition};
 
 /// Exceptions to exceptions, at most.
-const DEPTH_MAX: usize = 8;
+pub(super) const DEPTH_MAX: usize = 8;
 /// So many examples fit into one word.
 const FEW: usize = u64::BITS as usize;
 /// A gain below this is none: it may be an error of rounding.
@@ -278,7 +278,7 @@ impl Search<'_, '_> {
             return different;
         }
         // Few examples meet few of the conditions.
-        let mut holding = vec![0_u64; conditions.len()];
+        let mut holding = vec![0_u64; conditions.places().len()];
         let mut met = Vec::new();
         for (bit, at) in whole.examples.iter().enumerate() {
             for number in conditions.met_by(at) {
@@ -288,11 +288,14 @@ impl Search<'_, '_> {
                 holding[*number] |= 1 << bit;
             }
         }
-        let all = u64::MAX >> (64 - whole.all);
-        let mut first: FxHashMap<u64, (Tier, usize)> = FxHashMap::default();
+        let (all, order) = (u64::MAX >> (64 - whole.all), conditions.places());
+        let mut first: FxHashMap<u64, (usize, usize)> = FxHashMap::default();
         for number in met.into_iter().filter(|number| holding[*number] != all) {
-            let Some(asked) = conditions.get(number).filter(|asked| self.may_ask(asked)) else { continue };
-            let place = (asked.tier, number);
+            let asked = conditions.get(number);
+            if !asked.is_some_and(|asked| self.may_ask(asked)) {
+                continue;
+            }
+            let place = (order[number], number);
             first.entry(holding[number]).and_modify(|known| *known = place.min(*known)).or_insert(place);
         }
         let mut places: Vec<_> = first.into_values().collect();

@@ -5,11 +5,12 @@ mod columns;
 mod each;
 mod facet;
 mod foretold;
+mod found;
 mod growth;
 mod novelty;
 mod pool;
-mod recollections;
 pub(crate) mod price;
+mod recollections;
 mod scene;
 #[cfg(test)]
 mod tests;
@@ -19,8 +20,9 @@ use std::sync::Arc;
 
 pub(crate) use foretold::InForce;
 pub use foretold::{Foretold, Part, View};
+pub use found::{Found, FoundClaim, FoundClaims, FoundEach, FoundFacet, FoundPlace, FoundTrial, OwnEffect};
 use pool::Pool;
-use recollections::Recollections;
+pub use recollections::{Recollection, Recollections};
 use scene::of_kind;
 
 use crate::memory::evidence::facet::ANYTHING;
@@ -28,6 +30,20 @@ use crate::nouns::claim::Claim;
 use crate::nouns::experience::{Experience, Recalled};
 use crate::nouns::observation::{Observation, TypeId, Value};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId, Vocabulary, value_of};
+
+/// What claims are made of, at most.
+pub mod limits {
+    /// Changes that the claims of a facet speak of.
+    pub const CHANGES_MAX: usize = super::facet::CHANGES_MAX;
+    /// Exceptions within exceptions.
+    pub const DEPTH_MAX: usize = super::growth::DEPTH_MAX;
+    /// Observations of a type of which each is told by itself.
+    pub const KNOWN_MAX: usize = super::each::KNOWN_MAX;
+    /// Examples of single observations.
+    pub const EXAMPLES_MAX: usize = super::each::EXAMPLES_MAX + super::each::KNOWN_MAX;
+    /// Ways to be of which a body recalls what was there.
+    pub const RECOLLECTIONS_MAX: usize = super::recollections::RECOLLECTIONS_MAX;
+}
 
 /// The experiences with each action, by its number in the vocabulary, and the claims that they make. A clone shares all of it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -80,9 +96,20 @@ impl Evidence {
         }
     }
 
+    /// What each body recalls, in the order of the bodies.
+    pub fn recollections(&self) -> impl Iterator<Item = (BodyId, &Recollections)> {
+        self.recollections.iter().map(|(body, recollections)| (*body, recollections))
+    }
+
+    /// Puts back what a body recalls.
+    pub fn recall(&mut self, body: BodyId, recollections: Recollections) {
+        self.recollections.insert(body, recollections);
+    }
+
     /// What was there when a body was last as an action leaves it, after which these observations are there; none where that is not
     /// known.
-    pub(crate) fn recalled(
+    #[must_use]
+    pub fn recalled(
         &self,
         vocabulary: &Vocabulary,
         body: BodyId,
@@ -95,28 +122,43 @@ impl Evidence {
     }
 
     /// The experiences that are kept, pool by pool in the order in which they were made, each with the action whose pool it is in; none
-    /// is the background. Each put back into its pool in this order ([`Evidence::keep`]), they make the same evidence.
+    /// is the background.
     pub fn kept(&self) -> impl Iterator<Item = (Option<usize>, &Experience)> {
         let of_actions = self.pools.iter().map(|(action, pool)| (Some(*action), pool));
         let pools = of_actions.chain([(None, &self.background)]);
         pools.flat_map(|(action, pool)| pool.experiences().map(move |experience| (action, experience)))
     }
 
-    /// Puts an experience that was kept back into its pool. Returns whether it belongs there: the pool is that of the experience's
-    /// action, or the experience is one of the background, and the pool has room for it.
-    pub fn keep(&mut self, vocabulary: &Vocabulary, pool: Option<usize>, experience: Experience) -> bool {
-        let belongs = match pool {
+    /// Whether an experience can be in this pool: in that of its action, or in the background, where all experiences are as if with one.
+    #[must_use]
+    pub fn belongs(vocabulary: &Vocabulary, pool: Option<usize>, experience: &Experience) -> bool {
+        match pool {
             Some(_) => action(vocabulary, experience.primitive) == pool,
             None => experience.primitive == ANYTHING && experience.parameters.is_empty(),
-        };
-        if !belongs {
-            return false;
         }
-        let pool = match pool {
-            Some(action) => self.pools.entry(action).or_default(),
-            None => &mut self.background,
-        };
-        Arc::make_mut(pool).keep(Arc::new(experience), vocabulary.primitives().len())
+    }
+
+    /// How many experiences a pool has room for.
+    #[must_use]
+    pub fn room(vocabulary: &Vocabulary) -> usize {
+        pool::room(vocabulary.primitives().len())
+    }
+
+    /// What was found of the experiences that are kept, pool by pool as in [`Evidence::kept`].
+    pub fn found(&self) -> impl Iterator<Item = (Option<usize>, Found)> {
+        let of_actions = self.pools.iter().map(|(action, pool)| (Some(*action), pool));
+        let pools = of_actions.chain([(None, &self.background)]);
+        let known = pools.filter(|(_, pool)| pool.experiences().next().is_some());
+        known.map(|(action, pool)| (action, pool.found()))
+    }
+
+    /// Puts a pool back: its experiences in their order, and what was found of them.
+    pub fn restore(&mut self, pool: Option<usize>, experiences: Vec<Experience>, found: Found) {
+        let restored = Arc::new(Pool::restored(experiences, found));
+        match pool {
+            Some(action) => drop(self.pools.insert(action, restored)),
+            None => self.background = restored,
+        }
     }
 
     /// Whether there are none.

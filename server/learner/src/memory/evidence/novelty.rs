@@ -51,9 +51,9 @@ impl Novelty {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Surprise {
     /// Surprises and experiences, by how new they were.
-    new: (f64, f64),
+    pub(super) new: (f64, f64),
     /// The same, by how familiar they were.
-    familiar: (f64, f64),
+    pub(super) familiar: (f64, f64),
 }
 
 impl Surprise {

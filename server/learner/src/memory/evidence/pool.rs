@@ -56,31 +56,31 @@ fn relied<T>(scores: [f64; 3], [general, particular, remembered]: &[Option<T>; 3
 }
 
 /// How many experiences a pool keeps that are with so many primitives.
-fn room(primitives: usize) -> usize {
+pub(super) fn room(primitives: usize) -> usize {
     EXPERIENCES_MAX.max(2 * primitives)
 }
 
 /// The experiences with one action, with the claims about each facet of what it changes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Pool {
-    examples: Vec<(Arc<Experience>, Scene)>,
-    conditions: Conditions,
+    pub(super) examples: Vec<(Arc<Experience>, Scene)>,
+    pub(super) conditions: Conditions,
     of_primitive: BTreeMap<PrimitiveId, Column>,
     /// What each primitive brings about of itself, whatever the context.
-    effects: BTreeMap<PrimitiveId, Vec<Observation>>,
+    pub(super) effects: BTreeMap<PrimitiveId, Vec<Observation>>,
     /// After how many tries of each this was changed last.
-    changed: BTreeMap<PrimitiveId, usize>,
+    pub(super) changed: BTreeMap<PrimitiveId, usize>,
     /// Those that brought something about once, of which it is not known yet whether that comes anyway.
-    doubtful: BTreeSet<PrimitiveId>,
+    pub(super) doubtful: BTreeSet<PrimitiveId>,
     /// After how many of the experiences each lasting observation was there.
     came: BTreeMap<Observation, usize>,
     /// The same for each primitive, with whether it was ever not there before.
     brought: BTreeMap<PrimitiveId, BTreeMap<Observation, (usize, bool)>>,
     /// The experiences with each primitive in the very same context.
     alike: BTreeMap<PrimitiveId, BTreeMap<Arc<[Observation]>, Vec<usize>>>,
-    facets: Vec<Facet>,
+    pub(super) facets: Vec<Facet>,
     /// The type in which it shows how the action leaves the body: of that there is always one, and it is told.
-    key: Option<TypeId>,
+    pub(super) key: Option<TypeId>,
 }
 
 impl Pool {
@@ -119,13 +119,14 @@ impl Pool {
             all().all(shows) && all().filter(changes).count() * KEY_CHANGES > self.examples.len()
         };
         let told = self.facets.iter().filter(|facet| facet.each.is_none());
-        let told = told.flat_map(|facet| facet.kinds.iter().map(move |kind| (facet.general.left_open(), *kind)));
+        let told =
+            told.flat_map(|facet| facet.kinds.iter().map(move |kind| (facet.general.left_open(), *kind)));
         let told = told.filter(|(open, kind)| open * KEY_OPEN < self.examples.len() && may_be(kind));
         told.min_by_key(|(open, kind)| (self.key != Some(*kind), *open, *kind)).map(|(_, kind)| kind)
     }
 
     /// The scene of an experience with an action that has this effect of its own.
-    fn scene(&self, experience: &Experience, effect: &[Observation]) -> Scene {
+    pub(super) fn scene(&self, experience: &Experience, effect: &[Observation]) -> Scene {
         let scene = Scene::new(experience.before.clone(), &experience.parameters, effect);
         let Some(key) = self.key else { return scene };
         let unchanged = of_kind(&experience.before, key) == of_kind(&experience.after, key);
@@ -134,17 +135,8 @@ impl Pool {
         scene.recalling(recalled, key)
     }
 
-    /// Puts back an experience that was kept, where there are so many primitives; returns whether there is room for it.
-    pub(super) fn keep(&mut self, experience: Arc<Experience>, primitives: usize) -> bool {
-        let fits = self.examples.len() < room(primitives);
-        if fits {
-            self.learn(experience);
-        }
-        fits
-    }
-
     /// Notes which example comes next, and what came with it.
-    fn note(&mut self, experience: &Experience) {
+    pub(super) fn note(&mut self, experience: &Experience) {
         let (at, primitive) = (self.examples.len(), experience.primitive);
         self.of_primitive.entry(primitive).or_default().insert(at);
         if primitive == ANYTHING {
@@ -180,6 +172,7 @@ impl Pool {
         if !renamed {
             self.enter(at);
         }
+        self.conditions.put_in_order();
         self.add_facets(at);
         let mut time = Time::new();
         // Each facet is the first in its turn.
@@ -254,14 +247,16 @@ impl Pool {
             let (facet, examples) = (&self.facets[number], self.examples());
             let &[kind] = &facet.kinds[..] else { continue };
             let several = |(e, _): &&(Arc<Experience>, Scene)| of_kind(&e.before, kind).len() > 1;
-            if facet.is_open() && examples.all.iter().filter(several).count() * EACH_SHARE > examples.all.len() {
+            if facet.is_open()
+                && examples.all.iter().filter(several).count() * EACH_SHARE > examples.all.len()
+            {
                 let each = Each::new(kind, examples, 0);
                 self.facets[number].trial = each.map(|each| Box::new(Trial::new(each)));
             }
         }
     }
 
-    fn examples(&self) -> Examples<'_> {
+    pub(super) fn examples(&self) -> Examples<'_> {
         let Self { examples, conditions, of_primitive, .. } = self;
         Examples { all: examples, conditions, of_primitive, key: self.key }
     }
@@ -270,7 +265,7 @@ impl Pool {
         self.effects.get(&primitive).map_or(&[], Vec::as_slice)
     }
 
-    /// Enters the example `at` in all columns.
+    /// Enters the example `at` in all columns; conditions are to be put in order before claims are sought.
     fn enter(&mut self, at: usize) {
         let examples = &self.examples;
         self.conditions.enter(at, |at| &examples[at].1);
@@ -495,9 +490,10 @@ impl Pool {
 
     fn views(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> [Option<Foretold>; 3] {
         let (general, particular) = match &facet.each {
-            Some(each) => {
-                (each.foretold(View::General, primitive, scene), each.foretold(View::Particular, primitive, scene))
-            }
+            Some(each) => (
+                each.foretold(View::General, primitive, scene),
+                each.foretold(View::Particular, primitive, scene),
+            ),
             None => {
                 let particular = facet.particular.get(&primitive);
                 let general = self.claimed(facet, &facet.general, scene, View::General);
@@ -593,7 +589,9 @@ impl Pool {
         // How the body will be most likely, and what was there when it was so.
         let most = told.iter().find_map(|facet| facet.outcomes.first()).map(|(after, _)| of_kind(after, key));
         let recalled = most.and_then(|most| match most {
-            [one] if of_kind(context, key).first() == Some(one) => Some(Recalled { observations: context.into(), age: 0 }),
+            [one] if of_kind(context, key).first() == Some(one) => {
+                Some(Recalled { observations: context.into(), age: 0 })
+            }
             [one] => recall(one),
             _ => None,
         });
@@ -652,6 +650,7 @@ impl Pool {
             })
             .collect();
         (0..self.examples.len()).for_each(|at| self.enter(at));
+        self.conditions.put_in_order();
         (0..self.examples.len()).for_each(|at| self.add_facets(at));
         self.part_facets();
         self.tell_each(&singly);
@@ -694,7 +693,8 @@ impl Pool {
         };
         self.facets.iter().any(|facet| {
             facet.each.as_ref().is_some_and(|each| each.all().any(asks))
-                || asks(&facet.general.claim) || facet.particular.values().any(|grown| asks(&grown.claim))
+                || asks(&facet.general.claim)
+                || facet.particular.values().any(|grown| asks(&grown.claim))
         })
     }
 

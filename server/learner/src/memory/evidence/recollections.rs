@@ -8,17 +8,51 @@ use crate::nouns::experience::Recalled;
 use crate::nouns::observation::{Observation, TypeId};
 
 /// Ways to be of which it is recalled what was there; beyond it those that were the longest ago are forgotten.
-const RECOLLECTIONS_MAX: usize = 1_024;
+pub(super) const RECOLLECTIONS_MAX: usize = 1_024;
 
 /// What was there at last, by the observation that shows how the body was.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Recollections {
+pub struct Recollections {
     all: BTreeMap<Observation, (u64, Arc<[Observation]>)>,
     /// How many experiences there were.
     noted: u64,
 }
 
+/// What was there at last when an observation showed how a body was.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recollection {
+    /// The observation.
+    pub shown: Observation,
+    /// After how many experiences of the body that was.
+    pub noted: u64,
+    /// What was there, in canonical order.
+    pub there: Arc<[Observation]>,
+}
+
 impl Recollections {
+    /// What is recalled after so many experiences.
+    #[must_use]
+    pub fn new(noted: u64, all: impl IntoIterator<Item = Recollection>) -> Self {
+        let all = all.into_iter().map(|Recollection { shown, noted, there }| (shown, (noted, there)));
+        Self { all: all.collect(), noted }
+    }
+
+    /// How many experiences the body had.
+    #[must_use]
+    pub fn noted(&self) -> u64 {
+        self.noted
+    }
+
+    /// All that is recalled, in the order of the observations that show how the body was.
+    pub fn all(&self) -> impl Iterator<Item = Recollection> + '_ {
+        let one = |(shown, (noted, there)): (&Observation, &(u64, Arc<[Observation]>))| Recollection {
+            shown: shown.clone(),
+            noted: *noted,
+            there: there.clone(),
+        };
+        self.all.iter().map(one)
+    }
+
     /// What was there when it was shown by `one`.
     pub(super) fn of(&self, one: &Observation) -> Option<Recalled> {
         let (noted, there) = self.all.get(one)?;

@@ -127,7 +127,12 @@ impl Scene {
         };
         let mut names: Vec<_> = self.names.iter().copied().filter(direct).chain(own).collect();
         names.sort_unstable();
-        Self { context: self.context.clone(), names, itself: Some(one.clone()), recalled: self.recalled.clone() }
+        Self {
+            context: self.context.clone(),
+            names,
+            itself: Some(one.clone()),
+            recalled: self.recalled.clone(),
+        }
     }
 
     /// The value of a reference.
@@ -156,10 +161,9 @@ impl Scene {
             Condition::Observed(sketch) => {
                 of_kind(&self.context, sketch.kind).iter().any(|o| self.fits(sketch, o))
             }
-            Condition::Recalled(sketch) => self
-                .recalled
-                .as_ref()
-                .is_some_and(|recalled| of_kind(&recalled.observations, sketch.kind).iter().any(|o| self.fits(sketch, o))),
+            Condition::Recalled(sketch) => self.recalled.as_ref().is_some_and(|recalled| {
+                of_kind(&recalled.observations, sketch.kind).iter().any(|o| self.fits(sketch, o))
+            }),
         }
     }
 
@@ -256,13 +260,18 @@ impl Scene {
         Some(after)
     }
 
+    /// Whether more is there than is asked for.
+    pub(super) fn is_crowded(&self) -> bool {
+        self.context.len() > ASKED_MAX
+    }
+
     /// The conditions that hold here and may be asked for, each once and in order.
     pub(super) fn conditions(&self) -> Vec<Condition> {
         if let Some(one) = &self.itself {
             return self.conditions_of(one);
         }
         let mut found = Vec::new();
-        if self.context.len() > ASKED_MAX {
+        if self.is_crowded() {
             let mut runs: Vec<_> = runs(&self.context).collect();
             runs.sort_by_key(|run| run.len());
             let asked = runs.into_iter().flatten().take(ASKED_MAX);
@@ -276,7 +285,9 @@ impl Scene {
             }
         }
         found.extend(self.recalled_kinds());
-        for observation in self.recalled.iter().flat_map(|recalled| recalled.observations.iter()).take(ASKED_MAX) {
+        for observation in
+            self.recalled.iter().flat_map(|recalled| recalled.observations.iter()).take(ASKED_MAX)
+        {
             let given = |(p, value): &(PropertyId, Value)| (*p, Expression::Constant(*value));
             for one in observation.properties() {
                 found.push(Condition::Recalled(Sketch {
@@ -334,7 +345,11 @@ impl Scene {
 
     /// That something of a type is recalled.
     fn recalled_kinds(&self) -> impl Iterator<Item = Condition> + '_ {
-        let kinds = self.recalled.iter().flat_map(|recalled| runs(&recalled.observations)).filter_map(|run| run.first());
+        let kinds = self
+            .recalled
+            .iter()
+            .flat_map(|recalled| runs(&recalled.observations))
+            .filter_map(|run| run.first());
         kinds.map(|one| Condition::Recalled(Sketch { kind: one.kind(), properties: [].into() }))
     }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::columns::{Column, Conditions};
 use super::facet::ANYTHING;
+use super::found::OwnEffect;
 use super::growth::Ground;
 use super::pool::Pool;
 use super::price::{Likelihood, Tier};
@@ -160,6 +161,7 @@ fn claims_grow_as_a_plain_search_finds_them() {
             |change: &Change, at: usize| scenes[at].after(change, &kinds) == Some(bell(&experiences[at]));
         let mut conditions = Conditions::default();
         (0..scenes.len()).for_each(|at| conditions.enter(at, |at| &scenes[at]));
+        conditions.put_in_order();
         let of_change = |change: &Change| {
             let mut column = Column::default();
             (0..scenes.len()).filter(|at| made(change, *at)).for_each(|at| column.insert(at));
@@ -274,4 +276,48 @@ fn what_comes_with_a_new_sense_comes_of_what_the_sense_shows() {
 fn what_could_not_be_sensed_is_not_held_against_what_could_be_seen() {
     let [to_light, _] = after_one_ring(&[LIGHT, PLACE], true);
     assert_eq!(to_light, (1, 1));
+}
+
+/// A life in which own effects are found, named anew and lost again, types are joined and parted, and much is forgotten: at each of its
+/// moments a pool is what its experiences and what was found of them make.
+#[test]
+fn a_pool_is_put_back_as_it_was() {
+    let (mut joined, mut renamed, mut forgotten) = (0, 0, 0);
+    for seed in 0..3 {
+        let (mut random, mut pool) = (Random::from_seed(seed), Pool::default());
+        for number in 0..1_100 {
+            let mut next = experience(&mut random, if number % 3 == 0 { 12 } else { 3 });
+            // The first background: all actions as one.
+            if seed == 0 {
+                next = Experience { primitive: ANYTHING, parameters: [].into(), ..next };
+            }
+            // For a while nothing is brought about, or a bell and a place that come and go together.
+            match number {
+                30..60 => next.after = next.before.clone(),
+                100..160 => {
+                    let both =
+                        [Observation::new(PLACE, [(NUMBER, Value::Integer(9))]), Observation::new(BELL, [])];
+                    next.after = if random.below(2) == 0 { both.into() } else { [].into() };
+                }
+                _ => (),
+            }
+            let before = (pool.found(), pool.experiences().count());
+            pool.experience(Arc::new(next));
+            let found = pool.found();
+            joined += usize::from(found.facets.iter().any(|facet| facet.kinds.len() > 1));
+            let known = |now: &OwnEffect| {
+                before.0.effects.iter().any(|then| {
+                    then.primitive == now.primitive && then.brought != now.brought && then.brought.is_some()
+                })
+            };
+            renamed += found.effects.iter().filter(|now| known(now)).count();
+            forgotten += usize::from(pool.experiences().count() < before.1);
+            if number < 200 || number % 97 == 0 || number == 767 || number == 1_024 {
+                let experiences = pool.experiences().cloned().collect();
+                assert_eq!(Pool::restored(experiences, found), pool, "seed {seed}, {number}");
+            }
+        }
+    }
+    println!("{joined} {renamed} {forgotten}");
+    assert!(joined > 0 && renamed > 0 && forgotten > 0, "{joined} {renamed} {forgotten}");
 }

@@ -14,9 +14,10 @@ use pschema_learner::schema::{PreConditionInterner, SCHEMAS_MAX};
 use pschema_learner::vocabulary::{self as live, BodyId, ValueKind, Vocabulary, VocabularyLists, limits};
 
 use super::experience::SyntheticItem;
+use super::finding::Finding;
 use super::item::{
-    BodyDescription, BodyLine, End, Generator, Item, KeptExperience, Kind, KnownObservation, LivedExperience,
-    Outline, Pending, Primitive, Property,
+    BodyDescription, BodyLine, End, Generator, Item, Kind, KnownObservation, LivedExperience, Outline,
+    Pending, Primitive, Property,
 };
 use super::schema::Schema;
 use super::setting::Setting;
@@ -57,6 +58,7 @@ pub(crate) struct Assembly {
     names: HashSet<(Kind, String)>,
     lists: VocabularyLists,
     content: Content,
+    finding: Finding,
     /// Once the vocabulary is whole.
     extent: Option<Extent>,
     observed: HashSet<Observation>,
@@ -82,6 +84,7 @@ impl Assembly {
             names: HashSet::new(),
             lists: VocabularyLists::default(),
             content,
+            finding: Finding::default(),
             extent: None,
             observed: HashSet::new(),
             pre_conditions: PreConditionInterner::default(),
@@ -121,6 +124,7 @@ impl Assembly {
 
     /// Items that refer to the vocabulary.
     fn of_content(&mut self, item: Item) -> Taken {
+        let kind = item.kind();
         match item {
             Item::Observation(known) => self.observation(known),
             Item::Schema(schema) => self.schema(*schema),
@@ -164,12 +168,21 @@ impl Assembly {
                 self.content.mechanisms = mechanisms.live();
                 Ok(())
             }
-            Item::Experience(kept) => self.experience(*kept),
+            Item::Experience(kept) => {
+                self.extent()?;
+                let extent = self.extent.as_ref().ok_or(ContentError::missing(Kind::Memory.name()))?;
+                self.finding.experience(extent, *kept)
+            }
             Item::Supposed(item) => self.synthetic_item(*item),
             Item::Line(line) => self.line(line),
             Item::Lived(lived) => self.lived(*lived),
+            item if kind >= Kind::Found => {
+                self.extent()?;
+                let extent = self.extent.as_ref().ok_or(ContentError::missing(Kind::Memory.name()))?;
+                self.finding.take(extent, item)
+            }
             // All others were taken before.
-            item => Err(ContentError::second(item.kind().name())),
+            _ => Err(ContentError::second(kind.name())),
         }
     }
 
@@ -194,6 +207,8 @@ impl Assembly {
                 )));
             }
         }
+        let evidence = self.finding.end()?;
+        self.content.evidence = evidence;
         Ok(WholeMemory { content: self.content, setting: self.setting, memory_digest })
     }
 
@@ -327,19 +342,6 @@ impl Assembly {
             }
             _ => Err(ContentError::second(Kind::Description.name())),
         }
-    }
-
-    fn experience(&mut self, KeptExperience { pool, experience }: KeptExperience) -> Taken {
-        let (pool, experience) = (pool.live(), experience.live());
-        let extent = self.extent()?;
-        extent.experience(&experience)?;
-        let vocabulary = extent.vocabulary.clone();
-        if self.content.evidence.keep(&vocabulary, pool, experience) {
-            return Ok(());
-        }
-        Err(ContentError::new(
-            "this experience is in a pool that is full, or that is not the one of its action",
-        ))
     }
 
     fn synthetic_item(&mut self, item: SyntheticItem) -> Taken {

@@ -11,6 +11,8 @@ use crate::format::mirror::{Mirror, mirror};
 mirror! {
     /// One action that was carried out, with the world before and after it.
     struct Experience = live::Experience {
+        /// The number of the body.
+        body: u16,
         /// The number of the primitive; 4294967295 in the background, where all experiences are as if with one action.
         primitive: u32,
         /// The values of its parameters, as they are compared with observations; `null` where nothing can be the same.
@@ -21,6 +23,16 @@ mirror! {
         after: Vec<Observation>,
         /// The numbers of the observation types that were sensed, in order.
         sensed: Vec<u16>,
+        /// What was there when the body was last as it was afterwards; `null` where that is not known.
+        recalled: Option<Recalled>,
+    }
+
+    /// What was there at another time.
+    struct Recalled = live::Recalled {
+        /// The observations, in canonical order.
+        observations: Vec<Observation>,
+        /// How many experiences of the body ago.
+        age: u32,
     }
 }
 
@@ -67,6 +79,8 @@ pub(crate) enum Mechanism {
     Claims,
     /// Curiosity drives the learner.
     Curiosity,
+    /// It is recalled what was there.
+    Recall,
     /// Synthetic items are supposed.
     Items,
 }
@@ -74,8 +88,13 @@ pub(crate) enum Mechanism {
 /// The mechanisms that are on.
 impl Mirror<Mechanisms> for Vec<Mechanism> {
     fn of(live: &Mechanisms) -> Self {
-        let Mechanisms { claims, curiosity, items } = *live;
-        let all = [(claims, Mechanism::Claims), (curiosity, Mechanism::Curiosity), (items, Mechanism::Items)];
+        let Mechanisms { claims, curiosity, recall, items } = *live;
+        let all = [
+            (claims, Mechanism::Claims),
+            (curiosity, Mechanism::Curiosity),
+            (recall, Mechanism::Recall),
+            (items, Mechanism::Items),
+        ];
         all.into_iter().filter_map(|(on, mechanism)| on.then_some(mechanism)).collect()
     }
 
@@ -85,6 +104,7 @@ impl Mirror<Mechanisms> for Vec<Mechanism> {
             match mechanism {
                 Mechanism::Claims => live.claims = true,
                 Mechanism::Curiosity => live.curiosity = true,
+                Mechanism::Recall => live.recall = true,
                 Mechanism::Items => live.items = true,
             }
         }

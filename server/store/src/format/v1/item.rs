@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use pschema_learner::digest;
+use pschema_learner::evidence::{FoundFacet, Recollection};
 use pschema_learner::experience::Experience as LiveExperience;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Content;
@@ -10,6 +12,10 @@ use pschema_learner::observation::PropertyId;
 use pschema_learner::vocabulary::{ValueKind as LiveKind, Vocabulary};
 use serde::{Deserialize, Serialize};
 
+use super::claim::{
+    BodyMemory, BodyRecollection, ClaimTree, ExamplePlaces, FacetChange, FoundPool, PLACES_MAX, PoolEffect,
+    PoolFacet, Singly, TreeClaim,
+};
 use super::execution::Execution;
 use super::experience::{Experience, Mechanism, SyntheticItem};
 use super::goal::Pursuit;
@@ -103,6 +109,24 @@ items! {
     Line(BodyLine) = "line",
     /// What a body lived through of late, after what it lived through before; it stands before the end.
     Lived(Box<LivedExperience>) = "lived",
+    /// What was found of the experiences of a pool, as it stands in the items after it; it stands before the end.
+    Found(FoundPool) = "found",
+    /// The own effect of a primitive; it stands before the end.
+    OwnEffect(Box<PoolEffect>) = "own_effect",
+    /// Types that change together, after those of the same pool that come before it; it stands before the end.
+    Facet(PoolFacet) = "facet",
+    /// A change that the claims of a facet speak of, after those that come before it; it stands before the end.
+    Change(Box<FacetChange>) = "change",
+    /// A tree of claims, those about the action before those about each primitive; it stands before the end.
+    Tree(ClaimTree) = "tree",
+    /// A claim, after those of the same tree that come before it; it stands before the end.
+    Claim(Box<TreeClaim>) = "claim",
+    /// The places of experiences among claims, after those that come before them; it stands before the end.
+    Places(ExamplePlaces) = "places",
+    /// What a body recalls, as it stands in the items after it; it stands before the end.
+    Recalling(BodyMemory) = "recalling",
+    /// What was there at last when an observation showed how a body was; it stands before the end.
+    Recollection(Box<BodyRecollection>) = "recollection",
 }
 
 /// What a memory lives under, and how much of it follows.
@@ -323,4 +347,69 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
         .chain(items)
         .chain(supposed)
         .chain(lived)
+        .chain(std::iter::once_with(|| found(content)).flatten())
+}
+
+/// What was found of the experiences that are kept, and what bodies recall.
+fn found(content: &Content) -> Vec<Item> {
+    let (mut pools, mut effects, mut facets) = (Vec::new(), Vec::new(), FacetItems::default());
+    for (pool, found) in content.evidence.found() {
+        let digest = digest::found(&found);
+        let pool = Mirror::of(&pool);
+        let key = Mirror::of(&found.key);
+        pools.push(Item::Found(FoundPool { pool, key, facets: found.facets.len() as u64, digest }));
+        for effect in found.effects.iter().map(Mirror::of) {
+            effects.extend(pool.map(|pool| Item::OwnEffect(Box::new(PoolEffect { pool, effect }))));
+        }
+        found.facets.iter().for_each(|facet| facets.add(pool, facet, None));
+    }
+    let (mut bodies, mut recollections) = (Vec::new(), Vec::new());
+    for (body, recalled) in content.evidence.recollections() {
+        let body = Mirror::of(&body);
+        bodies.push(Item::Recalling(BodyMemory { body, experiences: recalled.noted() }));
+        recollections.extend(recalled.all().map(|Recollection { shown, noted, there }| {
+            let (shown, there) = (Mirror::of(&shown), list(&there));
+            Item::Recollection(Box::new(BodyRecollection { body, shown, noted, there }))
+        }));
+    }
+    let FacetItems { facets, changes, trees, claims, places } = facets;
+    [pools, effects, facets, changes, trees, claims, places, bodies, recollections].concat()
+}
+
+/// Facets, and what is found of each.
+#[derive(Default)]
+struct FacetItems {
+    facets: Vec<Item>,
+    changes: Vec<Item>,
+    trees: Vec<Item>,
+    claims: Vec<Item>,
+    places: Vec<Item>,
+}
+
+impl FacetItems {
+    /// Adds a facet of a pool; if it tells observations of another facet one by one, after that.
+    fn add(&mut self, pool: Option<u64>, one: &FoundFacet, singly: Option<Singly>) {
+        let facet = self.facets.len() as u64;
+        self.facets.push(Item::Facet(PoolFacet {
+            pool,
+            kinds: list(&one.kinds),
+            surprise: one.surprise,
+            singly,
+        }));
+        let change = |change| Item::Change(Box::new(FacetChange { facet, change: Mirror::of(change) }));
+        self.changes.extend(one.changes.iter().map(change));
+        for grown in &one.grown {
+            let tree = self.trees.len() as u64;
+            let claim = |claim| Item::Claim(Box::new(TreeClaim { tree, claim: Mirror::of(claim) }));
+            self.claims.extend(grown.claims.iter().map(claim));
+            self.trees.push(Item::Tree(ClaimTree::of(facet, grown)));
+        }
+        let part = |places: &[_]| Item::Places(ExamplePlaces { facet, places: list(places) });
+        self.places.extend(one.places.chunks(PLACES_MAX).map(part));
+        let trial = one.trial.as_ref().map(|trial| (&trial.each, Some(trial.scores)));
+        for (each, trial) in one.each.as_ref().map(|each| (each, None)).into_iter().chain(trial) {
+            let (from, known) = (Mirror::of(&each.from), list(&each.known));
+            self.add(pool, &each.facet, Some(Singly { facet, from, known, trial }));
+        }
+    }
 }

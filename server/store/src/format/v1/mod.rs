@@ -2,9 +2,11 @@
 //! `docs/EXPORT.md`). The journal and snapshots have these types in bincode, the manifest in TOML, an export in JSON.
 
 mod assembly;
+mod claim;
 mod effect;
 mod execution;
 mod experience;
+mod finding;
 mod goal;
 mod item;
 mod observation;

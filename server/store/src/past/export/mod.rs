@@ -90,7 +90,9 @@ impl Numbering {
         }
         let number = self.next;
         self.next = self.next.saturating_add(1);
-        (Kind::Property..=Kind::Schema).contains(&kind).then_some(number)
+        let numbered =
+            (Kind::Property..=Kind::Schema).contains(&kind) || matches!(kind, Kind::Facet | Kind::Tree);
+        numbered.then_some(number)
     }
 }
 
