@@ -238,9 +238,7 @@ fn a_law_that_is_not_applied_because_of_another_claim_is_told_with_its_condition
 
 #[test]
 fn the_learner_of_the_paper_has_no_claims_and_says_how_to_have_them() {
-    let learner = LearnerSettings { mechanisms: Mechanisms::PAPER, ..LearnerSettings::default() };
-    let paper = Setup { learner, ..setup(1, curriculum()) };
-    let mut run = InProcess::new(Row::new("row"), paper).unwrap();
+    let mut run = InProcess::new(Row::new("row"), setup(1, curriculum())).unwrap();
     while run.advance().unwrap() == RunState::Running {}
     assert!(predict(&run, 0).claims.is_empty());
     assert_eq!(run.ask(&StatusQuery {}).unwrap().profile, "paper");

@@ -24,6 +24,8 @@ pub struct Change {
 pub enum ClaimCondition {
     /// Such an observation is made. Properties that are left out may have any value.
     Observed(ObservationText),
+    /// Such an observation is recalled: it was there when the body was last as the action makes it.
+    Recalled(ObservationText),
     /// What is named is this value.
     Is(Comparison),
     /// The number that is named is at least this one.
@@ -103,6 +105,8 @@ pub struct ClaimTree {
     pub action: Option<String>,
     /// The types.
     pub types: Vec<String>,
+    /// Whether the claims are about each observation of the type by itself, whatever becomes of the others.
+    pub each: bool,
     /// The most general claim.
     pub claim: Claim,
 }
@@ -177,6 +181,8 @@ closed_set! {
 pub struct Foretold {
     /// The types.
     pub types: Vec<String>,
+    /// Whether this is put together of what is foretold of each observation by itself.
+    pub each: bool,
     /// What this is foretold from.
     pub view: ClaimView,
     /// The conditions of the claim in force; none where there is no condition, or it is foretold from the very same context.

@@ -159,6 +159,22 @@ pub enum Reference {
         /// The property.
         property: String,
     },
+    /// The value in the observation that a claim about each of its type is about. It prints as `its(dx)`.
+    Itself {
+        /// The property.
+        property: String,
+    },
+    /// The value in the only observation of a type that is recalled: that was there when the body was last as the action makes it. It
+    /// prints as `recalled(fovea).thing`.
+    Recalled {
+        /// The type.
+        #[serde(rename = "type")]
+        kind: String,
+        /// The property.
+        property: String,
+    },
+    /// How many experiences of the body ago it was that is recalled; 0 of what is there now. It prints as `age(recalled)`.
+    Age,
     /// The value in the only observation of a type that has another named value. It prints as `on(above=param(block)).below`.
     Tied {
         /// The type.
@@ -179,6 +195,9 @@ impl fmt::Display for Reference {
             Self::Parameter { parameter } => write!(to, "param({parameter})"),
             Self::Effect { kind, property } => write!(to, "effect({kind}).{property}"),
             Self::Only { kind, property } => write!(to, "only({kind}).{property}"),
+            Self::Itself { property } => write!(to, "its({property})"),
+            Self::Recalled { kind, property } => write!(to, "recalled({kind}).{property}"),
+            Self::Age => write!(to, "age(recalled)"),
             Self::Tied { kind, at, from, property } => write!(to, "{kind}({at}={from}).{property}"),
         }
     }
@@ -339,7 +358,16 @@ mod tests {
             property: "below".to_owned(),
         };
         let only = Reference::Only { kind: "cart".to_owned(), property: "x".to_owned() };
+        let itself = Reference::Itself { property: "dx".to_owned() };
+        let recalled = Reference::Recalled { kind: "fovea".to_owned(), property: "thing".to_owned() };
         for (value, text, json) in [
+            (named(itself, 1.0), "its(dx)(+1)", r#"{"named":{"by":"itself","property":"dx","more":1.0}}"#),
+            (
+                named(recalled, 0.0),
+                "recalled(fovea).thing",
+                r#"{"named":{"by":"recalled","type":"fovea","property":"thing"}}"#,
+            ),
+            (named(Reference::Age, 0.0), "age(recalled)", r#"{"named":{"by":"age"}}"#),
             (named(parameter(), 0.0), "param(block)", r#"{"named":{"by":"parameter","parameter":"block"}}"#),
             (
                 named(only, -0.5),

@@ -64,7 +64,8 @@ impl Rooms {
     fn foretold(&self, action: PrimitiveId) -> Option<Vec<Observation>> {
         let content = self.learner.memory().content();
         let world = content.perceived(BodyId(0), &WorldState::new([self.sensed()]));
-        let facets = content.evidence.foretell(&content.vocabulary, action, world.observations());
+        let facets =
+            content.evidence.foretell(&content.vocabulary, Some(BodyId(0)), action, world.observations());
         let about = facets.into_iter().find(|facet| facet.kinds == [TypeId(0)])?;
         about.outcomes.into_iter().next().map(|(after, _)| after)
     }

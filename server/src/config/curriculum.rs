@@ -387,10 +387,11 @@ mod tests {
         };
         let (curriculum, learner) = set("values.executions=7").unwrap();
         assert_eq!(curriculum.stages[0].habituation.as_ref().unwrap().executions_min, 7);
-        assert_eq!(learner, LearnerSettings::default());
+        let paper = LearnerSettings { mechanisms: Mechanisms::PAPER, ..LearnerSettings::default() };
+        assert_eq!(learner, paper);
         assert!(!set("learner.attention=false").unwrap().1.parameters.attention);
-        for paper in ["learner.profile=paper", "learner.profile = \"paper\""] {
-            assert_eq!(set(paper).unwrap().1.mechanisms, Mechanisms::PAPER);
+        for full in ["learner.profile=full", "learner.profile = \"full\""] {
+            assert_eq!(set(full).unwrap().1.mechanisms, Mechanisms::FULL);
         }
         let cases = [
             ("learner.profile=some", "setting:1:17:", "expected `paper` or `full`"),

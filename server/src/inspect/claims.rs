@@ -15,7 +15,7 @@ use pschema_learner::notation;
 use pschema_learner::observation::{Observation, PropertyId, TypeId, Value};
 use pschema_learner::probability::Count;
 use pschema_learner::schema::{Form, Schema};
-use pschema_learner::vocabulary::{PrimitiveId, ValueKind};
+use pschema_learner::vocabulary::{BodyId, PrimitiveId, ValueKind};
 use pschema_learner::world_state::WorldState;
 
 use super::question::Inspect;
@@ -114,6 +114,7 @@ fn tree(content: &Content, about: About, kinds: &[TypeId], claim: &Claim) -> Cla
             About::Anything => None,
         },
         types: types(content, kinds),
+        each: claim.is_of_each(),
         claim: Words::new(content, about).claim(claim, None),
     }
 }
@@ -122,9 +123,14 @@ fn types(content: &Content, kinds: &[TypeId]) -> Vec<String> {
     kinds.iter().map(|kind| text::kind(&content.vocabulary, *kind)).collect()
 }
 
-/// What claims foretell of an action in a world; nothing where none are kept.
-pub(super) fn foretold(content: &Content, action: PrimitiveId, world: &WorldState) -> Vec<told::Foretold> {
-    let foretold = goals::foretell(content, world, action);
+/// What claims foretell of an action in a world, by what a body recalls, if it is one's; nothing where none are kept.
+pub(super) fn foretold(
+    content: &Content,
+    body: Option<BodyId>,
+    action: PrimitiveId,
+    world: &WorldState,
+) -> Vec<told::Foretold> {
+    let foretold = goals::foretell(content, body, world, action);
     foretold.iter().map(|facet| one_foretold(content, action, world, facet)).collect()
 }
 
@@ -169,6 +175,7 @@ fn one_foretold(
     };
     told::Foretold {
         types: types(content, &from.kinds),
+        each: from.is_of_each,
         view,
         because: claim.map(|claim| words.in_force(claim, conditions)).unwrap_or_default(),
         attributed: from.attributed,
@@ -180,6 +187,7 @@ fn one_foretold(
 /// What claims foretell of an action in a world, of the types that a schema tells of.
 pub(super) fn of_schema(
     content: &Content,
+    body: Option<BodyId>,
     schema: &Schema,
     action: PrimitiveId,
     world: &WorldState,
@@ -190,7 +198,7 @@ pub(super) fn of_schema(
         }
         Form::Generalised(law) => law.post.iter().map(|post| post.what.kind()).collect(),
     };
-    let mut foretold = goals::foretell(content, world, action);
+    let mut foretold = goals::foretell(content, body, world, action);
     foretold.retain(|facet| facet.kinds.iter().any(|kind| kinds.contains(kind)));
     foretold.iter().map(|facet| one_foretold(content, action, world, facet)).collect()
 }
@@ -201,7 +209,7 @@ pub(super) fn beneath(content: &Content, schema: &Schema) -> Vec<told::Foretold>
     let found = || content.concrete(*schema.generalised()?.examples.first()?);
     let Some(concrete) = schema.concrete().or_else(found) else { return Vec::new() };
     let pre = concrete.pre.iter().map(|id| content.observation(*id).clone());
-    of_schema(content, schema, concrete.action, &WorldState::new(pre))
+    of_schema(content, None, schema, concrete.action, &WorldState::new(pre))
 }
 
 /// What each observation by itself comes to, of the joint outcomes: how often it appears, and how often it vanishes.
@@ -306,6 +314,7 @@ impl<'a> Words<'a> {
         };
         match condition {
             Condition::Observed(sketch) => ClaimCondition::Observed(self.sketch(sketch)),
+            Condition::Recalled(sketch) => ClaimCondition::Recalled(self.sketch(sketch)),
             Condition::Is(anchor, value) => ClaimCondition::Is(compared(*anchor, *value)),
             Condition::AtLeast(anchor, least) => {
                 let value = match self.kind(*anchor) {
@@ -325,7 +334,10 @@ impl<'a> Words<'a> {
                 let action = vocabulary.actions().get(self.action?)?;
                 action.parameters.get(usize::from(at)).map(|declared| &declared.kind)
             }
-            Anchor::Effect(_, property) | Anchor::Only(_, property) => vocabulary.property_kind(property),
+            Anchor::Effect(_, property) | Anchor::Only(_, property) | Anchor::Itself(property) => {
+                vocabulary.property_kind(property)
+            }
+            Anchor::Age => None,
         }
     }
 
@@ -376,6 +388,11 @@ impl<'a> Words<'a> {
             }
             Reference::Effect(of, at) => told::Reference::Effect { kind: kind(of), property: property(at) },
             Reference::Only(of, at) => told::Reference::Only { kind: kind(of), property: property(at) },
+            Reference::Itself(at) => told::Reference::Itself { property: property(at) },
+            Reference::Recalled(of, at) => {
+                told::Reference::Recalled { kind: kind(of), property: property(at) }
+            }
+            Reference::Age => told::Reference::Age,
             Reference::Tied { from, kind: of, at, to } => told::Reference::Tied {
                 kind: kind(of),
                 at: property(at),

@@ -16,7 +16,8 @@ impl Inspect for ExplanationQuery {
         let told = explanation(content, decision, self.candidates_max);
         // Claims change with each step: those of an earlier one are no longer there.
         let at_hand = decision.step == content.step;
-        let claims = at_hand.then(|| claims::foretold(content, decision.action, &decision.world));
+        let claims =
+            at_hand.then(|| claims::foretold(content, Some(decision.body), decision.action, &decision.world));
         Ok(Explanation { claims: claims.unwrap_or_default(), ..told })
     }
 }

@@ -36,7 +36,7 @@ impl Inspect for PredictionQuery {
         let found = goals::predict(&memory, body, &world, primitive);
         let at = usize::try_from(primitive.0).unwrap_or(usize::MAX);
         let attempts: Count = content.attempts.get(at).copied().unwrap_or_default();
-        let foretold = claims::foretold(content, primitive, &world);
+        let foretold = claims::foretold(content, Some(body), primitive, &world);
         let outcomes = found.iter().flat_map(|prediction| &prediction.outcomes);
         let outcomes = outcomes.map(|post| condition(content, post));
         Ok(Prediction {

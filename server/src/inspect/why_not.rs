@@ -89,7 +89,9 @@ fn verdict(content: &Content, decision: &Decision, schema: &Schema, weighed: &Re
         }
         why_not::Verdict::OtherClaims => {
             let action = weighed.action?;
-            Verdict::OtherClaims { claims: claims::of_schema(content, schema, action, &decision.world) }
+            Verdict::OtherClaims {
+                claims: claims::of_schema(content, Some(decision.body), schema, action, &decision.world),
+            }
         }
         why_not::Verdict::NotExciting => Verdict::NotExciting,
         why_not::Verdict::LessExciting(by) => Verdict::LessExciting { by: *by },

@@ -11,7 +11,8 @@ use crate::codec;
 use crate::durable;
 use crate::error::StoreError;
 use crate::format::VERSION;
-use crate::format::v1::{Curriculum, Parameters, Setting};
+use crate::format::mirror::Mirror;
+use crate::format::v1::{Curriculum, Mechanism, Parameters, Setting};
 use crate::journal;
 use crate::storage::Storage;
 
@@ -28,6 +29,9 @@ pub(crate) struct Manifest {
     pub(crate) learner: String,
     /// The seed, from which all its random numbers follow.
     pub(crate) seed: u64,
+    /// The mechanisms beyond the paper that were to be on; none in a manifest of a release that did not write them. The journal's first
+    /// batch switches them on.
+    pub(crate) mechanisms: Option<Mechanisms>,
     /// The setting that it lived under at first.
     pub(crate) setting: Setting,
 }
@@ -42,6 +46,9 @@ struct ManifestFile {
     learner: String,
     /// As text: the numbers of TOML end at half of the largest seed.
     seed: String,
+    /// Those that are on from the first batch of the journal.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    mechanisms: Option<Vec<Mechanism>>,
     parameters: Parameters,
     curriculum: Curriculum,
 }
@@ -59,9 +66,11 @@ impl Manifest {
     }
 
     fn text(&self, path: &str) -> Result<String, StoreError> {
-        let Self { learner, seed, setting: Setting { parameters, curriculum } } = self.clone();
+        let Self { learner, seed, mechanisms, setting: Setting { parameters, curriculum } } = self.clone();
         let (format, identity, seed) = (VERSION, self.identity()?, seed.to_string());
-        let text = toml::to_string(&ManifestFile { format, identity, learner, seed, parameters, curriculum });
+        let mechanisms = mechanisms.as_ref().map(Mirror::of);
+        let file = ManifestFile { format, identity, learner, seed, mechanisms, parameters, curriculum };
+        let text = toml::to_string(&file);
         let text = text.map_err(|error| wrong(path, error.to_string()))?;
         Ok(format!("{HEADER}{text}"))
     }
@@ -75,9 +84,10 @@ impl Manifest {
             )));
         }
         let written: ManifestFile = toml::from_str(text).map_err(|error| wrong(error.to_string()))?;
-        let ManifestFile { identity, learner, seed, parameters, curriculum, .. } = written;
+        let ManifestFile { identity, learner, seed, mechanisms, parameters, curriculum, .. } = written;
         let seed = seed.parse().map_err(|_| wrong(format!("{seed:?} is no seed")))?;
-        let found = Self { learner, seed, setting: Setting { parameters, curriculum } };
+        let mechanisms = mechanisms.map(Mirror::live);
+        let found = Self { learner, seed, mechanisms, setting: Setting { parameters, curriculum } };
         if found.identity()? != identity {
             let problem = "it is damaged, or was changed: its identity is not that of what it says. Put it back from a \
                            copy; to go on under other settings, give them with --change";
@@ -209,7 +219,7 @@ mod tests {
 
     fn manifest() -> Manifest {
         let setting = Setting::new(&Default::default(), &curriculum());
-        Manifest { learner: "arm".to_owned(), seed: u64::MAX, setting }
+        Manifest { learner: "arm".to_owned(), seed: u64::MAX, mechanisms: Some(Mechanisms::FULL), setting }
     }
 
     #[test]

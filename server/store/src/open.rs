@@ -125,7 +125,8 @@ pub(crate) fn open_in(
         None => {
             durable::create_all(&*storage, &snapshot::DIRECTORIES)?;
             let learner = options.learner.to_owned();
-            let manifest = Manifest { learner, seed: options.seed, setting: given.clone() };
+            let mechanisms = Some(options.mechanisms);
+            let manifest = Manifest { learner, seed: options.seed, mechanisms, setting: given.clone() };
             manifest::write(&*storage, &manifest)?;
             manifest
         }
@@ -147,6 +148,11 @@ pub(crate) fn open_in(
     // The first start may have been killed before the mechanisms were in the journal.
     let unlived = snapshot.is_none() && found.frames == 0;
     let mechanisms = replay.memory.content().mechanisms;
+    // What nobody asks for is as the memory was begun.
+    let wanted = match manifest.mechanisms {
+        _ if options.setting_given || begun => options.mechanisms,
+        begun => begun.unwrap_or(mechanisms),
+    };
     let switched = !unlived && mechanisms != options.mechanisms;
     let changed = options.setting_given && (switched || !manifest::same(&setting, &given)?);
     if changed && !options.change {
@@ -181,9 +187,9 @@ pub(crate) fn open_in(
         let cause = v1::Cause::Changed(Box::new(setting.clone()));
         order(&learner, &mut journal, cause, &effects, options.at_unix_ms)?;
     } else if unlived {
-        let effects = learner.set_mechanisms(options.mechanisms);
+        let effects = learner.set_mechanisms(wanted);
         if !effects.is_empty() {
-            let cause = v1::Cause::Order(format!("profile {}", profile(options.mechanisms)));
+            let cause = v1::Cause::Order(format!("profile {}", profile(wanted)));
             order(&learner, &mut journal, cause, &effects, options.at_unix_ms)?;
         }
     }

@@ -8,6 +8,7 @@ use pschema_learner::curriculum::{
     Afterwards, Argument, Curriculum, Habituation, Lift, NamedObservation, Pool, Saturation, SceneCommand,
     Stage,
 };
+use pschema_learner::mechanisms::Mechanisms;
 use pschema_protocol::client::{Client, ClientError};
 use pschema_protocol::prelude::*;
 use pschema_server::{LearnerSettings, Setup};
@@ -154,7 +155,9 @@ pub(crate) fn free() -> Curriculum {
     Curriculum::free("free")
 }
 
+/// A learner of the paper: what it makes of the row of fields can be worked out.
 pub(crate) fn setup(seed: u64, curriculum: Curriculum) -> Setup {
     println!("seed {seed}");
-    Setup { seed, learner: LearnerSettings::default(), curriculum }
+    let learner = LearnerSettings { mechanisms: Mechanisms::PAPER, ..LearnerSettings::default() };
+    Setup { seed, learner, curriculum }
 }

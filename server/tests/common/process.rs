@@ -192,6 +192,7 @@ pub(crate) fn setup(seed: u64) -> Setup {
 pub(crate) fn recovered(data: &Path, seed: u64) -> Memory {
     let Setup { seed, learner, curriculum } = setup(seed);
     let options = Options::new("one", seed, &learner.parameters, &curriculum);
+    let options = Options { mechanisms: learner.mechanisms, ..options };
     pschema_store::open(data, options, || ()).unwrap().learner.into_memory()
 }
 

@@ -64,7 +64,8 @@ fn supposed(item: &SyntheticItem) -> String {
 /// The claims about one group of types.
 fn one(tree: &ClaimTree) -> String {
     let done = tree.action.as_deref().map_or_else(|| "whatever is done".to_owned(), plain);
-    let mut text = format!("{done}: {}\n", types(&tree.types));
+    let each = if tree.each { "each " } else { "" };
+    let mut text = format!("{done}: {each}{}\n", types(&tree.types));
     branch(&tree.claim, 1, &mut text);
     text
 }
@@ -129,6 +130,7 @@ pub(crate) fn condition(condition: &ClaimCondition) -> String {
     };
     match condition {
         ClaimCondition::Observed(observation) => notation(observation),
+        ClaimCondition::Recalled(observation) => format!("recalled {}", notation(observation)),
         ClaimCondition::Is(both) => compared("=", both),
         ClaimCondition::AtLeast(both) => compared(">=", both),
     }
@@ -154,7 +156,8 @@ fn types(types: &[String]) -> String {
 pub(crate) fn foretold(list: &[Foretold], evidence: bool) -> String {
     let mut text = String::new();
     for facet in list {
-        text.push_str(&format!("\n{}: {}\n", types(&facet.types), basis(facet)));
+        let each = if facet.each { "each " } else { "" };
+        text.push_str(&format!("\n{each}{}: {}\n", types(&facet.types), basis(facet)));
         for condition in &facet.because {
             let told = format!("because {}", self::condition(&condition.condition));
             if evidence {

@@ -518,6 +518,7 @@ fn claims_foretold() -> Vec<Foretold> {
     };
     let touched = Foretold {
         types: vec!["touch".to_owned()],
+        each: false,
         view: ClaimView::General,
         because: vec![a_condition()],
         attributed: true,
@@ -526,6 +527,7 @@ fn claims_foretold() -> Vec<Foretold> {
     };
     let lamp = Foretold {
         types: vec!["lamp".to_owned()],
+        each: false,
         view: ClaimView::Context,
         because: Vec::new(),
         attributed: false,
@@ -548,6 +550,7 @@ fn claims_as_text_and_json() {
     let tree = ClaimTree {
         action: Some("move".to_owned()),
         types: vec!["touch".to_owned()],
+        each: false,
         claim: Claim {
             because: None,
             outcomes: vec![ClaimOutcome { change: Change::default(), occurrences: 45 }],

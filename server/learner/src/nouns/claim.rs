@@ -214,6 +214,14 @@ pub struct Claim {
 }
 
 impl Claim {
+    /// Whether it is about each observation of a type by itself.
+    #[must_use]
+    pub fn is_of_each(&self) -> bool {
+        let sketches = self.all().flat_map(|claim| &claim.outcomes).flat_map(|(change, _)| change.sketches());
+        let mut expressions = sketches.flat_map(|sketch| sketch.properties.iter());
+        expressions.any(|(_, e)| matches!(e, Expression::Named(Reference::Itself(_), _)))
+    }
+
     /// This claim and all exceptions below it, the claim before its exceptions.
     pub fn all(&self) -> Box<dyn Iterator<Item = &Self> + '_> {
         Box::new(std::iter::once(self).chain(self.exceptions.iter().flat_map(Self::all)))

@@ -222,8 +222,8 @@ fn any_effect() -> impl Strategy<Value = Effect> {
         }),
         1 => any::<bool>().prop_map(Effect::Full),
         1 => (body(), ".*").prop_map(|(body, text)| Effect::Described { body, text }),
-        1 => any::<[bool; 3]>().prop_map(|[claims, curiosity, items]| {
-            Effect::Mechanisms(Mechanisms { claims, curiosity, items })
+        1 => any::<[bool; 4]>().prop_map(|[claims, curiosity, recall, items]| {
+            Effect::Mechanisms(Mechanisms { claims, curiosity, recall, items })
         }),
         2 => (body(), vec(any::<bool>(), 0..3)).prop_map(|(body, on)| Effect::Followed { body, on }),
         2 => supposed(),
@@ -251,6 +251,8 @@ fn experience() -> impl Strategy<Value = Experience> {
     let parameters = vec(option::of(value()), 0..3);
     (primitive(), parameters, observations(), observations(), vec(kind(), 0..4)).prop_map(
         |(primitive, parameters, before, after, sensed)| Experience {
+            body: BodyId(0),
+            recalled: None,
             primitive,
             parameters: parameters.into(),
             before: before.into(),

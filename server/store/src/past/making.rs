@@ -38,8 +38,8 @@ pub struct DataDirectory {
 pub fn import(imported: &Import, to: &Path) -> Result<DataDirectory, PastError> {
     let target = new_directory(to)?;
     let setting = Setting::new(&imported.parameters, &imported.curriculum);
-    let manifest =
-        Manifest { learner: imported.learner.clone(), seed: imported.seed, setting: setting.clone() };
+    let (learner, mechanisms) = (imported.learner.clone(), Some(imported.content.mechanisms));
+    let manifest = Manifest { learner, seed: imported.seed, mechanisms, setting: setting.clone() };
     durable::create_all(&target, &snapshot::DIRECTORIES)?;
     // Frame 1 is never written, so that nobody takes this for the journal of a memory from its beginning.
     let base = Place { number: 1, crc: 0 };

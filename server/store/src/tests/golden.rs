@@ -141,7 +141,7 @@ fn write(directory: &Path) {
     storage.directory(snapshot::DIRECTORY).unwrap();
     let (parameters, first) = (Parameters::default(), rich());
     let setting = Setting::new(&parameters, &first);
-    let manifest = Manifest { learner: "golden".to_owned(), seed: SEED, setting };
+    let manifest = Manifest { learner: "golden".to_owned(), seed: SEED, mechanisms: None, setting };
     manifest::write(&*storage, &manifest).unwrap();
     let journal = Journal::after(storage.clone(), Place::default(), SIZES);
     let learner = Learner::new(SEED, parameters.clone(), first).unwrap();

@@ -13,7 +13,7 @@ use crate::nouns::claim::{Change, Claim, Condition};
 use crate::nouns::experience::Experience;
 use crate::nouns::observation::{Observation, PropertyId, TypeId, Value};
 use crate::nouns::random::Random;
-use crate::nouns::vocabulary::PrimitiveId;
+use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 
 const LIGHT: TypeId = TypeId(0);
 const PLACE: TypeId = TypeId(1);
@@ -42,11 +42,13 @@ fn experience(random: &mut Random, primitives: usize) -> Experience {
     let was = place(number(random));
     let bell = rings.then(|| Observation::new(BELL, []));
     Experience {
+        body: BodyId(0),
         primitive: PrimitiveId(u32::try_from(primitive).unwrap()),
         parameters: [Some(Value::Integer(at))].into(),
         before: sorted([&before[..], &[was]].concat()),
         after: sorted(after.into_iter().chain([place(at)]).chain(bell).collect()),
         sensed: [LIGHT, PLACE, BELL].into(),
+        recalled: None,
     }
 }
 
@@ -171,7 +173,12 @@ fn claims_grow_as_a_plain_search_finds_them() {
         let mut all = Column::default();
         (0..scenes.len()).for_each(|at| all.insert(at));
         let nothing = Scene::new([], &[], &[]);
-        let ground = Ground { conditions: &conditions, changes: &with_examples, scene: &|_| &nothing };
+        let ground = Ground {
+            conditions: &conditions,
+            changes: &with_examples,
+            is_blind: false,
+            scene: &|_| &nothing,
+        };
         let fast = ground.grow(all).claim;
         let ordered: Vec<_> = conditions.iter().map(|asked| asked.condition.clone()).collect();
         let outcomes = changes.iter().filter(|change| (0..scenes.len()).any(|at| made(change, at))).count();
@@ -199,18 +206,18 @@ fn a_pool_forgets_the_oldest_and_stays_what_its_experiences_make_of_it() {
     let mut random = Random::from_seed(3);
     let mut pool = Pool::default();
     for _ in 0..1_100 {
-        pool.experience(Arc::new(experience(&mut random, 4)));
+        pool.experience(Arc::new(experience(&mut random, 4)), false);
     }
     let kept: Vec<_> = pool.experiences().cloned().collect();
     assert!((768..=1_024).contains(&kept.len()), "{} are kept", kept.len());
     let mut again = Pool::default();
-    kept.into_iter().for_each(|experience| again.experience(Arc::new(experience)));
+    kept.into_iter().for_each(|experience| again.experience(Arc::new(experience), false));
     assert_eq!(again, pool);
     // The law of the bell is still known: the light tells, and the place that is gone to.
     for at in 0..4 {
         let context = [light(at, 0), light(at, 1)];
         let primitive = PrimitiveId(u32::try_from(at).unwrap());
-        let told = pool.foretell(primitive, &[Some(Value::Integer(at))], &context);
+        let told = pool.foretell(primitive, &[Some(Value::Integer(at))], &context, &|_| None);
         let bell = told.iter().find(|facet| facet.kinds == [BELL]).unwrap();
         let rings = bell.outcomes.iter().find(|(after, _)| !after.is_empty()).map_or(0, |(_, count)| *count);
         assert!(f64::from(rings) > 0.75 * f64::from(bell.trials), "{at}: {rings} of {}", bell.trials);
@@ -223,11 +230,10 @@ fn the_background_has_no_primitives() {
     let mut random = Random::from_seed(4);
     let mut pool = Pool::default();
     for _ in 0..50 {
-        pool.experience(Arc::new(Experience {
-            primitive: ANYTHING,
-            parameters: [].into(),
-            ..experience(&mut random, 3)
-        }));
+        pool.experience(
+            Arc::new(Experience { primitive: ANYTHING, parameters: [].into(), ..experience(&mut random, 3) }),
+            false,
+        );
     }
     assert!(pool.is_background());
 }
@@ -242,6 +248,8 @@ fn after_one_ring(senses: &[TypeId], light_there: bool) -> [(u32, u32); 2] {
         let mut after: Vec<_> = light.iter().cloned().chain([place(to)]).chain(bell).collect();
         after.sort_unstable();
         Arc::new(Experience {
+            body: BodyId(0),
+            recalled: None,
             primitive: PrimitiveId(u32::try_from(to).unwrap()),
             parameters: [Some(Value::Integer(to))].into(),
             before: light.into_iter().collect(),
@@ -251,12 +259,12 @@ fn after_one_ring(senses: &[TypeId], light_there: bool) -> [(u32, u32); 2] {
     };
     let mut pool = Pool::default();
     for to in 0..8 {
-        pool.experience(moved(to, senses, light_there.then_some(to), false));
+        pool.experience(moved(to, senses, light_there.then_some(to), false), false);
     }
-    pool.experience(moved(3, &[LIGHT, PLACE, BELL], Some(3), true));
+    pool.experience(moved(3, &[LIGHT, PLACE, BELL], Some(3), true), false);
     [5, 6].map(|light| {
         let context = [Observation::new(LIGHT, [(NUMBER, Value::Integer(light))])];
-        let foretold = pool.foretell(PrimitiveId(5), &[Some(Value::Integer(5))], &context);
+        let foretold = pool.foretell(PrimitiveId(5), &[Some(Value::Integer(5))], &context, &|_| None);
         let bell = foretold.iter().find(|facet| facet.kinds == [BELL]).unwrap();
         let rings = bell.outcomes.iter().filter(|(after, _)| !after.is_empty()).map(|(_, count)| count).sum();
         (rings, bell.trials)
@@ -302,7 +310,7 @@ fn a_pool_is_put_back_as_it_was() {
                 _ => (),
             }
             let before = (pool.found(), pool.experiences().count());
-            pool.experience(Arc::new(next));
+            pool.experience(Arc::new(next), false);
             let found = pool.found();
             joined += usize::from(found.facets.iter().any(|facet| facet.kinds.len() > 1));
             let known = |now: &OwnEffect| {

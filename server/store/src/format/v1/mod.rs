@@ -18,6 +18,7 @@ mod vocabulary;
 
 pub(crate) use assembly::{Assembly, WholeMemory};
 pub(crate) use effect::Effect;
+pub(crate) use experience::Mechanism;
 pub(crate) use item::{End, Item, Kind, items};
 pub(crate) use record::{Cause, Input, Record};
 pub(crate) use setting::{Curriculum, Parameters, Setting};
