@@ -4,6 +4,7 @@
 mod foretelling;
 mod lexicon;
 mod life;
+mod returning;
 mod student;
 
 use clap::Args;
@@ -32,7 +33,7 @@ const TASKS: &[Task<'_>] = &[
     Task::new("one-kind:felt_percent=80", Manner::Own, 500),
     Task::new("push", Manner::Own, 500),
     Task::new("posture", Manner::Own, 500),
-    Task::new("hand-eye", Manner::Own, 2_500),
+    Task { returning: Some("glance"), ..Task::new("hand-eye", Manner::Own, 2_500) },
 ];
 
 /// The tasks to measure.
@@ -44,7 +45,7 @@ pub(crate) struct TasksArgs {
     /// The seeds, each of which is a life in each world
     #[arg(long, value_name = "A..B", default_value = "1..20")]
     seeds: Seeds,
-    /// A mechanism of the full profile that is off: claims, curiosity, items. May be given several times
+    /// A mechanism of the full profile that is off: claims, curiosity, recall, items. May be given several times
     #[arg(long, value_name = "MECHANISM", value_parser = mechanism)]
     without: Vec<String>,
     /// Print JSON
@@ -104,6 +105,23 @@ struct TaskFigures {
     paper_schemas: f64,
     paper_step_us: f64,
     course: Vec<Stand>,
+    senses: Vec<SenseFigures>,
+    returned: Option<ReturnFigures>,
+}
+
+/// How far what is foretold of one sense is from the truth at the end.
+#[derive(Debug, Serialize)]
+struct SenseFigures {
+    sense: String,
+    ours: FigureSummary,
+}
+
+/// With what probability it is expected that what was there before a sense changed is there when it changes back, and what was not.
+#[derive(Debug, Serialize)]
+struct ReturnFigures {
+    sense: String,
+    there: FigureSummary,
+    elsewhere: FigureSummary,
 }
 
 /// What `--json` prints.
@@ -160,6 +178,10 @@ fn figures(task: &Task<'_>, lives: &[Life], of_the_paper: &[Life]) -> Option<Tas
         let actions = lives.first()?.course.get(at)?.actions;
         Some(Stand { actions, ours: stand(|d| d.ours)?, first_order: stand(|d| d.first_order)? })
     });
+    let senses = lives.first()?.senses.iter().enumerate().map(|(at, first)| {
+        let ours = over(lives, &|life: &Life| life.senses.get(at).map_or(0.0, |sense| sense.ours))?;
+        Some(SenseFigures { sense: first.sense.clone(), ours })
+    });
     let last = |lives, figure: fn(&Distances) -> f64| {
         over(lives, &|life: &Life| life.course.last().map_or(0.0, figure))
     };
@@ -179,7 +201,18 @@ fn figures(task: &Task<'_>, lives: &[Life], of_the_paper: &[Life]) -> Option<Tas
         paper_schemas: median(of_the_paper, &|life: &Life| life.schemas as f64)?,
         paper_step_us: median(of_the_paper, &|life: &Life| life.step_us)?,
         course: course.collect::<Option<_>>()?,
+        senses: senses.collect::<Option<_>>()?,
+        returned: returned(task, lives),
     })
+}
+
+/// What was expected at returns, over the lives in which there were any.
+fn returned(task: &Task<'_>, lives: &[Life]) -> Option<ReturnFigures> {
+    let over = |at: usize| {
+        let figures = lives.iter().filter_map(|life| life.returned.map(|figures| figures[at]));
+        summary(figures.collect()).map(FigureSummary::from)
+    };
+    Some(ReturnFigures { sense: task.returning?.to_owned(), there: over(0)?, elsewhere: over(1)? })
 }
 
 fn text(measurement: &TasksMeasurement) -> String {
@@ -200,8 +233,19 @@ fn text(measurement: &TasksMeasurement) -> String {
             format!("{:.0}", row.step_us),
         ]);
     }
+    let told = measurement.rows.iter().filter_map(|row| Some((row, row.returned.as_ref()?)));
+    let returns = told.map(|(row, returned)| {
+        let ReturnFigures { sense, there, elsewhere } = returned;
+        format!(
+            "{}: what was there when {sense} was as it will be again is expected there with {}, what was not with {}\n",
+            row.world,
+            share(there.median),
+            share(elsewhere.median)
+        )
+    });
+    let returns: String = returns.collect();
     format!(
-        "{}Total variation from the truth; in flip and float/reset the share of wrong predictions. 0 is perfect.\n\
+        "{}{returns}Total variation from the truth; in flip and float/reset the share of wrong predictions. 0 is perfect.\n\
         ours: the learner with {}, median of {} seeds, with {}; paper: under the paper's profile\n\
         schemas, us: ours without laws, and the time of a step (--json has the paper's as well)\n\
         best: the truth itself; same: nothing ever changes; table: what came of an action after the same observations\n",

@@ -15,6 +15,7 @@ pub(crate) struct Lexicon {
 }
 
 struct SenseEntry {
+    name: String,
     kind: TypeId,
     /// The properties, each with the numbers of its symbols.
     properties: Vec<(PropertyId, Vec<SymbolId>)>,
@@ -37,7 +38,8 @@ impl Lexicon {
             let properties = sense.properties.iter().map(|declared| property(learner, declared)).collect();
             let known = learner.memory().content().vocabulary.type_named(&sense.name);
             let kind = known.unwrap_or(TypeId(u16::MAX));
-            SenseEntry { kind, properties, transient: sense.transient, noise: sense.noise }
+            let name = sense.name.clone();
+            SenseEntry { name, kind, properties, transient: sense.transient, noise: sense.noise }
         });
         Self { senses: senses.collect(), repertoire: declaration.repertoire.clone() }
     }
@@ -50,6 +52,17 @@ impl Lexicon {
             let values = values.map(|((property, symbols), value)| (*property, value_of(*value, symbols)));
             Observation::new(*kind, values)
         }))
+    }
+
+    /// The type of the sense of this name.
+    pub(crate) fn sense(&self, name: &str) -> Option<TypeId> {
+        self.senses.iter().find(|sense| sense.name == name).map(|sense| sense.kind)
+    }
+
+    /// The senses that are measured, each with its type: neither noise nor events.
+    pub(crate) fn measured_senses(&self) -> impl Iterator<Item = (String, TypeId)> + '_ {
+        let measured = self.senses.iter().filter(|sense| !sense.noise && !sense.transient);
+        measured.map(|sense| (sense.name.clone(), sense.kind))
     }
 
     /// The learner's number of `primitive`; none when it was never declared.

@@ -9,6 +9,7 @@ use pschema_learner::world_state::WorldState;
 use pschema_tools::kit::Failure;
 
 use super::foretelling::{FirstOrder, Foretelling, Unchanging};
+use super::returning::Returning;
 use super::student::Student;
 
 /// Random states in which the foretelling is compared with the truth.
@@ -37,11 +38,13 @@ pub(crate) struct Task<'a> {
     pub(crate) tested: Option<&'a str>,
     pub(crate) manner: Manner,
     pub(crate) actions: usize,
+    /// The sense whose returns to what it showed before are looked at, if there is one.
+    pub(crate) returning: Option<&'a str>,
 }
 
 impl<'a> Task<'a> {
     pub(crate) const fn new(world: &'a str, manner: Manner, actions: usize) -> Self {
-        Self { world, tested: None, manner, actions }
+        Self { world, tested: None, manner, actions, returning: None }
     }
 
     /// What people see of it.
@@ -58,6 +61,13 @@ pub(crate) struct Distances {
     pub(crate) bound: f64,
     pub(crate) nothing_changes: f64,
     pub(crate) first_order: f64,
+}
+
+/// How far what is foretold of one sense is from the truth.
+#[derive(Clone, Debug)]
+pub(crate) struct SenseDistance {
+    pub(crate) sense: String,
+    pub(crate) ours: f64,
 }
 
 impl Distances {
@@ -100,6 +110,11 @@ pub(crate) struct Life {
     pub(crate) schemas: usize,
     pub(crate) laws: usize,
     pub(crate) step_us: f64,
+    /// Sense by sense at the end; none in worlds with hidden states.
+    pub(crate) senses: Vec<SenseDistance>,
+    /// With what probability it was expected, in the second half of the life, that what was there before a sense changed is there when
+    /// it changes back, and what was not; none where that is not looked at.
+    pub(crate) returned: Option<[f64; 2]>,
 }
 
 /// Those who live through the same.
@@ -122,6 +137,9 @@ pub(crate) fn live(task: &Task<'_>, seed: u64, mechanisms: Mechanisms) -> Result
     let mut random = chances(!seed);
     let (mut course, mut online) = (Vec::new(), Distances::default());
     let (mut carried_out, mut since) = (false, 0);
+    let mut returning =
+        task.returning.and_then(|sense| known.student.lexicon.sense(sense)).map(Returning::to);
+    let mut senses = Vec::new();
     for action in 1..=task.actions {
         let before = known.student.lexicon.world_state(&world.percept());
         let chosen = known.student.step(&before, carried_out);
@@ -132,8 +150,13 @@ pub(crate) fn live(task: &Task<'_>, seed: u64, mechanisms: Mechanisms) -> Result
             known.student = known.student.led_to(number, &before)?;
         }
         let truth = world.is_hidden().then(|| truth(&*world, &known.student, &primitive));
+        let looked_at = returning.is_some() && action * 2 > task.actions;
+        let expected = looked_at.then(|| known.student.foretell(&before, number));
         world.act(&primitive);
         let after = known.student.lexicon.world_state(&world.percept());
+        if let Some(returning) = &mut returning {
+            returning.note(&after, expected.as_ref());
+        }
         if let Some(truth) = truth {
             let wrong =
                 |foretold: &Distribution<WorldState>| f64::from(foretold.most_probable() != Some(&after));
@@ -156,13 +179,18 @@ pub(crate) fn live(task: &Task<'_>, seed: u64, mechanisms: Mechanisms) -> Result
                 std::mem::take(&mut online).mean(action, action - last)
             } else {
                 let twin = world.twin(chances(TESTS_SEED));
-                test(if task.tested.is_some() { tested()? } else { twin }, &known, action)
+                let (distances, by_sense) =
+                    test(if task.tested.is_some() { tested()? } else { twin }, &known, action);
+                senses = by_sense;
+                distances
             });
         }
     }
     let figure = if world.is_hidden() { "wrong predictions" } else { "total variation" };
     let Knowledge { student, .. } = known;
-    Ok(Life { figure, course, schemas: student.schemas(), laws: student.laws(), step_us: student.step_us() })
+    let returned = returning.and_then(|returning| returning.means());
+    let (schemas, laws, step_us) = (student.schemas(), student.laws(), student.step_us());
+    Ok(Life { figure, course, schemas, laws, step_us, senses, returned })
 }
 
 /// The action to come: as chosen, or by chance.
@@ -187,10 +215,13 @@ fn truth(world: &dyn Situation, student: &Student, primitive: &Primitive) -> Dis
     world.outcomes(primitive).map(|percept| lexicon.measured(&lexicon.world_state(percept)))
 }
 
-/// Total variation from the truth, on average over random states with a random legal action each.
-fn test(mut world: Box<dyn Situation>, known: &Knowledge, actions: usize) -> Distances {
+/// Total variation from the truth, on average over random states with a random legal action each; of all that is sensed, and of each
+/// sense.
+fn test(mut world: Box<dyn Situation>, known: &Knowledge, actions: usize) -> (Distances, Vec<SenseDistance>) {
     let mut random = chances(!TESTS_SEED);
     let mut distances = Distances::default();
+    let senses: Vec<_> = known.student.lexicon.measured_senses().collect();
+    let mut sums = vec![0.0; senses.len()];
     let mut count = 0;
     for _ in 0..TESTS {
         world.scatter();
@@ -198,7 +229,13 @@ fn test(mut world: Box<dyn Situation>, known: &Knowledge, actions: usize) -> Dis
         let Some((number, primitive)) = next(&*world, &known.student, None, &mut random) else { continue };
         let truth = truth(&*world, &known.student, &primitive);
         distances.add(known, (&before, number), &truth, |foretold| truth.distance(foretold));
+        for (sum, (_, kind)) in sums.iter_mut().zip(&senses) {
+            let part = truth.map(|world| world.filter(|o| o.kind() == *kind));
+            *sum += part.distance(&known.student.foretell_of(*kind, &before, number));
+        }
         count += 1;
     }
-    distances.mean(actions, count)
+    let mean =
+        |((sense, _), sum): ((String, _), f64)| SenseDistance { sense, ours: sum / count.max(1) as f64 };
+    (distances.mean(actions, count), senses.into_iter().zip(sums).map(mean).collect())
 }

@@ -11,7 +11,7 @@ use pschema_learner::effect::Effect;
 use pschema_learner::evidence::Foretold;
 use pschema_learner::execution::Execution;
 use pschema_learner::mechanisms::Mechanisms;
-use pschema_learner::observation::{Observation, Substitution};
+use pschema_learner::observation::{Observation, Substitution, TypeId};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::schema::{Concrete, SchemaId};
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
@@ -150,7 +150,7 @@ impl Foretelling for Student {
     fn foretell(&self, world: &WorldState, primitive: PrimitiveId) -> Distribution<WorldState> {
         let world = &self.perceived(world);
         if self.learner.memory().content().mechanisms.claims {
-            self.claimed(world, primitive)
+            self.claimed(world, primitive, None)
         } else {
             self.by_schemas(world, primitive)
         }
@@ -158,9 +158,30 @@ impl Foretelling for Student {
 }
 
 impl Student {
+    /// What is foretold of one type, whatever becomes of the others.
+    pub(crate) fn foretell_of(
+        &self,
+        kind: TypeId,
+        world: &WorldState,
+        primitive: PrimitiveId,
+    ) -> Distribution<WorldState> {
+        let world = &self.perceived(world);
+        let foretold = if self.learner.memory().content().mechanisms.claims {
+            self.claimed(world, primitive, Some(kind))
+        } else {
+            self.by_schemas(world, primitive)
+        };
+        foretold.map(|world| world.filter(|o| o.kind() == kind))
+    }
+
     /// What the claims in force foretell: each facet by itself, and what no facet is about stays. Of noise, which is not measured, nothing is
-    /// told: most of it may come to no form, and would take the rest along.
-    fn claimed(&self, world: &WorldState, primitive: PrimitiveId) -> Distribution<WorldState> {
+    /// told: most of it may come to no form, and would take the rest along. If it is asked `of` one type, only what is about that is looked at.
+    fn claimed(
+        &self,
+        world: &WorldState,
+        primitive: PrimitiveId,
+        of: Option<TypeId>,
+    ) -> Distribution<WorldState> {
         let content = self.learner.memory().content();
         let lasting = self.lexicon.lasting(world);
         let facets = content.evidence.foretell(
@@ -171,7 +192,8 @@ impl Student {
         );
         let mut all = vec![(BTreeSet::from_iter(lasting.observations().iter().cloned()), 1.0)];
         let is_noise = |facet: &Foretold| facet.kinds.iter().all(|kind| !self.lexicon.is_measured(*kind));
-        for facet in facets.iter().filter(|facet| !is_noise(facet)) {
+        let is_asked = |facet: &Foretold| of.is_none_or(|kind| facet.kinds.contains(&kind));
+        for facet in facets.iter().filter(|facet| !is_noise(facet) && is_asked(facet)) {
             let mut split = Vec::with_capacity(all.len() * facet.outcomes.len());
             for (mut world, share) in all {
                 world.retain(|o| facet.kinds.binary_search(&o.kind()).is_err());
@@ -252,8 +274,6 @@ fn independent(
 
 #[cfg(test)]
 mod tests {
-    use pschema_learner::observation::TypeId;
-
     use super::*;
 
     #[test]

@@ -226,12 +226,9 @@ impl Each {
             split.truncate(OUTCOMES_MAX);
             all = split;
         }
-        // As often as it is to be expected in so many trials.
-        let count = |probability: f64| libm::round(probability * f64::from(trials)) as u32;
-        let outcomes = all.into_iter().map(|(after, probability)| (after, count(probability)));
         Some(Foretold {
             kinds: vec![self.kind],
-            outcomes: outcomes.filter(|(_, count)| *count > 0).collect(),
+            outcomes: counted(all, trials),
             trials,
             view,
             relied_on: Vec::new(),
@@ -320,6 +317,26 @@ impl One<'_> {
             attributed: true,
         })
     }
+}
+
+/// How often each outcome is to be expected in so many trials: whole numbers that add up to what all of them are expected (the largest
+/// remainders are rounded up). Those that are not expected once are left out.
+fn counted<T>(outcomes: Vec<(T, f64)>, trials: u32) -> Vec<(T, u32)> {
+    let expected = outcomes.into_iter().map(|(outcome, share)| (outcome, share * f64::from(trials)));
+    let mut counted: Vec<_> =
+        expected.map(|(outcome, count)| (outcome, count, libm::floor(count) as u32)).collect();
+    let all = libm::round(counted.iter().map(|(_, count, _)| count).sum()) as u32;
+    let left = all.saturating_sub(counted.iter().map(|(.., whole)| whole).sum());
+    let mut by_remainder: Vec<_> = (0..counted.len()).collect();
+    by_remainder.sort_by(|a, b| {
+        let remainder = |at: &usize| counted[*at].1 - f64::from(counted[*at].2);
+        remainder(b).total_cmp(&remainder(a))
+    });
+    by_remainder.into_iter().take(left as usize).for_each(|at| counted[at].2 += 1);
+    let mut counted: Vec<_> = counted.into_iter().map(|(outcome, _, count)| (outcome, count)).collect();
+    counted.retain(|(_, count)| *count > 0);
+    counted.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    counted
 }
 
 /// The observations of a type that were there before an experience, or after it.
