@@ -67,8 +67,9 @@ pub(crate) fn experience(
 
 /// What claims say of an action in one world state.
 pub(crate) struct Expectation {
-    /// What is likely to become of what is told together, or by itself.
-    pub(crate) parts: Vec<Part>,
+    /// What is likely to change, but for what claims tell of all numbers alike, by a difference, or of each observation by itself: there they
+    /// say more than schemas could.
+    pub(crate) told: Part,
     foretold: Vec<Foretold>,
 }
 
@@ -117,7 +118,13 @@ pub(crate) fn expectation(
         }
         together.push(facet);
     }
-    Expectation { parts, foretold: together }
+    let mut told = Part::default();
+    for part in parts.iter().filter(|part| !part.of_all) {
+        told.observed.extend(part.observed.iter().cloned());
+        told.vanished.extend(part.vanished.iter().cloned());
+        told.relied_on.extend(part.relied_on.iter().cloned());
+    }
+    Expectation { told, foretold: together }
 }
 
 impl Expectation {

@@ -138,14 +138,11 @@ fn lessons<'a>(
         return vec![Lesson { part: None, context, seen, surprise: surprise.clone(), contradicts }];
     };
     let mut lessons = Vec::new();
-    // Of numbers that change by so much claims say more than schemas of each could.
-    for part in expectation.parts.iter().filter(|part| !part.of_all) {
-        let surprise = surprise.expected(part);
-        if surprise != Surprise::default() {
-            let context = WorldState::new(part.relied_on.iter().cloned()).context(rules);
-            let seen = seen(&context, &|o| part.observed.contains(o));
-            lessons.push(Lesson { part: Some(part), context, seen, surprise, contradicts: None });
-        }
+    let surprise = surprise.expected(&expectation.told);
+    if surprise != Surprise::default() {
+        let context = WorldState::new(expectation.told.relied_on.iter().cloned()).context(rules);
+        let seen = seen(&context, &|o| expectation.told.observed.contains(o));
+        lessons.push(Lesson { part: Some(&expectation.told), context, seen, surprise, contradicts: None });
     }
     // A primitive that no schema covers is covered from now on.
     if first && lessons.is_empty() {

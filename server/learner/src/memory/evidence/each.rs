@@ -6,7 +6,6 @@ use std::sync::Arc;
 use crate::memory::evidence::columns::{Column, Conditions};
 use crate::memory::evidence::facet::{ANYTHING, Examples, Facet, Grown, Time, conditions, path};
 use crate::memory::evidence::foretold::{Foretold, Part, Seen, Told, View};
-use crate::memory::evidence::found::{FoundEach, FoundTrial};
 use crate::memory::evidence::scene::{Scene, of_kind};
 use crate::nouns::claim::{Claim, Condition};
 use crate::nouns::experience::Experience;
@@ -23,16 +22,16 @@ const OUTCOMES_MAX: usize = 16;
 /// The claims about each observation of a type.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Each {
-    kind: TypeId,
+    pub(super) kind: TypeId,
     /// The number of the first example of the pool that is looked at.
     pub(super) from: usize,
     /// The observations of the type that were met, in order.
-    known: Vec<Observation>,
+    pub(super) known: Vec<Observation>,
     /// Of each example of the pool that tells of the type, one for each of these.
-    examples: Vec<(Arc<Experience>, Scene)>,
-    conditions: Conditions,
-    of_primitive: BTreeMap<PrimitiveId, Column>,
-    facet: Facet,
+    pub(super) examples: Vec<(Arc<Experience>, Scene)>,
+    pub(super) conditions: Conditions,
+    pub(super) of_primitive: BTreeMap<PrimitiveId, Column>,
+    pub(super) facet: Facet,
 }
 
 /// What a claim in force says of one observation.
@@ -73,36 +72,8 @@ impl Each {
         Some(each)
     }
 
-    /// What was found.
-    pub(super) fn found(&self) -> FoundEach {
-        FoundEach { from: self.from, known: self.known.clone(), facet: Box::new(self.facet.found()) }
-    }
-
-    /// The claims of which this was found, from the examples of a pool.
-    pub(super) fn restored(found: FoundEach, examples: Examples<'_>) -> Self {
-        let FoundEach { from, known, facet } = found;
-        let kind = facet.kinds.first().copied().unwrap_or(TypeId(0));
-        let mut each = Self {
-            kind,
-            from,
-            known,
-            examples: Vec::new(),
-            conditions: Conditions::default(),
-            of_primitive: BTreeMap::new(),
-            facet: Facet::of(kind, examples.all),
-        };
-        for (experience, scene) in examples.all.iter().skip(from) {
-            each.enter(experience, scene);
-        }
-        each.conditions.put_in_order();
-        // What came with the type at first is known of all examples of the pool.
-        let company = std::mem::take(&mut each.facet.company);
-        each.facet = Facet::of_found(*facet, company, &each.examples);
-        each
-    }
-
     /// Enters an experience with each observation that is known; returns the numbers of these examples.
-    fn enter(&mut self, experience: &Arc<Experience>, scene: &Scene) -> std::ops::Range<usize> {
+    pub(super) fn enter(&mut self, experience: &Arc<Experience>, scene: &Scene) -> std::ops::Range<usize> {
         let from = self.examples.len();
         if self.facet.is_told_by(experience) {
             for one in &self.known {
@@ -246,25 +217,13 @@ pub(super) struct Trial {
     pub(super) each: Each,
     /// How well what came was told since by the general and the particular claims about all together, and by those about each: ln of the
     /// probabilities.
-    together: [f64; 2],
-    singly: [f64; 2],
+    pub(super) together: [f64; 2],
+    pub(super) singly: [f64; 2],
 }
 
 impl Trial {
     pub(super) fn new(each: Each) -> Self {
         Self { each, together: [0.0; 2], singly: [0.0; 2] }
-    }
-
-    /// What was found.
-    pub(super) fn found(&self) -> FoundTrial {
-        let ([a, b], [c, d]) = (self.together, self.singly);
-        FoundTrial { each: self.each.found(), scores: [a, b, c, d] }
-    }
-
-    /// The trial of which this was found.
-    pub(super) fn restored(found: FoundTrial, examples: Examples<'_>) -> Self {
-        let [a, b, c, d] = found.scores;
-        Self { each: Each::restored(found.each, examples), together: [a, b], singly: [c, d] }
     }
 
     /// Scores both by what came, before it is learnt from. Claims about all together gave it the probabilities of which `together` is ln.

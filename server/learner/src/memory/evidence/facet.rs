@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use crate::memory::evidence::columns::{Column, Conditions};
-use crate::memory::evidence::each::{Each, Trial};
 use crate::memory::evidence::growth::{Ground, Growth, Place};
 use crate::memory::evidence::novelty::Surprise;
 use crate::memory::evidence::scene::{Scene, of_kind};
@@ -201,16 +200,19 @@ pub(crate) struct Facet {
     pub(super) scores: BTreeMap<PrimitiveId, [f64; 3]>,
     /// How often it surprised.
     pub(super) surprise: Surprise,
-    /// The claims about each observation by itself, where these tell more than the claims above about all of them.
-    pub(super) each: Option<Box<Each>>,
-    /// The same, as long as it is not known whether they do.
-    pub(super) trial: Option<Box<Trial>>,
+    /// Whether each observation of its type is told by itself, and nothing of all of them together.
+    pub(super) is_singly: bool,
 }
 
 impl Facet {
     /// The facet of this type, with no claims yet.
     pub(super) fn of(kind: TypeId, examples: &[(std::sync::Arc<Experience>, Scene)]) -> Self {
         Self { kinds: vec![kind], company: vec![company(kind, examples)], ..Self::default() }
+    }
+
+    /// The same, of whose type each observation is told by itself.
+    pub(super) fn singly(kind: TypeId, examples: &[(std::sync::Arc<Experience>, Scene)]) -> Self {
+        Self { is_singly: true, ..Self::of(kind, examples) }
     }
 
     /// The facet of these types, with claims grown from all examples.
@@ -224,12 +226,12 @@ impl Facet {
 
     /// Whether more than one thing follows where a claim about all of its types is in force.
     pub(super) fn varies(&self) -> bool {
-        self.each.is_none() && self.general.varies()
+        !self.is_singly && self.general.varies()
     }
 
-    /// Whether the claims about all of its types leave much open, and nothing else is tried yet.
+    /// Whether the claims about all of its types leave much open.
     pub(super) fn is_open(&self) -> bool {
-        self.each.is_none() && self.trial.is_none() && (self.general.is_open() || self.surprise.is_often())
+        !self.is_singly && (self.general.is_open() || self.surprise.is_often())
     }
 
     /// ln of the probability of what is told by nothing.

@@ -43,7 +43,7 @@ pub struct Foretold {
 }
 
 /// What becomes of some observations, whatever becomes of the others.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Part {
     /// Those that are there afterwards.
     pub observed: Vec<Observation>,

@@ -11,6 +11,7 @@ mod novelty;
 mod pool;
 pub(crate) mod price;
 mod recollections;
+mod restoring;
 mod scene;
 #[cfg(test)]
 mod tests;

@@ -79,6 +79,10 @@ pub(super) struct Pool {
     /// The experiences with each primitive in the very same context.
     alike: BTreeMap<PrimitiveId, BTreeMap<Arc<[Observation]>, Vec<usize>>>,
     pub(super) facets: Vec<Facet>,
+    /// The claims about each observation by itself of a type that is told so.
+    pub(super) singly: BTreeMap<TypeId, Each>,
+    /// The same of types of which it is not known yet whether that tells more.
+    pub(super) trials: BTreeMap<TypeId, Trial>,
     /// The type in which it shows how the action leaves the body: of that there is always one, and it is told.
     pub(super) key: Option<TypeId>,
 }
@@ -118,7 +122,11 @@ impl Pool {
             let changes = |e: &&Arc<Experience>| of_kind(&e.before, *kind) != of_kind(&e.after, *kind);
             all().all(shows) && all().filter(changes).count() * KEY_CHANGES > self.examples.len()
         };
-        let told = self.facets.iter().filter(|facet| facet.each.is_none());
+        // Where there is nothing else, nothing is to be recalled.
+        if self.facets.len() < 2 {
+            return None;
+        }
+        let told = self.facets.iter().filter(|facet| !facet.is_singly);
         let told =
             told.flat_map(|facet| facet.kinds.iter().map(move |kind| (facet.general.left_open(), *kind)));
         let told = told.filter(|(open, kind)| open * KEY_OPEN < self.examples.len() && may_be(kind));
@@ -180,29 +188,24 @@ impl Pool {
         for number in (0..count).map(|number| (number + at) % count) {
             let mut facet = std::mem::take(&mut self.facets[number]);
             let examples = self.examples();
-            let trial = facet.trial.as_mut();
-            if trial.is_some_and(|trial| !trial.each.learn(examples, at, &mut time)) {
-                facet.trial = None;
+            if facet.is_singly {
+                self.facets[number] = facet;
+                continue;
             }
-            if let Some(each) = &mut facet.each {
-                if !each.learn(examples, at, &mut time) {
-                    facet = Facet::new(std::mem::take(&mut facet.kinds), examples);
-                }
-            } else {
-                if facet.general.examples <= at {
-                    facet.count(examples, at, particular);
-                    facet.seek(examples, primitive, &mut time);
-                }
-                let anew = others.iter().chain(renamed.then_some(&primitive));
-                anew.for_each(|primitive| facet.rename(examples, *primitive));
+            if facet.general.examples <= at {
+                facet.count(examples, at, particular);
+                facet.seek(examples, primitive, &mut time);
             }
+            let anew = others.iter().chain(renamed.then_some(&primitive));
+            anew.for_each(|primitive| facet.rename(examples, *primitive));
             self.facets[number] = facet;
         }
+        self.learn_singly(at, &mut time);
         self.part_facets();
         self.join_facets();
         let count = self.examples.len();
         if count >= EACH_MIN && (count.is_power_of_two() || count.is_multiple_of(EACH_AGAIN)) {
-            self.try_each();
+            self.try_singly();
         }
         // Where a quarter may be added, as after forgetting one, all is found anew: so what is known follows from what is kept.
         let room = room(self.of_primitive.len());
@@ -216,7 +219,7 @@ impl Pool {
     fn part_facets(&mut self) {
         for number in 0..self.facets.len() {
             let (facet, examples) = (&self.facets[number], self.examples());
-            if facet.each.is_some() || facet.general.examples != self.examples.len() {
+            if facet.is_singly || facet.general.examples != self.examples.len() {
                 continue;
             }
             let Some(stranger) = facet.stranger() else { continue };
@@ -227,22 +230,40 @@ impl Pool {
         }
     }
 
-    /// Tells the observations of these types one by one.
-    fn tell_each(&mut self, kinds: &[TypeId]) {
+    /// Takes the newest example in where observations are told one by one, or that is tried.
+    fn learn_singly(&mut self, at: usize, time: &mut Time) {
+        let (mut singly, mut trials) = (std::mem::take(&mut self.singly), std::mem::take(&mut self.trials));
+        trials.retain(|_, trial| trial.each.learn(self.examples(), at, time));
+        singly.retain(|_, each| each.learn(self.examples(), at, time));
+        // What has become a crowd is told together again.
         for number in 0..self.facets.len() {
-            let (facet, examples) = (&self.facets[number], self.examples());
-            let &[kind] = &facet.kinds[..] else { continue };
-            let each = kinds.contains(&kind).then(|| Each::new(kind, examples, 0)).flatten();
+            let facet = &self.facets[number];
+            if facet.is_singly && !facet.kinds.iter().any(|kind| singly.contains_key(kind)) {
+                self.facets[number] = Facet::new(facet.kinds.clone(), self.examples());
+            }
+        }
+        (self.singly, self.trials) = (singly, trials);
+    }
+
+    /// The claims about each observation of the type of a facet, if each is told by itself.
+    fn each_of(&self, facet: &Facet) -> Option<&Each> {
+        if facet.is_singly { self.singly.get(facet.kinds.first()?) } else { None }
+    }
+
+    /// Tells the observations of these types one by one.
+    fn tell_singly(&mut self, kinds: &[TypeId]) {
+        for number in 0..self.facets.len() {
+            let &[kind] = &self.facets[number].kinds[..] else { continue };
+            let each = kinds.contains(&kind).then(|| Each::new(kind, self.examples(), 0)).flatten();
             if let Some(each) = each {
-                let mut singly = Facet::of(kind, examples.all);
-                singly.each = Some(Box::new(each));
-                self.facets[number] = singly;
+                self.facets[number] = Facet::singly(kind, &self.examples);
+                self.singly.insert(kind, each);
             }
         }
     }
 
     /// Tries to tell the observations of a type one by one where the claims about all of them leave much open.
-    fn try_each(&mut self) {
+    fn try_singly(&mut self) {
         for number in 0..self.facets.len() {
             let (facet, examples) = (&self.facets[number], self.examples());
             let &[kind] = &facet.kinds[..] else { continue };
@@ -251,7 +272,7 @@ impl Pool {
                 && examples.all.iter().filter(several).count() * EACH_SHARE > examples.all.len()
             {
                 let each = Each::new(kind, examples, 0);
-                self.facets[number].trial = each.map(|each| Box::new(Trial::new(each)));
+                self.trials.extend(each.map(|each| (kind, Trial::new(each))));
             }
         }
     }
@@ -269,7 +290,7 @@ impl Pool {
     fn enter(&mut self, at: usize) {
         let examples = &self.examples;
         self.conditions.enter(at, |at| &examples[at].1);
-        for facet in self.facets.iter_mut().filter(|facet| facet.each.is_none()) {
+        for facet in self.facets.iter_mut().filter(|facet| !facet.is_singly) {
             facet.enter(&self.examples, at);
         }
     }
@@ -374,24 +395,23 @@ impl Pool {
     /// Compares what is foretold of each observation by itself with what is foretold of all together, where both are.
     fn score_trials(&mut self, scene: &Scene, experience: &Experience) {
         for number in 0..self.facets.len() {
-            let Some(mut trial) = self.facets[number].trial.take() else { continue };
             let facet = &self.facets[number];
+            let &[kind] = &facet.kinds[..] else { continue };
             if !facet.is_told_by(experience) {
-                self.facets[number].trial = Some(trial);
                 continue;
             }
+            let Some(mut trial) = self.trials.remove(&kind) else { continue };
             let after = facet.part(&experience.after);
             let [general, particular, _] = self.told(facet, experience.primitive, scene, &after, false);
             let together = [general, particular].map(|told| told.map(|told| told.probability));
             let together = together.map(|told| told.unwrap_or_else(|| facet.of_nothing()));
             trial.score(together, experience.primitive, scene, &after);
             match trial.verdict(CERTAIN) {
-                None => self.facets[number].trial = Some(trial),
+                None => drop(self.trials.insert(kind, trial)),
                 Some(false) => (),
                 Some(true) => {
-                    let mut singly = Facet::of(facet.kinds[0], &self.examples);
-                    singly.each = Some(Box::new(trial.each));
-                    self.facets[number] = singly;
+                    self.facets[number] = Facet::singly(kind, &self.examples);
+                    self.singly.insert(kind, trial.each);
                 }
             }
         }
@@ -440,7 +460,7 @@ impl Pool {
             (seen.trials > 0).then(|| Told::of(seen, facet.changes.len()))
         };
         let claimed = |grown: &Grown| Seen::of_claim(grown, scene, after, facet).and_then(told);
-        let (general, particular) = match &facet.each {
+        let (general, particular) = match self.each_of(facet) {
             Some(each) => {
                 let told = |view: View| each.told(view, primitive, scene, after, already);
                 (told(View::General), told(View::Particular))
@@ -474,7 +494,7 @@ impl Pool {
         scene: &Scene,
         after: &[Observation],
     ) -> Option<Seen> {
-        if facet.each.is_some() {
+        if facet.is_singly {
             return None;
         }
         let mut seen = Seen::default();
@@ -489,7 +509,7 @@ impl Pool {
     }
 
     fn views(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> [Option<Foretold>; 3] {
-        let (general, particular) = match &facet.each {
+        let (general, particular) = match self.each_of(facet) {
             Some(each) => (
                 each.foretold(View::General, primitive, scene),
                 each.foretold(View::Particular, primitive, scene),
@@ -538,7 +558,7 @@ impl Pool {
 
     fn remembered(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
         // Each by itself is told of contexts that were never met as a whole.
-        if facet.each.is_some() {
+        if facet.is_singly {
             return None;
         }
         let mut outcomes: Vec<(Vec<Observation>, u32)> = Vec::new();
@@ -625,8 +645,7 @@ impl Pool {
     /// All that is known is found anew from these experiences together: own effects first, then scenes, facets, claims, and how well
     /// each view would have foretold each of them from the others.
     fn settle(&mut self, experiences: Vec<Arc<Experience>>) {
-        let singly = self.facets.iter().filter(|facet| facet.each.is_some());
-        let singly: Vec<_> = singly.flat_map(|facet| facet.kinds.clone()).collect();
+        let singly: Vec<_> = self.singly.keys().copied().collect();
         *self = Self { key: self.key, ..Self::default() };
         let particular = experiences.first().is_some_and(|experience| experience.primitive != ANYTHING);
         for experience in experiences {
@@ -653,7 +672,7 @@ impl Pool {
         self.conditions.put_in_order();
         (0..self.examples.len()).for_each(|at| self.add_facets(at));
         self.part_facets();
-        self.tell_each(&singly);
+        self.tell_singly(&singly);
         self.join_facets();
         self.score_anew();
     }
@@ -661,7 +680,7 @@ impl Pool {
     /// The claims about each facet: those about a primitive alone, or those about the action.
     pub(super) fn claims(&self, primitive: Option<PrimitiveId>) -> impl Iterator<Item = (&[TypeId], &Claim)> {
         self.facets.iter().filter_map(move |facet| {
-            let claim = match (&facet.each, primitive) {
+            let claim = match (self.each_of(facet), primitive) {
                 (Some(each), _) => each.claim(primitive)?,
                 (None, Some(primitive)) => &facet.particular.get(&primitive)?.claim,
                 (None, None) => &facet.general.claim,
@@ -674,7 +693,7 @@ impl Pool {
     pub(super) fn in_force(&self, experience: &Experience) -> Vec<InForce<'_>> {
         let effect = self.effect(experience.primitive);
         let scene = self.scene(experience, effect);
-        let together = self.facets.iter().filter(|facet| facet.each.is_none());
+        let together = self.facets.iter().filter(|facet| !facet.is_singly);
         let told = together.filter(|facet| facet.is_told_by(experience));
         told.map(|facet| {
             let after = facet.part(&experience.after);
@@ -692,7 +711,7 @@ impl Pool {
             conditions.any(|condition| condition.asks_for(kind))
         };
         self.facets.iter().any(|facet| {
-            facet.each.as_ref().is_some_and(|each| each.all().any(asks))
+            self.each_of(facet).is_some_and(|each| each.all().any(asks))
                 || asks(&facet.general.claim)
                 || facet.particular.values().any(|grown| asks(&grown.claim))
         })

@@ -57,16 +57,22 @@ pub(super) enum Tier {
     Given,
     /// It gives a bound.
     Bound,
+    /// It asks for what is recalled.
+    Recalled,
 }
 
 impl Tier {
-    pub(super) const COUNT: usize = 4;
+    pub(super) const COUNT: usize = 5;
 
     pub(super) fn of(condition: &Condition) -> Self {
-        let (Condition::Observed(sketch) | Condition::Recalled(sketch)) = condition else {
+        if condition.is_recalled() {
+            return Self::Recalled;
+        }
+        let Condition::Observed(sketch) = condition else {
             return if matches!(condition, Condition::AtLeast(..)) { Self::Bound } else { Self::Given };
         };
         let tier = |expression: &Expression| match expression {
+            Expression::Named(Reference::Recalled(..), _) => Self::Recalled,
             Expression::Constant(_) => Self::Given,
             Expression::Named(Reference::Parameter(_) | Reference::Effect(..), _) => Self::Direct,
             Expression::Named(..) => Self::Tied,
@@ -79,7 +85,7 @@ impl Tier {
         let share = match self {
             Self::Direct => 2.0,
             Self::Tied => 4.0,
-            Self::Given | Self::Bound => 8.0,
+            Self::Given | Self::Bound | Self::Recalled => 8.0,
         };
         libm::log(share * among.max(2) as f64)
     }
