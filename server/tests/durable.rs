@@ -79,7 +79,9 @@ fn questions_are_answered_while_the_disk_is_at_work_and_orders_when_it_has_confi
     let directory = directory();
     let place = place(directory.path());
     let data = directory.path().join("data");
-    let mut daemon = served(directory.path(), data.to_str().unwrap(), 1, &[]);
+    // Under the profile of the paper the first change is one of these.
+    let paper = ["--set", "learner.profile=paper"];
+    let mut daemon = served(directory.path(), data.to_str().unwrap(), 1, &paper);
     daemon.ready();
     // The file of the first change.
     pipe(&data.join("journal/00000000000000000001.journal"));
