@@ -203,6 +203,9 @@ impl Pool {
         self.learn_singly(at, &mut time);
         self.part_facets();
         self.join_facets();
+        // What was joined with others is told with them.
+        let facets = &self.facets;
+        self.trials.retain(|kind, _| facets.iter().any(|facet| facet.kinds == [*kind]));
         let count = self.examples.len();
         if count >= EACH_MIN && (count.is_power_of_two() || count.is_multiple_of(EACH_AGAIN)) {
             self.try_singly();
