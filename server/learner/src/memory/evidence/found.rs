@@ -91,7 +91,7 @@ pub struct FoundClaim {
     pub depth: usize,
     /// The condition; none at the top.
     pub condition: Option<Condition>,
-    /// See [`Claim::gain`].
+    /// See [`crate::nouns::claim::Claim::gain`].
     pub gain: f64,
     /// The numbers of the changes that followed, each with how often.
     pub outcomes: Vec<(usize, u32)>,
