@@ -194,6 +194,11 @@ fn without_recall_nothing_out_of_sight_is_known() {
     let forgetful = Mechanisms { recall: false, ..Mechanisms::FULL };
     let row = Row::new(1, forgetful).live(300);
     assert_eq!(row.memory.content().evidence.recollections().count(), 0);
+    // What was noted before it was switched off is old when it is on again.
+    let mut memory = Row::new(1, Mechanisms::FULL).live(100).memory;
+    assert_eq!(memory.content().evidence.recollections().count(), 1);
+    memory.apply(&Effect::Mechanisms(forgetful)).unwrap();
+    assert_eq!(memory.content().evidence.recollections().count(), 0);
     let [there, elsewhere] = row.going_back(400);
     assert!(there - elsewhere < 0.5, "{there} {elsewhere}");
 }

@@ -20,6 +20,10 @@ use crate::content_error::ContentError;
 
 type Checked = Result<(), ContentError>;
 
+/// Steps that a memory can have taken: as many as every reader of JSON can count. At 1,000 steps a second they take some
+/// 285,000 years.
+pub(crate) const STEPS_MAX: u64 = 1 << 53;
+
 /// What there is in a memory, and how much of it.
 #[derive(Clone, Debug)]
 pub(crate) struct Extent {

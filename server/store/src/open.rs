@@ -149,10 +149,8 @@ pub(crate) fn open_in(
     let unlived = snapshot.is_none() && found.frames == 0;
     let mechanisms = replay.memory.content().mechanisms;
     // What nobody asks for is as the memory was begun.
-    let wanted = match manifest.mechanisms {
-        _ if options.setting_given || begun => options.mechanisms,
-        begun => begun.unwrap_or(mechanisms),
-    };
+    let asked = options.setting_given || begun;
+    let wanted = if asked { options.mechanisms } else { manifest.mechanisms.unwrap_or(mechanisms) };
     let switched = !unlived && mechanisms != options.mechanisms;
     let changed = options.setting_given && (switched || !manifest::same(&setting, &given)?);
     if changed && !options.change {

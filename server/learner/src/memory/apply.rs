@@ -161,6 +161,10 @@ impl Memory {
                 if !mechanisms.supposes() {
                     self.begin_lines();
                 }
+                // And what was there then says nothing of what will be there when it is recalled again.
+                if !mechanisms.recalls() {
+                    self.content.evidence.forget_recollections();
+                }
                 self.content.mechanisms = *mechanisms;
             }
             Effect::Experienced(experience) => {

@@ -250,6 +250,8 @@ fn forged_claims_are_refused_one_by_one() {
         ("\"places\":[{\"claim\":0", "\"places\":[{\"claim\":500", "it refers to claim 500"),
         ("\"change\":0}", "\"change\":64}", "it refers to change 64"),
         ("\"places\":[{", "\"places\":[null,null,{", "experiences of the pool"),
+        ("{\"recalling\":{\"body\":0", "{\"recalling\":{\"body\":7", "it refers to body 7"),
+        ("\"experiences\":150", "\"experiences\":18446744073709551615", "how many experiences a body had"),
     ] {
         let forged = format!("{before}{}", found.replacen(number, forged, 1));
         assert_ne!(forged, text, "{number} is not there");

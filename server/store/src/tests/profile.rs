@@ -193,6 +193,13 @@ fn a_profile_is_kept_until_another_is_asked_for() {
     let (learner, store, _) = opened(&twin, changing).unwrap();
     assert_eq!(learner.memory().content().mechanisms, Mechanisms::PAPER);
     drop(store);
+    // A start that was killed before the profile was in the journal has it in the manifest.
+    let killed = Twin::new();
+    drop(opened(&killed, |_| ()).unwrap());
+    for segment in killed.list("journal").unwrap() {
+        killed.remove(&format!("journal/{segment}")).unwrap();
+    }
+    assert_eq!(opened(&killed, unasked).unwrap().0.memory().content().mechanisms, Mechanisms::FULL);
     // It is in the journal, and from there in the snapshots.
     for _ in 0..2 {
         let (learner, store, _) = opened(&twin, paper).unwrap();

@@ -22,15 +22,15 @@ const OUTCOMES_MAX: usize = 16;
 /// The claims about each observation of a type.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Each {
-    pub(super) kind: TypeId,
+    kind: TypeId,
     /// The number of the first example of the pool that is looked at.
     pub(super) from: usize,
     /// The observations of the type that were met, in order.
     pub(super) known: Vec<Observation>,
     /// Of each example of the pool that tells of the type, one for each of these.
     pub(super) examples: Vec<(Arc<Experience>, Scene)>,
-    pub(super) conditions: Conditions,
-    pub(super) of_primitive: BTreeMap<PrimitiveId, Column>,
+    conditions: Conditions,
+    of_primitive: BTreeMap<PrimitiveId, Column>,
     pub(super) facet: Facet,
 }
 
@@ -54,10 +54,23 @@ impl Each {
             return None;
         }
         let from = from.max(examples.all.len().saturating_sub(EXAMPLES_MAX / known.len() / 2));
+        let mut each = Self::entered(kind, from, known.into_iter().cloned().collect(), examples);
+        let Self { facet, examples, conditions, of_primitive, .. } = &mut each;
+        facet.grow_all(Examples { all: examples, conditions, of_primitive, key: None });
+        Some(each)
+    }
+
+    /// These examples of a pool, from one on, each with each of these observations; no claims are grown yet.
+    pub(super) fn entered(
+        kind: TypeId,
+        from: usize,
+        known: Vec<Observation>,
+        examples: Examples<'_>,
+    ) -> Self {
         let mut each = Self {
             kind,
             from,
-            known: known.into_iter().cloned().collect(),
+            known,
             examples: Vec::new(),
             conditions: Conditions::default(),
             of_primitive: BTreeMap::new(),
@@ -67,13 +80,11 @@ impl Each {
             each.enter(experience, scene);
         }
         each.conditions.put_in_order();
-        let Self { facet, examples, conditions, of_primitive, .. } = &mut each;
-        facet.grow_all(Examples { all: examples, conditions, of_primitive, key: None });
-        Some(each)
+        each
     }
 
     /// Enters an experience with each observation that is known; returns the numbers of these examples.
-    pub(super) fn enter(&mut self, experience: &Arc<Experience>, scene: &Scene) -> std::ops::Range<usize> {
+    fn enter(&mut self, experience: &Arc<Experience>, scene: &Scene) -> std::ops::Range<usize> {
         let from = self.examples.len();
         if self.facet.is_told_by(experience) {
             for one in &self.known {

@@ -102,6 +102,11 @@ impl Evidence {
         self.recollections.iter().map(|(body, recollections)| (*body, recollections))
     }
 
+    /// Forgets what bodies recall.
+    pub(crate) fn forget_recollections(&mut self) {
+        self.recollections.clear();
+    }
+
     /// Puts back what a body recalls.
     pub fn recall(&mut self, body: BodyId, recollections: Recollections) {
         self.recollections.insert(body, recollections);

@@ -56,13 +56,13 @@ impl Recollections {
     /// What was there when it was shown by `one`.
     pub(super) fn of(&self, one: &Observation) -> Option<Recalled> {
         let (noted, there) = self.all.get(one)?;
-        let age = u32::try_from(self.noted + 1 - noted).unwrap_or(u32::MAX);
+        let age = u32::try_from(self.noted.saturating_sub(*noted).saturating_add(1)).unwrap_or(u32::MAX);
         Some(Recalled { observations: there.clone(), age })
     }
 
     /// Notes what is there after an experience, as observations of these types show how the body is: each of which there is one only.
     pub(super) fn note(&mut self, keys: impl IntoIterator<Item = TypeId>, there: &Arc<[Observation]>) {
-        self.noted += 1;
+        self.noted = self.noted.saturating_add(1);
         for key in keys {
             if let [one] = of_kind(there, key) {
                 self.all.insert(one.clone(), (self.noted, there.clone()));

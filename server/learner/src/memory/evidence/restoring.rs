@@ -1,9 +1,8 @@
 //! What was found of experiences is written down, and put back: growing it again takes as long as it took to find it.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::memory::evidence::columns::{Column, Conditions};
+use crate::memory::evidence::columns::Column;
 use crate::memory::evidence::each::{Each, Trial};
 use crate::memory::evidence::facet::{Examples, Facet, Grown, company};
 use crate::memory::evidence::found::{
@@ -203,19 +202,7 @@ impl Each {
     fn restored(found: FoundEach, examples: Examples<'_>) -> Self {
         let FoundEach { from, known, facet } = found;
         let kind = facet.kinds.first().copied().unwrap_or(TypeId(0));
-        let mut each = Self {
-            kind,
-            from,
-            known,
-            examples: Vec::new(),
-            conditions: Conditions::default(),
-            of_primitive: BTreeMap::new(),
-            facet: Facet::of(kind, examples.all),
-        };
-        for (experience, scene) in examples.all.iter().skip(from) {
-            each.enter(experience, scene);
-        }
-        each.conditions.put_in_order();
+        let mut each = Self::entered(kind, from, known, examples);
         // What came with the type at first is known of all examples of the pool.
         let company = std::mem::take(&mut each.facet.company);
         each.facet = Facet::restored(*facet, company, &each.examples);

@@ -23,12 +23,9 @@ use super::schema::Schema;
 use super::setting::Setting;
 use super::vocabulary::DeclaredType;
 use crate::content_error::ContentError;
-use crate::extent::{Extent, counted, limited, within};
+use crate::extent::{Extent, STEPS_MAX, counted, limited, within};
 use crate::format::mirror::Mirror;
 
-/// Steps that a memory can have taken: as many as every reader of JSON can count. At 1,000 steps a second they take some
-/// 285,000 years.
-const STEPS_MAX: u64 = 1 << 53;
 /// Pools of a curriculum: far more than any has.
 const POOLS_MAX: usize = 65_536;
 

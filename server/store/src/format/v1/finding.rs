@@ -19,7 +19,7 @@ use super::claim::{
 };
 use super::item::{Item, KeptExperience, Kind};
 use crate::content_error::ContentError;
-use crate::extent::{Extent, limited, within};
+use crate::extent::{Extent, STEPS_MAX, limited, within};
 use crate::format::mirror::Mirror;
 
 type Taken = Result<(), ContentError>;
@@ -111,6 +111,9 @@ impl Finding {
             Item::Recalling(BodyMemory { body, experiences }) => {
                 let body = body.live();
                 extent.body(body)?;
+                if experiences > STEPS_MAX {
+                    return Err(ContentError::value("how many experiences a body had"));
+                }
                 match self.recalled.insert(body, (experiences, Vec::new())) {
                     None => Ok(()),
                     Some(_) => Err(ContentError::second(Kind::Recalling.name())),
