@@ -163,11 +163,14 @@ fn the_chain_to_a_goal_is_the_plan() {
         }
         let chain = graph(&run, query);
         assert_eq!((chain.probability, chain.goal.clone()), (plan.probability, plan.goal.clone()));
-        let steps: Vec<_> = plan.steps.iter().map(|step| step.schema.id).collect();
+        let steps: Vec<_> = plan.steps.iter().filter_map(|step| Some(step.schema.as_ref()?.id)).collect();
         let next: BTreeSet<_> = steps.windows(2).map(|pair| (pair[0], pair[1])).collect();
         assert_eq!(ties(&chain, GraphTie::Next), next);
-        let carried: BTreeSet<_> =
-            plan.steps.iter().filter_map(|step| Some((step.schema.carrier?, step.schema.id))).collect();
+        let carried: BTreeSet<_> = plan
+            .steps
+            .iter()
+            .filter_map(|step| Some((step.schema.as_ref()?.carrier?, step.schema.as_ref()?.id)))
+            .collect();
         assert!(ties(&chain, GraphTie::Carries).is_superset(&carried), "{chain:?}");
         chains += 1;
     }

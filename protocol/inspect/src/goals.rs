@@ -38,8 +38,10 @@ closed_set! {
         HoldsAlready = "holds already",
         /// A plan was found.
         Found = "found",
-        /// No chain of schemas that are known brings the goal about from here.
+        /// No chain of schemas that are known brings the goal about from here, and no policy.
         NothingLeadsThere = "nothing known leads there",
+        /// None was found as far as was looked, and there is more.
+        FurtherThanLooked = "further than looked",
     }
 }
 
@@ -55,27 +57,39 @@ pub struct Plan {
     pub world: Vec<ObservationText>,
     /// What came of looking for a plan.
     pub state: PlanState,
-    /// The probability that the plan brings the goal about: the product of those of its steps; none without a plan.
+    /// The probability that the plan brings the goal about: the product of those of its steps, or that of the policy, whatever
+    /// its actions lead to; none without a plan.
     pub probability: Option<f64>,
-    /// The steps in order.
+    /// The number of actions that the policy is expected to take; left out of a plan that is a chain of schemas.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected_actions: Option<f64>,
+    /// The number of contexts for which the policy says what to do; left out of a plan that is a chain of schemas.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contexts: Option<u32>,
+    /// The steps in order. Of a policy, the actions to the goal when all comes about that is most likely; fewer where a context would
+    /// come again first.
     pub steps: Vec<PlanStep>,
     /// Whether the search used up its budget, so that there may be a (better) plan.
     pub search_truncated: bool,
 }
 
-/// One schema of a plan.
+/// One step of a plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlanStep {
-    /// The schema.
-    pub schema: SchemaInUse,
-    /// What the goal or later steps rely on. What is `absent` is relied on not to happen.
+    /// The primitive, as it prints.
+    pub action: String,
+    /// The schema; none where a policy asks for a primitive that no schema covers.
+    pub schema: Option<SchemaInUse>,
+    /// What the goal or later steps rely on. What is `absent` is relied on not to happen. Of a policy, what is foretold to change: what is
+    /// `absent` is foretold to be there no longer.
     pub relies_on: Vec<Condition>,
     /// Of a generalised schema, the outcomes of its carrier that are its target.
     pub through: Vec<Condition>,
     /// How reliably the body carries the action out.
     pub reliability: f64,
-    /// `reliability` times the probabilities of what it goes through and of what is relied on.
+    /// `reliability` times the probabilities of what it goes through and of what is relied on; of a policy, the probability of what is
+    /// most likely.
     pub probability: f64,
 }
 
@@ -86,8 +100,10 @@ closed_set! {
         Pursued = "pursued",
         /// It was brought about.
         Achieved = "achieved",
-        /// It was given up: no chain of schemas that are known brings it about.
+        /// It was given up: no chain of schemas that are known brings it about, and no policy.
         NothingLeadsThere = "nothing known leads there",
+        /// It was given up: no way was found as far as was looked, and there is more.
+        FurtherThanLooked = "further than looked",
         /// It does not hold after all the actions that it might take.
         ActionsUsedUp = "actions used up",
         /// It was given up: the stage entered meanwhile does not lift what the goal speaks of.
@@ -147,8 +163,11 @@ pub struct PursuitPlan {
     pub because: PlanCause,
     /// The probability that it brings the goal about.
     pub probability: f64,
-    /// The schemas in order.
+    /// The schemas in order; none of a policy.
     pub chain: Vec<SchemaInUse>,
+    /// Of a policy, the actions from where it was made to the goal when all comes about that is most likely; left out of a chain.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub course: Vec<String>,
     /// Whether the search for it used up its budget.
     pub search_truncated: bool,
 }
@@ -159,11 +178,14 @@ pub struct PursuitPlan {
 pub struct DecisionGoal {
     /// What is wanted, as it prints.
     pub goal: Vec<String>,
-    /// The schemas of the plan, in order.
+    /// The schemas of the plan, in order; none of a policy.
     pub chain: Vec<SchemaInUse>,
     /// Which of them was executed, as an index.
     pub at: u32,
-    /// The probability of the plan when it was made.
+    /// Of a policy, the actions from the executed one to the goal when all comes about that is most likely; left out of a chain.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub course: Vec<String>,
+    /// The probability of the plan when it was made; of a policy, from where the body was.
     pub probability: f64,
 }
 

@@ -19,5 +19,5 @@ pub use memory::{chunks, digest, evidence, notation};
 pub use nouns::frame::{ActionOutcome, Frame, Output, Step};
 pub use nouns::{
     claim, curriculum, decision, effect, effect_error, execution, experience, frame, item, mechanisms,
-    observation, parameters, probability, progress, pursuit, random, schema, vocabulary, world_state,
+    observation, parameters, policy, probability, progress, pursuit, random, schema, vocabulary, world_state,
 };

@@ -77,7 +77,8 @@ fn that_the_ball_may_fall_does_not_matter_to_who_moves_the_block() {
     let memory = table.learner.memory();
     let world = WorldState::new([object(1, 0), object(2, 9)]);
     let moved = plan(memory, table.body, &world, &goal(&table, &["object{colour=blue, field=1}"])).unwrap();
-    let first = memory.content().schema(moved.steps[0].link.schema).unwrap().concrete().unwrap();
+    let first =
+        memory.content().schema(moved.steps[0].link.as_ref().unwrap().schema).unwrap().concrete().unwrap();
     assert_eq!((moved.steps.len(), first.action), (1, PrimitiveId(0)), "the push that works is chosen");
     assert!(moved.probability > 0.95, "the ball's fall is not held against it: {}", moved.probability);
 
@@ -134,10 +135,14 @@ fn a_generalised_schema_can_be_asked_for() {
     let memory = table.learner.memory();
     let world = WorldState::new([object(2, 5)]);
     let plan = plan(memory, table.body, &world, &goal(&table, &["touch{}"])).unwrap();
-    let last = memory.content().schema(plan.steps[0].link.schema).unwrap();
-    assert!(last.generalised().is_some() && plan.steps[0].link.carrier.is_some());
+    let last = memory.content().schema(plan.steps[0].link.as_ref().unwrap().schema).unwrap();
+    assert!(last.generalised().is_some() && plan.steps[0].link.as_ref().unwrap().carrier.is_some());
     let prediction = predict(memory, table.body, &world, PrimitiveId(5)).unwrap();
-    assert_eq!(prediction.schema, plan.steps[0].link.schema, "the law says more than the babbled schema");
+    assert_eq!(
+        prediction.schema,
+        plan.steps[0].link.as_ref().unwrap().schema,
+        "the law says more than the babbled schema"
+    );
     assert!(prediction.outcomes.iter().any(|post| post.what == touch() && post.what.kind() == TOUCH));
     assert!(prediction.outcomes.iter().any(|post| post.what.kind() == FINGER));
 }

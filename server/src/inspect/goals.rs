@@ -12,6 +12,7 @@ use pschema_learner::memory::{Content, Memory};
 use pschema_learner::notation;
 use pschema_learner::observation::Observation;
 use pschema_learner::plan;
+use pschema_learner::policy::Policy;
 use pschema_learner::probability::Count;
 use pschema_learner::pursuit::{self, Ending, GOAL_PATTERNS_MAX, Goal};
 use pschema_learner::schema::PostCondition;
@@ -79,8 +80,10 @@ pub(super) fn plan(view: &View, patterns: &[String]) -> Result<Plan, Problem> {
     let state = match &plan {
         Some(plan) if plan.steps.is_empty() => PlanState::HoldsAlready,
         Some(_) => PlanState::Found,
+        None if truncated && content.mechanisms.makes_policies() => PlanState::FurtherThanLooked,
         None => PlanState::NothingLeadsThere,
     };
+    let policy = plan.as_ref().and_then(|plan| plan.policy.as_ref());
     let steps = plan.iter().flat_map(|plan| &plan.steps);
     Ok(Plan {
         body: text::body(content, body),
@@ -88,7 +91,9 @@ pub(super) fn plan(view: &View, patterns: &[String]) -> Result<Plan, Problem> {
         world: text::observations(&content.vocabulary, world.observations()),
         state,
         probability: plan.as_ref().map(|plan| plan.probability),
-        steps: steps.filter_map(|step| plan_step(content, step)).collect(),
+        expected_actions: policy.map(|policy| policy.actions),
+        contexts: policy.map(|policy| u32::try_from(policy.rows.len()).unwrap_or(u32::MAX)),
+        steps: steps.map(|step| plan_step(content, step)).collect(),
         search_truncated: truncated,
     })
 }
@@ -103,6 +108,7 @@ impl Inspect for PursuitQuery {
             because: cause(plan.because),
             probability: plan.probability,
             chain: chain(content, &plan.chain),
+            course: plan.policy.as_ref().map_or_else(Vec::new, |policy| course(content, policy)),
             search_truncated: plan.truncated,
         });
         Ok(Pursuit {
@@ -138,6 +144,7 @@ pub(super) fn followed(content: &Content, from: &decision::DecisionGoal) -> Deci
         goal: goal_text(content, &from.goal),
         chain: chain(content, &from.chain),
         at: u32::try_from(from.at).unwrap_or(u32::MAX),
+        course: from.course.iter().map(|action| notation::primitive(&content.vocabulary, *action)).collect(),
         probability: from.probability,
     }
 }
@@ -156,14 +163,21 @@ fn condition(content: &Content, post: &PostCondition<Observation>) -> Condition 
     text::condition(text::observation(&content.vocabulary, &post.what), post.absent, post.count)
 }
 
-fn plan_step(content: &Content, step: &plan::PlanStep) -> Option<PlanStep> {
-    Some(PlanStep {
-        schema: in_use(content, &step.link, Some(step.action))?,
+fn plan_step(content: &Content, step: &plan::PlanStep) -> PlanStep {
+    PlanStep {
+        action: notation::primitive(&content.vocabulary, step.action),
+        schema: step.link.as_ref().and_then(|link| in_use(content, link, Some(step.action))),
         relies_on: step.relies_on.iter().map(|post| condition(content, post)).collect(),
         through: step.through.iter().map(|post| condition(content, post)).collect(),
         reliability: step.reliability,
         probability: step.probability,
-    })
+    }
+}
+
+/// The actions of a policy when all comes about that is most likely.
+fn course(content: &Content, policy: &Policy) -> Vec<String> {
+    let rows = policy.course(0).into_iter().filter_map(|at| policy.rows.get(at));
+    rows.map(|row| notation::primitive(&content.vocabulary, row.action)).collect()
 }
 
 /// The schemas of a chain, each under its binding.
@@ -203,5 +217,6 @@ fn ending(ending: Ending) -> PursuitState {
         Ending::ActionsUsedUp => PursuitState::ActionsUsedUp,
         Ending::Constrained => PursuitState::Constrained,
         Ending::Cancelled => PursuitState::Cancelled,
+        Ending::FurtherThanLooked => PursuitState::FurtherThanLooked,
     }
 }

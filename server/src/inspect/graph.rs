@@ -11,7 +11,8 @@ use std::collections::BTreeMap;
 
 use pschema_inspect::codec::Problem;
 use pschema_inspect::{
-    Graph, GraphCluster, GraphEdge, GraphNode, GraphQuery, GraphScope, Plan, PlanState, SchemaSummary,
+    Graph, GraphCluster, GraphEdge, GraphNode, GraphQuery, GraphScope, Plan, PlanState, SchemaInUse,
+    SchemaSummary,
 };
 use pschema_learner::schema::SchemaId;
 
@@ -82,21 +83,26 @@ fn basis(view: &View) -> Basis<'_> {
 
 /// The schemas of a plan, with the carriers of the generalised ones among them.
 fn chain(plan: &Plan) -> Result<Selection, Problem> {
-    let steps: Vec<_> = plan.steps.iter().map(|step| &step.schema).collect();
-    if steps.is_empty() {
+    let steps: Vec<_> = plan.steps.iter().map(|step| step.schema.as_ref()).collect();
+    if steps.iter().flatten().next().is_none() {
         return Err(match plan.state {
             PlanState::HoldsAlready => Problem::of("the goal holds already, so that there is no chain to it"),
+            PlanState::Found => Problem::of(
+                "no schema takes part in the plan, for claims alone tell of its actions: ask for it with `pschema plan`",
+            ),
             state => Problem::of(format!(
                 "{state}: no chain of schemas to that goal is known from what is perceived now"
             )),
         });
     }
-    let carriers = steps.iter().filter_map(|step| step.carrier);
-    let mut shown: Vec<_> = steps.iter().map(|step| step.id).chain(carriers).map(SchemaId).collect();
+    let carriers = steps.iter().flatten().filter_map(|step| step.carrier);
+    let mut shown: Vec<_> =
+        steps.iter().flatten().map(|step| step.id).chain(carriers).map(SchemaId).collect();
     shown.sort_unstable();
     shown.dedup();
-    let pairs =
-        steps.windows(2).filter_map(|pair| Some((SchemaId(pair.first()?.id), SchemaId(pair.get(1)?.id))));
+    let id = |step: Option<&Option<&SchemaInUse>>| Some(SchemaId((*step?)?.id));
+    let pairs = steps.windows(2).filter_map(|pair| Some((id(pair.first())?, id(pair.get(1))?)));
+    let pairs = pairs.filter(|(from, to)| from != to);
     Ok(Selection {
         total: shown.len() as u64,
         shown,

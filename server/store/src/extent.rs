@@ -10,6 +10,7 @@ use pschema_learner::experience::Experience;
 use pschema_learner::item::{EVENTS_MAX, Item};
 use pschema_learner::memory::Content;
 use pschema_learner::observation::{Observation, Pattern, PropertyId, Substitution, TypeId};
+use pschema_learner::policy::Policy;
 use pschema_learner::probability::Count;
 use pschema_learner::progress::Progress;
 use pschema_learner::pursuit::{PLANS_KEPT_MAX, Pursuit};
@@ -85,6 +86,19 @@ impl Extent {
         pursuit.goal.iter().try_for_each(|pattern| self.pattern(pattern))?;
         limited("plans", pursuit.plans.len(), PLANS_KEPT_MAX)?;
         pursuit.plans.iter().flat_map(|plan| &plan.chain).try_for_each(|link| self.link(link))
+    }
+
+    /// What to do on the way to a goal.
+    pub(crate) fn policy(&self, policy: &Policy) -> Checked {
+        self.kinds(&policy.kinds)?;
+        self.kinds(&policy.chance)?;
+        let contexts = policy.rows.iter().flat_map(|row| &row.context);
+        contexts.chain(&policy.circumstances).try_for_each(|one| self.observation(one))?;
+        policy.rows.iter().try_for_each(|row| self.primitive(row.action))?;
+        if policy.is_sound() {
+            return Ok(());
+        }
+        Err(ContentError::new("a policy has too many contexts, or parts that do not fit together".to_owned()))
     }
 
     /// What a body was sent to do.

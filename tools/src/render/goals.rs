@@ -1,8 +1,8 @@
 //! `predict`, `plan` and `achieve` for people.
 
 use pschema_inspect::{
-    Condition, DecisionGoal, ObservationText, Plan, PlanCause, Prediction, Pursuit, PursuitPlan,
-    PursuitState, SchemaInUse,
+    Condition, DecisionGoal, ObservationText, Plan, PlanCause, PlanState, PlanStep, Prediction, Pursuit,
+    PursuitPlan, PursuitState, SchemaInUse,
 };
 use pschema_learner::notation::side;
 
@@ -56,18 +56,26 @@ pub(crate) fn plan(p: &Plan) -> String {
         ""
     };
     let Some(likely) = p.probability else {
-        let text = format!("Nothing known leads from here to {goal}.");
+        let text = match p.state {
+            PlanState::FurtherThanLooked => {
+                format!("Nothing leads from here to {goal} as far as was looked.")
+            }
+            _ => format!("Nothing known leads from here to {goal}."),
+        };
         return wrapped(&text, "") + &here(&p.world) + budget;
     };
     if p.steps.is_empty() {
         return wrapped(&format!("{goal} holds already."), "");
     }
-    let steps = count(u64::try_from(p.steps.len()).unwrap_or(u64::MAX), "step");
-    let mut text =
-        wrapped(&format!("{goal} by {} in {steps}, probability {}:", plain(&p.body), figure(likely, 2)), "");
+    let mut text = wrapped(&format!("{goal} {}:", means(p, likely)), "");
     for (at, step) in p.steps.iter().enumerate() {
-        let line = format!("{}. {}: {}", at + 1, plain(&step.schema.action), in_use(&step.schema));
+        let schema = step.schema.as_ref().map_or_else(String::new, |schema| format!(": {}", in_use(schema)));
+        let line = format!("{}. {}{schema}", at + 1, plain(&step.action));
         text.push_str(&format!("\n{}", wrapped(&line, "   ")));
+        if p.expected_actions.is_some() {
+            text.push_str(&foretold(step));
+            continue;
+        }
         let mut table = Columns::new(&["   relies on", "probability"]);
         for relied in step.through.iter().chain(&step.relies_on) {
             table.row([format!("   {}", relied_on(relied)), counted_on(relied)]);
@@ -76,6 +84,33 @@ pub(crate) fn plan(p: &Plan) -> String {
         text.push_str(&table.text(&[1]));
     }
     format!("{text}\n{}{budget}", here(&p.world))
+}
+
+/// How a plan brings its goal about, and how surely.
+fn means(p: &Plan, likely: f64) -> String {
+    let (body, likely) = (plain(&p.body), figure(likely, 2));
+    let steps = count(u64::try_from(p.steps.len()).unwrap_or(u64::MAX), "step");
+    match p.expected_actions.zip(p.contexts) {
+        Some((actions, contexts)) => {
+            let contexts = count(contexts, "context");
+            format!(
+                "by {body}, probability {likely}: a policy for {contexts}, which is expected to take {} actions. If all comes \
+                 about that is most likely, in {steps}",
+                figure(actions, 1)
+            )
+        }
+        None => format!("by {body} in {steps}, probability {likely}"),
+    }
+}
+
+/// What is foretold of a step of a policy.
+fn foretold(step: &PlanStep) -> String {
+    let mut table = Columns::new(&["   then", "probability"]);
+    for change in &step.relies_on {
+        table.row([format!("   {}", condition(change)), counted(change)]);
+    }
+    table.row(["   that it leads to the next step".to_owned(), figure(step.probability, 2)]);
+    table.text(&[1])
 }
 
 /// A condition that is relied on: that it holds, or that it does not end as it sometimes does.
@@ -116,7 +151,11 @@ pub(crate) fn plan_made(plan: &PursuitPlan) -> String {
         || "Plan".to_owned(),
         |because| format!("Another plan after {after}, because {because}"),
     );
-    let chain: Vec<_> = plan.chain.iter().map(link).collect();
+    let chain: Vec<_> = if plan.course.is_empty() {
+        plan.chain.iter().map(link).collect()
+    } else {
+        plan.course.iter().map(|action| plain(action)).collect()
+    };
     let budget = if plan.search_truncated { "; the search used up its budget" } else { "" };
     let likely = figure(plan.probability, 2);
     format!("{why}: {} (probability {likely}{budget})", chain.join(", then "))
@@ -137,6 +176,9 @@ pub(crate) fn ending(p: &Pursuit) -> String {
         PursuitState::NothingLeadsThere => {
             format!("{goal} was given up after {actions}: nothing known leads there from here")
         }
+        PursuitState::FurtherThanLooked => {
+            format!("{goal} was given up after {actions}: nothing leads there from here as far as was looked")
+        }
         PursuitState::ActionsUsedUp => {
             format!("{goal} does not hold after {actions}, all it may take: allow more with --actions-max")
         }
@@ -153,13 +195,21 @@ pub(crate) fn ending(p: &Pursuit) -> String {
 /// The goal that a decision follows, as a clause.
 pub(crate) fn followed(f: &DecisionGoal) -> String {
     let (at, all) = (f.at.saturating_add(1), f.chain.len());
-    let step = if all == 1 { "the plan".to_owned() } else { format!("step {at} of {all} of the plan") };
+    let step = match f.course.len() {
+        0 if all == 1 => "the plan".to_owned(),
+        0 => format!("step {at} of {all} of the plan"),
+        _ => "what the policy says here".to_owned(),
+    };
     let likely = figure(f.probability, 2);
     format!("because it is {step} for the goal {} (probability {likely})", goal(&f.goal))
 }
 
 /// The chain that a decision follows, with the executed schema marked.
 pub(crate) fn chain(f: &DecisionGoal) -> String {
+    if !f.course.is_empty() {
+        let course: Vec<_> = f.course.iter().map(|action| plain(action)).collect();
+        return wrapped(&format!("If all comes about that is most likely: {}.", course.join(", then ")), "");
+    }
     let mut table = Columns::new(&["", "schema", "plan", "action"]).figures(&[1]);
     for (at, s) in f.chain.iter().enumerate() {
         let mark = if u32::try_from(at).is_ok_and(|at| at == f.at) { ">" } else { "" };

@@ -584,7 +584,8 @@ fn claims_as_text_and_json() {
 fn a_plan() -> Plan {
     let stays = Condition { absent: true, ..condition(blue_in(ValueText::Integer(17)), 2, 15) };
     let step = PlanStep {
-        schema: in_use(226, SchemaKind::Generalised, 17),
+        action: in_use(226, SchemaKind::Generalised, 17).action,
+        schema: Some(in_use(226, SchemaKind::Generalised, 17)),
         relies_on: vec![condition(observation("touch", &[]), 14, 15), stays],
         through: vec![condition(finger_in(ValueText::Integer(17)), 15, 15)],
         reliability: 0.94,
@@ -596,6 +597,8 @@ fn a_plan() -> Plan {
         world: vec![blue_in(ValueText::Integer(17))],
         state: PlanState::Found,
         probability: Some(0.76),
+        expected_actions: None,
+        contexts: None,
         steps: vec![step],
         search_truncated: true,
     }
@@ -607,6 +610,7 @@ fn a_pursuit() -> Pursuit {
         because,
         probability: 0.76,
         chain: vec![in_use(226, SchemaKind::Generalised, 17), in_use(12, SchemaKind::Concrete, 17)],
+        course: Vec::new(),
         search_truncated: false,
     };
     Pursuit {
@@ -643,6 +647,41 @@ fn a_plan_as_text_and_json() {
 }
 
 #[test]
+fn a_policy_as_text_and_json() {
+    let chain = a_plan();
+    let first = PlanStep {
+        action: "grip()".to_owned(),
+        schema: None,
+        relies_on: vec![condition(observation("held", &[]), 8, 9)],
+        through: Vec::new(),
+        ..chain.steps[0].clone()
+    };
+    let second = PlanStep { through: Vec::new(), ..chain.steps[0].clone() };
+    let policy = Plan {
+        expected_actions: Some(2.4),
+        contexts: Some(3),
+        steps: vec![first, second],
+        search_truncated: false,
+        ..chain
+    };
+    check_text("policy.txt", &goals::plan(&policy));
+    check_json("policy.json", &policy);
+    let state = PlanState::FurtherThanLooked;
+    let none = Plan { probability: None, state, steps: Vec::new(), search_truncated: true, ..a_plan() };
+    assert!(goals::plan(&none).starts_with("Nothing leads from here to"), "{}", goals::plan(&none));
+    let course = vec!["grip()".to_owned(), "move(posture=3)".to_owned()];
+    let made = PursuitPlan { chain: Vec::new(), course: course.clone(), ..a_pursuit().plans[0].clone() };
+    assert_eq!(goals::plan_made(&made), "Plan: grip(), then move(posture=3) (probability 0.76)");
+    let goal = vec!["touch{}".to_owned()];
+    let followed = DecisionGoal { goal, chain: Vec::new(), at: 0, course, probability: 0.76 };
+    assert_eq!(
+        goals::followed(&followed),
+        "because it is what the policy says here for the goal touch{} (probability 0.76)"
+    );
+    assert!(goals::chain(&followed).contains("grip(), then move(posture=3)."));
+}
+
+#[test]
 fn a_pursuit_as_talk_and_json() {
     let pursuit = a_pursuit();
     let talk: Vec<_> = pursuit.plans.iter().map(goals::plan_made).collect();
@@ -660,6 +699,7 @@ fn a_decision_for_a_goal_says_which_and_what_step_of_the_plan_it_is() {
         goal: vec!["touch{}".to_owned()],
         chain: a_pursuit().plans[0].chain.clone(),
         at: 1,
+        course: Vec::new(),
         probability: 0.76,
     };
     let explained = Explanation { reason: Reason::Goal, goal: Some(goal), ..an_explanation() };

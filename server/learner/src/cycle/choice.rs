@@ -9,6 +9,7 @@ use crate::cycle::chaining::{Access, Achievement, Reach, achieve};
 use crate::cycle::claims;
 use crate::cycle::curiosity::Curiosity;
 use crate::cycle::excitation::{self, LawExcitation, PairCounts, Percepts, Resemblance};
+use crate::cycle::goals;
 use crate::cycle::match_cache::MatchCache;
 use crate::memory::Memory;
 use crate::memory::instance::Instance;
@@ -409,20 +410,49 @@ pub(crate) fn continue_chain(
         && holds(next.schema, &next.binding)
         && next.carrier.is_none_or(|carrier| holds(carrier, &Substitution::new()));
     let execution = allowed.then(|| begin(memory, situation.world, chain.to_vec())).flatten()?;
-    let reliability = memory.content().reliability(execution.action);
+    let decision = follow(memory, situation, &execution, Reason::Chain);
+    Some((execution, decision))
+}
+
+/// Carries a primitive out, as the schema that says what comes of it here, if any does.
+pub(crate) fn carry_out(
+    memory: &Memory,
+    situation: &Situation<'_>,
+    action: PrimitiveId,
+) -> (Execution, Decision) {
+    let Situation { body, world, .. } = *situation;
+    let before = world.clone();
+    let none = Substitution::new();
+    let execution = match goals::in_use(memory, body, world, action) {
+        Some(ChainLink { schema, binding, carrier }) => {
+            let (schema, chain) = (Some(schema), Vec::new());
+            Execution { schema, binding, carrier, action, before, chain, for_goal: false }
+        }
+        None => {
+            let (schema, carrier, chain) = (None, None, Vec::new());
+            Execution { schema, binding: none, carrier, action, before, chain, for_goal: false }
+        }
+    };
+    let decision = follow(memory, situation, &execution, Reason::Goal);
+    (execution, decision)
+}
+
+/// The decision for an execution that was decided before.
+fn follow(memory: &Memory, situation: &Situation<'_>, execution: &Execution, reason: Reason) -> Decision {
+    let Execution { action, ref binding, carrier, .. } = *execution;
+    let reliability = memory.content().reliability(action);
     let weight = situation.curiosity.weight(reliability);
-    let sum = excitation::sum(memory, next.schema, &next.binding, situation.perceived, weight);
+    let sum = |schema| excitation::sum(memory, schema, binding, situation.perceived, weight);
     let scored = Contender {
-        subject: Subject::Schema(next.schema),
-        binding: next.binding.clone(),
+        subject: execution.schema.map_or(Subject::Primitive(action), Subject::Schema),
+        binding: binding.clone(),
         places: None,
-        carrier: next.carrier,
+        carrier,
         access: None,
         distance: 1,
-        excitation: sum,
+        excitation: execution.schema.map_or(0.0, sum),
         reliability,
         drives: [None, None],
     };
-    let decision = explain(memory, situation, &[Cow::Owned(scored)], Reason::Chain, execution.action);
-    Some((execution, decision))
+    explain(memory, situation, &[Cow::Owned(scored)], reason, action)
 }

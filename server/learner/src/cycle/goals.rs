@@ -5,9 +5,10 @@ use crate::memory::evidence::Foretold;
 use crate::memory::instance::Instance;
 use crate::memory::{Content, Memory};
 use crate::nouns::curriculum::Curriculum;
+use crate::nouns::execution::ChainLink;
 use crate::nouns::observation::{MATCH_ATTEMPTS_MAX, Observation, Pattern, Substitution, Term};
 use crate::nouns::pursuit::Goal;
-use crate::nouns::schema::{Concrete, PostCondition, SchemaId};
+use crate::nouns::schema::{Concrete, Generalised, PostCondition, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
@@ -111,6 +112,19 @@ impl Search<'_> {
 /// The expected outcome of `action` in `world`; none if no schema of it holds here.
 #[must_use]
 pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: PrimitiveId) -> Option<Prediction> {
+    let ChainLink { schema, binding, .. } = in_use(memory, body, world, action)?;
+    let outcomes = Instance::new(memory.content(), schema, &binding)?.post;
+    Some(Prediction { schema, binding, outcomes })
+}
+
+/// The schema that predicts what `action` does in `world`, as [`Prediction::schema`] tells; with the concrete schema through which it
+/// is carried out, if it is generalised.
+pub(crate) fn in_use(
+    memory: &Memory,
+    body: BodyId,
+    world: &WorldState,
+    action: PrimitiveId,
+) -> Option<ChainLink> {
     if !memory.content().vocabulary.can_do(body, action) {
         return None;
     }
@@ -123,29 +137,30 @@ pub fn predict(memory: &Memory, body: BodyId, world: &WorldState, action: Primit
         .filter(|(_, concrete)| world.satisfies(concrete.pre.iter().map(|o| content.observation(*o))))
         .collect();
     let none = Substitution::new();
-    let mut known: Vec<(SchemaId, Substitution, Instance)> = here
-        .iter()
-        .filter_map(|(id, _)| Some((*id, none.clone(), Instance::new(content, *id, &none)?)))
-        .collect();
+    let link = |schema: SchemaId, binding: &Substitution, carrier| ChainLink {
+        schema,
+        binding: binding.clone(),
+        carrier,
+    };
+    let mut known: Vec<(ChainLink, usize)> =
+        here.iter().map(|(id, concrete)| (link(*id, &none, None), concrete.pre.len())).collect();
+    let in_force =
+        |law: &Generalised| !content.mechanisms.claims || claims::makes(memory, body, action, world, law);
     for (id, law) in memory.laws(memory.index().generalised()) {
         for binding in memory.index().bindings(id, law, world.observations()) {
             let target = law.target_under(&binding);
-            let achieved =
-                target.is_some_and(|target| here.iter().any(|(_, c)| predicts(memory, c, &target)));
-            if let Some(bound) = achieved.then(|| Instance::new(content, id, &binding)).flatten() {
-                known.push((id, binding, bound));
+            let carrier = target.and_then(|target| here.iter().find(|(_, c)| predicts(memory, c, &target)));
+            let bound = carrier.zip(Instance::new(content, id, &binding));
+            if let Some(((carrier, _), bound)) = bound.filter(|_| in_force(law)) {
+                known.push((link(id, &binding, Some(*carrier)), bound.pre.len()));
             }
         }
     }
-    known
-        .into_iter()
-        .max_by_key(|(id, _, bound)| {
-            let schema = content.schema(*id);
-            let concrete = schema.is_some_and(|s| s.concrete().is_some());
-            let executions = schema.map_or(0, |s| s.executions.trials);
-            (bound.pre.len(), concrete, executions, std::cmp::Reverse(*id))
-        })
-        .map(|(schema, binding, bound)| Prediction { schema, binding, outcomes: bound.post })
+    let most = known.into_iter().max_by_key(|(link, conditions)| {
+        let executions = content.schema(link.schema).map_or(0, |schema| schema.executions.trials);
+        (*conditions, link.carrier.is_none(), executions, std::cmp::Reverse(link.schema))
+    });
+    most.map(|(link, _)| link)
 }
 
 /// What claims foretell of `action` in `world`, of each group of types that are told together, by what a

@@ -16,6 +16,7 @@ mod habituation;
 pub(crate) mod learner;
 mod match_cache;
 pub mod plan;
+mod policy;
 mod pursue;
 mod search;
 mod stages;

@@ -6,11 +6,15 @@ use std::collections::BTreeSet;
 
 use crate::cycle::babbling::executable;
 use crate::cycle::chaining::{Access, Reach};
-use crate::cycle::goals::{best_match, fits, holds};
+use crate::cycle::goals::{best_match, fits, foretell, holds, in_use};
+use crate::cycle::policy;
 use crate::memory::Memory;
+use crate::memory::evidence::Foretold;
 use crate::memory::instance::Instance;
 use crate::nouns::execution::ChainLink;
 use crate::nouns::observation::{Observation, Substitution};
+use crate::nouns::policy::{Policy, PolicyRow};
+use crate::nouns::probability::Count;
 use crate::nouns::pursuit::Goal;
 use crate::nouns::schema::{ObservationId, PostCondition, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
@@ -19,13 +23,17 @@ use crate::nouns::world_state::WorldState;
 /// How many chains are weighed for one plan; a search that comes to this number says so.
 pub const CHAINS_WEIGHED_MAX: usize = 1_024;
 
-/// A plan: a chain of schemas that brings a goal about (II-A).
+/// A plan: a chain of schemas that brings a goal about (II-A), or a policy that does.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// The schemas to execute, in order; none when the goal holds already.
+    /// The schemas to execute, in order; none when the goal holds already. Of a policy, the actions to the goal when all comes about
+    /// that is most likely; fewer than that where a context would come again first.
     pub steps: Vec<PlanStep>,
-    /// The probability that it brings the goal about, above 0 and at most 1: the product of those of the steps.
+    /// The probability that it brings the goal about, above 0 and at most 1: the product of those of the steps, or that of a policy,
+    /// whatever its actions lead to.
     pub probability: f64,
+    /// What to do in each context, if it is a policy.
+    pub policy: Option<Policy>,
 }
 
 /// The result of a search for a plan.
@@ -37,20 +45,22 @@ pub struct PlanSearch {
     pub truncated: bool,
 }
 
-/// One schema of a plan.
+/// One step of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanStep {
-    /// The schema, its binding, and its carrier when it is generalised.
-    pub link: ChainLink,
+    /// The schema, its binding, and its carrier when it is generalised; none where a policy asks for a primitive that no schema covers.
+    pub link: Option<ChainLink>,
     /// The primitive to be sent.
     pub action: PrimitiveId,
     /// The outcomes on which the goal or later steps rely: an observation that is to be made, or an absence that is *not* to happen.
+    /// Of a policy, what is foretold most surely of all types on which the goal depends, where that is a change.
     pub relies_on: Vec<PostCondition<Observation>>,
     /// Of a generalised schema, the outcomes of its carrier that are its target.
     pub through: Vec<PostCondition<Observation>>,
     /// The reliability of the primitive, in 0..=1: how surely the body carries it out.
     pub reliability: f64,
-    /// `reliability` times the probabilities of the outcomes in `through` and in `relies_on`.
+    /// `reliability` times the probabilities of the outcomes in `through` and in `relies_on`; of a policy, the probability of what is
+    /// foretold most surely.
     pub probability: f64,
 }
 
@@ -58,7 +68,7 @@ impl Plan {
     /// The schemas, without what they rely on.
     #[must_use]
     pub fn chain(&self) -> Vec<ChainLink> {
-        self.steps.iter().map(|step| step.link.clone()).collect()
+        self.steps.iter().filter_map(|step| step.link.clone()).collect()
     }
 }
 
@@ -66,7 +76,50 @@ impl Plan {
 /// schema is oldest, then the first found. Events of `world` are over: they hold no goal.
 #[must_use]
 pub fn plan(memory: &Memory, body: BodyId, world: &WorldState, goal: &Goal) -> PlanSearch {
+    if memory.content().mechanisms.makes_policies() && !holds(goal, &world.lasting(memory.rules())) {
+        let policy::PolicySearch { policy, truncated } = policy::search(memory, body, world, goal);
+        return PlanSearch { plan: policy.map(|policy| by_policy(memory, body, world, policy)), truncated };
+    }
     plan_along(memory, body, world, goal, &Reach::search(memory, body, world))
+}
+
+/// The plan that a policy is.
+fn by_policy(memory: &Memory, body: BodyId, world: &WorldState, policy: Policy) -> Plan {
+    let kinds = &policy.kinds;
+    let others = world.filter(|o| kinds.binary_search(&o.kind()).is_err());
+    let step = |row: &PolicyRow| {
+        let there = row.context.iter().chain(others.observations()).cloned();
+        let there = WorldState::new(there);
+        let link = in_use(memory, body, &there, row.action);
+        let relies_on = foretell(memory.content(), Some(body), &there, row.action)
+            .into_iter()
+            .filter(|facet| facet.kinds.iter().any(|kind| kinds.binary_search(kind).is_ok()))
+            .flat_map(|facet| changes(&facet, &there))
+            .collect();
+        PlanStep {
+            link,
+            action: row.action,
+            relies_on,
+            through: Vec::new(),
+            reliability: memory.content().reliability(row.action),
+            probability: row.leads.first().map_or(0.0, |lead| lead.probability),
+        }
+    };
+    let course = policy.course(0);
+    let steps = course.into_iter().filter_map(|at| policy.rows.get(at)).map(step).collect();
+    let probability = policy.rows.first().map_or(0.0, |row| row.probability);
+    Plan { steps, probability, policy: Some(policy) }
+}
+
+/// What the most frequent outcome of a facet changes.
+fn changes(facet: &Foretold, before: &WorldState) -> Vec<PostCondition<Observation>> {
+    let Some((after, occurrences)) = facet.outcomes.first() else { return Vec::new() };
+    let count = Count { occurrences: *occurrences, trials: facet.trials };
+    let new = after.iter().filter(|o| !before.contains(o)).map(|o| (o, false));
+    let of_facet = |o: &&Observation| facet.kinds.binary_search(&o.kind()).is_ok();
+    let gone = before.observations().iter().filter(of_facet).filter(|o| !after.contains(o));
+    let changes = new.chain(gone.map(|o| (o, true)));
+    changes.map(|(what, absent)| PostCondition { what: what.clone(), absent, count }).collect()
 }
 
 /// As [`plan`], along a search that was made from `world`.
@@ -78,7 +131,10 @@ pub(crate) fn plan_along(
     reach: &Reach,
 ) -> PlanSearch {
     if holds(goal, &world.lasting(memory.rules())) {
-        return PlanSearch { plan: Some(Plan { steps: Vec::new(), probability: 1.0 }), truncated: false };
+        return PlanSearch {
+            plan: Some(Plan { steps: Vec::new(), probability: 1.0, policy: None }),
+            truncated: false,
+        };
     }
     let wanted = wanted(memory, goal);
     let start = world.context(memory.rules());
@@ -112,7 +168,7 @@ pub(crate) fn plan_along(
 
 impl Plan {
     fn beats(&self, other: &Self) -> bool {
-        let last = |plan: &Self| plan.steps.last().map(|step| step.link.schema);
+        let last = |plan: &Self| plan.steps.last().and_then(|step| Some(step.link.as_ref()?.schema));
         let shape = |plan: &Self| (plan.steps.len(), last(plan));
         match self.probability.total_cmp(&other.probability) {
             std::cmp::Ordering::Equal => shape(self) < shape(other),
@@ -224,14 +280,14 @@ fn weigh(memory: &Memory, start: &WorldState, chain: &[ChainLink], goal: &Goal) 
     }
     steps.reverse();
     let probability = steps.iter().map(|step| step.probability).product();
-    (probability > 0.0).then_some(Plan { steps, probability })
+    (probability > 0.0).then_some(Plan { steps, probability, policy: None })
 }
 
 fn step(placed: &LinkInContext, relies_on: Vec<PostCondition<Observation>>) -> PlanStep {
     let LinkInContext { link, action, reliability, through, .. } = placed;
     let needs = through.iter().chain(&relies_on);
     let probability = needs.fold(*reliability, |product, post| product * likely(post));
-    let (link, through) = (link.clone(), through.clone());
+    let (link, through) = (Some(link.clone()), through.clone());
     PlanStep { link, action: *action, relies_on, through, reliability: *reliability, probability }
 }
 

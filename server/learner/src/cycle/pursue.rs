@@ -4,10 +4,12 @@
 
 use crate::cycle::chaining::Reach;
 use crate::cycle::choice::{self, Situation};
+use crate::cycle::claims;
 use crate::cycle::curiosity::Curiosity;
 use crate::cycle::excitation::PairCounts;
 use crate::cycle::goals::holds;
 use crate::cycle::plan::plan_along;
+use crate::cycle::policy::{self, PolicySearch};
 use crate::cycle::stages;
 use crate::memory::Memory;
 use crate::memory::draft::Draft;
@@ -18,6 +20,7 @@ use crate::nouns::effect::Effect;
 use crate::nouns::execution::{ChainLink, Execution};
 use crate::nouns::frame::ActionOutcome;
 use crate::nouns::observation::Pattern;
+use crate::nouns::policy::{Policy, PolicyRow};
 use crate::nouns::pursuit::{
     Ending, GOAL_ACTIONS_MAX, GOAL_PATTERNS_MAX, Goal, PlanCause, PlanRecord, PursueError, Pursuit,
     PursuitEffect,
@@ -118,6 +121,8 @@ pub(crate) struct PreviousExecution<'a> {
     pub(crate) outcome: Option<ActionOutcome>,
     /// What was left of the plan.
     pub(crate) chain: &'a [ChainLink],
+    /// The world state in which it was decided, if it was sent out for the goal.
+    pub(crate) world: Option<&'a WorldState>,
 }
 
 /// The next execution for the goal that `body` pursues: the plan's next schema if the outcome allows it, else the
@@ -131,6 +136,9 @@ pub(crate) fn next(
 ) -> Option<(Execution, Decision)> {
     let perceived = &PairCounts::new(world);
     let memory = draft.memory();
+    if memory.content().mechanisms.makes_policies() {
+        return steer(draft, body, world, reach, before);
+    }
     let curiosity = &Curiosity::new(memory, body, world);
     let situation =
         Situation { body, world, perceived, reach, unhabituated: &[], executable: &[], curiosity };
@@ -143,8 +151,9 @@ pub(crate) fn next(
         let pursuit = memory.content().pursuit_of(body)?;
         planned = Some(PlanRecord {
             after_actions: pursuit.actions,
-            because: because(pursuit, before),
+            because: because(pursuit, before, before.chain.is_empty()),
             chain: plan.chain(),
+            policy: None,
             probability: plan.probability,
             truncated: found.truncated,
         });
@@ -165,16 +174,96 @@ pub(crate) fn next(
         goal,
         chain: plan.chain.clone(),
         at: plan.chain.len().saturating_sub(execution.chain.len() + 1),
+        course: Vec::new(),
         probability: plan.probability,
     });
     Some((execution, decision))
 }
 
-fn because(pursuit: &Pursuit, before: &PreviousExecution<'_>) -> PlanCause {
+/// The same by a policy: that which was made last as long as what comes about is what it expects most, and it is not overdue; else by
+/// what is known by now.
+fn steer(
+    draft: &mut Draft<'_>,
+    body: BodyId,
+    world: &WorldState,
+    reach: &Reach,
+    before: &PreviousExecution<'_>,
+) -> Option<(Execution, Decision)> {
+    let memory = draft.memory();
+    let pursuit = memory.content().pursuit_of(body)?;
+    let (goal, context) = (pursuit.goal.clone(), claims::context(memory.content(), world));
+    let known = pursuit.plans.last().and_then(|plan| plan.policy.as_ref());
+    let last = known.zip(before.world).and_then(|(policy, world)| {
+        let at = policy.row(&claims::context(memory.content(), world))?;
+        Some((policy, policy.rows.get(at)?))
+    });
+    let done = before.outcome == Some(ActionOutcome::Done);
+    let next = last.filter(|_| done).and_then(|(policy, last)| next_row(policy, last, &context));
+    let as_expected = |(policy, last): (&Policy, &PolicyRow)| {
+        let most = last.leads.first().and_then(|lead| policy.rows.get(lead.to? as usize));
+        policy.fits(&context)
+            && !policy.is_overdue(pursuit.actions)
+            && most.is_some_and(|most| next.is_some_and(|next| next.context == most.context))
+    };
+    if !last.is_some_and(as_expected) {
+        let PolicySearch { policy, truncated } = policy::search(memory, body, world, &goal);
+        let Some(policy) = policy else {
+            let ending = if truncated { Ending::FurtherThanLooked } else { Ending::NothingLeadsThere };
+            draft.emit(Effect::Pursuit(PursuitEffect::Ended(ending)));
+            return None;
+        };
+        let after_actions = pursuit.actions;
+        let policy = Policy { after_actions, ..policy };
+        let made = if next.is_some() {
+            PursuitEffect::Revised(policy)
+        } else {
+            let because = because(pursuit, before, last.is_some_and(|(_, last)| last.may_arrive()));
+            let probability = policy.rows.first().map_or(0.0, |row| row.probability);
+            let (chain, policy) = (Vec::new(), Some(policy));
+            PursuitEffect::Planned(PlanRecord {
+                after_actions,
+                because,
+                chain,
+                policy,
+                probability,
+                truncated,
+            })
+        };
+        draft.emit(Effect::Pursuit(made));
+    }
+    draft.emit(Effect::Pursuit(PursuitEffect::Acted));
+    let memory = draft.memory();
+    let pursuit = memory.content().pursuit_of(body)?;
+    let policy = pursuit.plans.last().and_then(|plan| plan.policy.as_ref())?;
+    let at = policy.row(&context)?;
+    let row = policy.rows.get(at)?;
+    let perceived = &PairCounts::new(world);
+    let curiosity = &Curiosity::new(memory, body, world);
+    let situation =
+        Situation { body, world, perceived, reach, unhabituated: &[], executable: &[], curiosity };
+    let (mut execution, mut decision) = choice::carry_out(memory, &situation, row.action);
+    execution.for_goal = true;
+    decision.reason = Reason::Goal;
+    let course = policy.course(at).into_iter().filter_map(|at| policy.rows.get(at)).map(|row| row.action);
+    let course = course.collect();
+    decision.goal =
+        Some(DecisionGoal { goal, chain: Vec::new(), at: 0, course, probability: row.probability });
+    Some((execution, decision))
+}
+
+/// What a policy says of what comes next: where its last action led to another context, and that was foretold.
+fn next_row<'a>(policy: &'a Policy, last: &PolicyRow, context: &WorldState) -> Option<&'a PolicyRow> {
+    let to = policy.row(context)?;
+    let foretold = last.leads.iter().any(|lead| lead.to.map(|to| to as usize) == Some(to));
+    policy.rows.get(to).filter(|row| foretold && row.context != last.context)
+}
+
+/// Why another plan is made, when the last action was the last of the plan before, or not.
+fn because(pursuit: &Pursuit, before: &PreviousExecution<'_>, was_last: bool) -> PlanCause {
     match before.outcome {
         _ if pursuit.plans_made == 0 => PlanCause::First,
         None => PlanCause::Interrupted,
-        Some(ActionOutcome::Done) if before.chain.is_empty() => PlanCause::NotReached,
+        Some(ActionOutcome::Done) if was_last => PlanCause::NotReached,
         Some(ActionOutcome::Done) => PlanCause::NextNotAllowed,
         Some(_) => PlanCause::NotCarriedOut,
     }

@@ -65,8 +65,8 @@ pub(crate) fn step(memory: &mut Memory, curriculum: &Curriculum, caches: &mut Ca
     if pending.is_none() && student {
         arranged(&mut draft, outcome);
     }
-    let (acted, chain) = match pending {
-        Some(execution) => end(&mut draft, curriculum, body, &execution, outcome, &world, &lifted),
+    let (acted, chain) = match &pending {
+        Some(execution) => end(&mut draft, curriculum, body, execution, outcome, &world, &lifted),
         None => (None, Vec::new()),
     };
     // What is supposed may have changed by what came about.
@@ -78,7 +78,9 @@ pub(crate) fn step(memory: &mut Memory, curriculum: &Curriculum, caches: &mut Ca
     }
     pursue::observed(&mut draft, curriculum, body, &world, acted.is_some());
     // 9 and 10. Choose, and resolve to a primitive: for the goal, if one is pursued.
-    let before = pursue::PreviousExecution { outcome: outcome.filter(|_| for_goal), chain: &chain };
+    let sent = pending.as_ref().filter(|_| for_goal).map(|execution| &execution.before);
+    let outcome = outcome.filter(|_| for_goal);
+    let before = pursue::PreviousExecution { outcome, chain: &chain, world: sent };
     let turn = pursue(&mut draft, &mut caches.reach, body, &world, &before).unwrap_or_else(|| {
         let chain = if for_goal { &[][..] } else { &chain };
         choose(&mut draft, curriculum, caches, frame, novelty, chain)

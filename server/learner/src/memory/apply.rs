@@ -461,6 +461,11 @@ impl Memory {
                 pursuit.plans.push(Arc::new(plan.clone()));
                 pursuit.plans_made = pursuit.plans_made.saturating_add(1);
             }
+            PursuitEffect::Revised(policy) => {
+                if let Some(plan) = pursuit.plans.last_mut() {
+                    Arc::make_mut(plan).policy = Some(policy.clone());
+                }
+            }
             PursuitEffect::Acted => pursuit.actions = pursuit.actions.saturating_add(1),
             PursuitEffect::Ended(ending) => {
                 pursuit.ended = Some(*ending);

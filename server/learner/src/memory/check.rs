@@ -14,6 +14,7 @@ use crate::nouns::experience::Experience;
 use crate::nouns::item::{EVENTS_MAX, Event, ITEMS_MAX, Update};
 use crate::nouns::observation::{Observation, Pattern, Substitution, TypeId};
 use crate::nouns::parameters::CHAIN_LENGTH_MAX;
+use crate::nouns::policy::Policy;
 use crate::nouns::progress::{Progress, StageEffect};
 use crate::nouns::pursuit::{GOAL_ACTIONS_MAX, GOAL_PATTERNS_MAX, PlanRecord, Pursuit, PursuitEffect};
 use crate::nouns::schema::{
@@ -261,13 +262,28 @@ impl Check<'_> {
                     false => Err(EffectError::Goal),
                 }
             }
-            PursuitEffect::Planned(PlanRecord { chain, probability, .. }) => {
+            PursuitEffect::Planned(PlanRecord { chain, policy, probability, .. }) => {
                 self.chain(chain)?;
+                policy.as_ref().map_or(Ok(()), |policy| self.policy(policy))?;
                 let sound = (0.0..=1.0).contains(probability);
                 sound.then_some(()).ok_or(EffectError::Probability(*probability))
             }
+            PursuitEffect::Revised(policy) => {
+                let plan = self.content.pursuit.as_ref().and_then(|pursuit| pursuit.plans.last());
+                plan.and_then(|plan| plan.policy.as_ref()).ok_or(EffectError::Goal)?;
+                self.policy(policy)
+            }
             PursuitEffect::Acted | PursuitEffect::Ended(_) => Ok(()),
         }
+    }
+
+    fn policy(&self, policy: &Policy) -> Result<(), EffectError> {
+        let types = self.content.vocabulary.types().len();
+        let declared = policy.kinds.iter().chain(&policy.chance).all(|kind| usize::from(kind.0) < types);
+        declared.then_some(()).ok_or(EffectError::Undeclared)?;
+        self.known(policy.rows.iter().flat_map(|row| &row.context).chain(&policy.circumstances))?;
+        policy.rows.iter().try_for_each(|row| self.primitive(row.action))?;
+        policy.is_sound().then_some(()).ok_or(EffectError::Policy)
     }
 
     fn chain(&self, chain: &[ChainLink]) -> Result<(), EffectError> {

@@ -11,6 +11,7 @@ use crate::nouns::experience::{Experience, Recalled};
 use crate::nouns::item::{Item, Items, Update};
 use crate::nouns::mechanisms::Mechanisms;
 use crate::nouns::observation::{Observation, Pattern, Substitution, Term, Value};
+use crate::nouns::policy::Policy;
 use crate::nouns::probability::Count;
 use crate::nouns::pursuit::{Ending, PlanCause};
 use crate::nouns::schema::{Form, ObservationId, PostCondition, Schema, SchemaId};
@@ -437,6 +438,10 @@ fn pursuit(sink: &mut Sink, content: &Content) {
         sink.each(&plan.chain, link);
         sink.number(plan.probability.to_bits());
         sink.flag(plan.truncated);
+        // A plan that is none has the digest that it had before there were any.
+        if let Some(found) = &plan.policy {
+            policy(sink, found);
+        }
     });
     sink.number(match pursuit.ended {
         None => 0,
@@ -445,7 +450,26 @@ fn pursuit(sink: &mut Sink, content: &Content) {
         Some(Ending::ActionsUsedUp) => 3,
         Some(Ending::Constrained) => 4,
         Some(Ending::Cancelled) => 5,
+        Some(Ending::FurtherThanLooked) => 6,
     });
+}
+
+fn policy(sink: &mut Sink, policy: &Policy) {
+    for kinds in [&policy.kinds, &policy.chance] {
+        sink.each(kinds, |sink, kind| sink.number(u64::from(kind.0)));
+    }
+    sink.each(&policy.circumstances, observation);
+    sink.each(&policy.rows, |sink, row| {
+        sink.each(&row.context, observation);
+        sink.number(u64::from(row.action.0));
+        sink.number(row.probability.to_bits());
+        sink.each(&row.leads, |sink, lead| {
+            sink.number(lead.to.map_or(0, |to| u64::from(to) + 1));
+            sink.number(lead.probability.to_bits());
+        });
+    });
+    sink.number(policy.actions.to_bits());
+    sink.number(u64::from(policy.after_actions));
 }
 
 fn progress(sink: &mut Sink, content: &Content) {

@@ -69,6 +69,33 @@ impl Reference {
             Self::Tied { from, .. } => !matches!(from, Anchor::Only(..) | Anchor::Itself(_) | Anchor::Age),
         }
     }
+
+    /// The types of the observations in the context that have the value, or to which it is tied.
+    fn kinds(self) -> impl Iterator<Item = TypeId> {
+        let kinds = match self {
+            Self::Only(kind, _) => [Some(kind), None],
+            Self::Tied { from, kind, .. } => [Some(kind), from.kind()],
+            Self::Parameter(_) | Self::Effect(..) | Self::Itself(_) | Self::Recalled(..) | Self::Age => {
+                [None, None]
+            }
+        };
+        kinds.into_iter().flatten()
+    }
+
+    /// Whether it is a value of what is recalled.
+    fn is_recalled(self) -> bool {
+        matches!(self, Self::Recalled(..) | Self::Age | Self::Tied { from: Anchor::Age, .. })
+    }
+}
+
+impl Anchor {
+    /// The type of the observation in the context that has the value.
+    fn kind(self) -> Option<TypeId> {
+        match self {
+            Self::Only(kind, _) => Some(kind),
+            Self::Parameter(_) | Self::Effect(..) | Self::Itself(_) | Self::Age => None,
+        }
+    }
 }
 
 /// The value of a property in a claim.
@@ -110,6 +137,23 @@ impl Sketch {
         self.properties.iter().any(named)
     }
 
+    fn references(&self) -> impl Iterator<Item = Reference> + '_ {
+        self.properties.iter().filter_map(|(_, expression)| match expression {
+            Expression::Named(reference, _) => Some(*reference),
+            Expression::Constant(_) => None,
+        })
+    }
+
+    /// The types of what has the values that it names.
+    pub(crate) fn named_kinds(&self) -> impl Iterator<Item = TypeId> + '_ {
+        self.references().flat_map(Reference::kinds)
+    }
+
+    /// Whether it names a value of what is recalled.
+    pub(crate) fn is_recalled(&self) -> bool {
+        self.references().any(Reference::is_recalled)
+    }
+
     /// Whether it has a number so much more or less than another.
     pub(crate) fn differs(&self) -> bool {
         let differs = |(_, e): &(PropertyId, Expression)| matches!(e, Expression::Named(_, by) if *by != 0);
@@ -126,24 +170,13 @@ impl Condition {
         }
     }
 
-    /// Whether it asks for an observation of this type, or for a value of one.
-    pub(crate) fn asks_for(&self, kind: TypeId) -> bool {
-        let names = |reference: Reference| match reference {
-            Reference::Only(named, _) | Reference::Tied { kind: named, .. } => named == kind,
-            Reference::Parameter(_)
-            | Reference::Effect(..)
-            | Reference::Itself(_)
-            | Reference::Recalled(..)
-            | Reference::Age => false,
-        };
+    /// The types of what it asks for, and of what has the values that it names.
+    pub(crate) fn kinds(&self) -> Box<dyn Iterator<Item = TypeId> + '_> {
         match self {
-            Self::Is(anchor, _) | Self::AtLeast(anchor, _) => names((*anchor).into()),
-            Self::Observed(sketch) => {
-                let named =
-                    |(_, e): &(PropertyId, Expression)| matches!(e, Expression::Named(r, _) if names(*r));
-                sketch.kind == kind || sketch.properties.iter().any(named)
+            Self::Is(anchor, _) | Self::AtLeast(anchor, _) => Box::new(Reference::from(*anchor).kinds()),
+            Self::Observed(sketch) | Self::Recalled(sketch) => {
+                Box::new(std::iter::once(sketch.kind).chain(sketch.named_kinds()))
             }
-            Self::Recalled(_) => false,
         }
     }
 
@@ -163,6 +196,15 @@ impl Condition {
     /// Whether it asks for what is recalled.
     pub(crate) fn is_recalled(&self) -> bool {
         matches!(self, Self::Recalled(_))
+    }
+
+    /// Whether it depends on what is recalled.
+    pub(crate) fn rests_on_recall(&self) -> bool {
+        match self {
+            Self::Recalled(_) => true,
+            Self::Is(anchor, _) | Self::AtLeast(anchor, _) => Reference::from(*anchor).is_recalled(),
+            Self::Observed(sketch) => sketch.is_recalled(),
+        }
     }
 
     /// How many values it names.

@@ -42,11 +42,13 @@ pub struct Decision {
 pub struct DecisionGoal {
     /// The patterns of the goal.
     pub goal: Vec<Pattern>,
-    /// The schemas of the plan, in order.
+    /// The schemas of the plan, in order; none of a policy.
     pub chain: Vec<ChainLink>,
     /// The place of the chosen schema in the plan, as an index.
     pub at: usize,
-    /// The probability of the plan when it was made, in 0..=1 (II-A).
+    /// The actions to the goal when all comes about that is most likely, the chosen one first; none but of a policy.
+    pub course: Vec<PrimitiveId>,
+    /// The probability of the plan when it was made, in 0..=1 (II-A); of a policy, from where the body is.
     pub probability: f64,
 }
 

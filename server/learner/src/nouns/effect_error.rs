@@ -57,6 +57,9 @@ pub enum EffectError {
         "effect speaks of a goal that is not pursued, begins one while another is, or one without a sound measure"
     )]
     Goal,
+    /// A policy is not one.
+    #[error("effect has a policy with too many contexts, or of which the parts do not fit together")]
+    Policy,
     /// A probability outside 0..=1.
     #[error("effect gives a plan a probability of {0}, which is outside 0..=1")]
     Probability(f64),

@@ -14,18 +14,28 @@ pub struct Mechanisms {
     pub recall: bool,
     /// Whether synthetic items are supposed where an action's outcomes differ and nothing that is sensed tells why. It needs claims.
     pub items: bool,
+    /// Whether a goal is pursued by a policy that is made of what claims foretell. Off, it is pursued by chains of schemas (II-A). It
+    /// needs claims.
+    pub policies: bool,
 }
 
 impl Mechanisms {
     /// None: the learner of the paper.
-    pub const PAPER: Self = Self { claims: false, curiosity: false, recall: false, items: false };
+    pub const PAPER: Self =
+        Self { claims: false, curiosity: false, recall: false, items: false, policies: false };
     /// All of them.
-    pub const FULL: Self = Self { claims: true, curiosity: true, recall: true, items: true };
+    pub const FULL: Self = Self { claims: true, curiosity: true, recall: true, items: true, policies: true };
 
     /// The same without those that need one that is off.
     #[must_use]
     pub fn sound(self) -> Self {
-        Self { curiosity: self.is_curious(), recall: self.recalls(), items: self.supposes(), ..self }
+        Self {
+            claims: self.claims,
+            curiosity: self.is_curious(),
+            recall: self.recalls(),
+            items: self.supposes(),
+            policies: self.makes_policies(),
+        }
     }
 
     /// Whether curiosity has the claims that it needs.
@@ -46,14 +56,21 @@ impl Mechanisms {
         self.claims && self.items
     }
 
+    /// Whether policies have the claims that they need.
+    #[must_use]
+    pub fn makes_policies(self) -> bool {
+        self.claims && self.policies
+    }
+
     /// Each with its name.
     #[must_use]
-    pub fn named(self) -> [(&'static str, bool); 4] {
+    pub fn named(self) -> [(&'static str, bool); 5] {
         [
             ("claims", self.claims),
             ("curiosity", self.curiosity),
             ("recall", self.recall),
             ("items", self.items),
+            ("policies", self.policies),
         ]
     }
 
@@ -76,6 +93,7 @@ impl Mechanisms {
             "curiosity" => Some(&mut self.curiosity),
             "recall" => Some(&mut self.recall),
             "items" => Some(&mut self.items),
+            "policies" => Some(&mut self.policies),
             _ => None,
         }
     }

@@ -13,6 +13,7 @@ pub mod item;
 pub mod mechanisms;
 pub mod observation;
 pub mod parameters;
+pub mod policy;
 pub mod probability;
 pub mod progress;
 pub mod pursuit;

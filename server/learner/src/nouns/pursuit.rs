@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::nouns::execution::ChainLink;
 use crate::nouns::observation::Pattern;
+use crate::nouns::policy::Policy;
 use crate::nouns::vocabulary::BodyId;
 
 /// A goal: an observation is to be brought about for each of these patterns (one may do for several). Properties that a pattern leaves
@@ -47,8 +48,10 @@ pub struct PlanRecord {
     pub after_actions: u32,
     /// Why it was made.
     pub because: PlanCause,
-    /// The schemas to execute, in order.
+    /// The schemas to execute, in order; none of a policy.
     pub chain: Vec<ChainLink>,
+    /// What to do where, when the plan is made of what claims foretell.
+    pub policy: Option<Policy>,
     /// The probability that it brings the goal about, in 0..=1 (II-A: of the relevant components alone).
     pub probability: f64,
     /// Whether the search for it used up its budget.
@@ -83,6 +86,8 @@ pub enum Ending {
     Constrained,
     /// It was called off.
     Cancelled,
+    /// Nothing leads there as far as was looked, and there is more that was not looked at.
+    FurtherThanLooked,
 }
 
 /// A change of the goal that is pursued.
@@ -99,6 +104,8 @@ pub enum PursuitEffect {
     },
     /// A plan was made.
     Planned(PlanRecord),
+    /// The policy of the present plan is made anew, by what is known by now.
+    Revised(Policy),
     /// An action was sent for the goal.
     Acted,
     /// It is pursued no more.

@@ -78,7 +78,12 @@ pub(crate) fn explained(decision: &Decision) -> Result<(), TestCaseError> {
     if decision.goal.is_some() || *reason == Reason::Goal {
         let goal = decision.goal.as_ref().filter(|_| *reason == Reason::Goal);
         let goal = goal.ok_or_else(|| TestCaseError::fail("a goal is a reason of its own"))?;
-        prop_assert!(goal.at < goal.chain.len() && !goal.goal.is_empty(), "{goal:?}");
+        // A chain has the schema in it; a policy begins with what is done.
+        let follows = match goal.course.first() {
+            Some(first) => goal.chain.is_empty() && *first == decision.action,
+            None => goal.at < goal.chain.len(),
+        };
+        prop_assert!(follows && !goal.goal.is_empty(), "{goal:?}");
         prop_assert!(goal.probability > 0.0 && goal.probability <= 1.0, "{goal:?}");
     } else if *reason != Reason::Chain {
         prop_assert_eq!(candidates[*chosen].excitation, top, "less exciting than another");

@@ -14,6 +14,7 @@ use pschema_learner::memory::Content;
 use pschema_learner::observation::{
     Observation, Pattern, PropertyId, Substitution, SymbolId, Term, TypeId, Value, Variable,
 };
+use pschema_learner::policy::{Lead, Policy, PolicyRow};
 use pschema_learner::progress::StageEffect;
 use pschema_learner::pursuit::{Ending, PlanCause, PlanRecord, PursuitEffect};
 use pschema_learner::schema::{Form, SchemaId};
@@ -170,18 +171,39 @@ fn stage() -> impl Strategy<Value = StageEffect> {
     ]
 }
 
+fn policy() -> impl Strategy<Value = Policy> {
+    let kinds = || vec(kind(), 0..3);
+    let probability = || prop_oneof![3 => 0.0..=1.0, 1 => any::<f64>()];
+    let lead = (option::of(prop_oneof![0..2_u32, any::<u32>()]), probability());
+    let leads = vec(lead.prop_map(|(to, probability)| Lead { to, probability }), 0..3);
+    let row = (vec(observation(), 0..2), primitive(), probability(), leads)
+        .prop_map(|(context, action, probability, leads)| PolicyRow { context, action, probability, leads });
+    (kinds(), kinds(), vec(observation(), 0..2), vec(row, 0..3), probability()).prop_map(
+        |(kinds, chance, circumstances, rows, actions)| Policy {
+            kinds,
+            chance,
+            circumstances,
+            rows,
+            actions,
+            after_actions: 0,
+        },
+    )
+}
+
 fn pursuit() -> impl Strategy<Value = PursuitEffect> {
     let because = prop::sample::select(vec![PlanCause::First, PlanCause::Interrupted]);
     let probability = prop_oneof![0.0..=1.0, any::<f64>()];
-    let plan = (any::<u32>(), because, chain(), probability, any::<bool>()).prop_map(
-        |(after_actions, because, chain, probability, truncated)| {
-            PursuitEffect::Planned(PlanRecord { after_actions, because, chain, probability, truncated })
+    let plan = (any::<u32>(), because, chain(), option::of(policy()), probability, any::<bool>()).prop_map(
+        |(after_actions, because, chain, policy, probability, truncated)| {
+            let plan = PlanRecord { after_actions, because, chain, policy, probability, truncated };
+            PursuitEffect::Planned(plan)
         },
     );
     prop_oneof![
         3 => (body(), vec(pattern(), 0..3), prop_oneof![1..9_u32, any::<u32>()])
             .prop_map(|(body, goal, actions_max)| PursuitEffect::Begun { body, goal, actions_max }),
         2 => plan,
+        1 => policy().prop_map(PursuitEffect::Revised),
         1 => Just(PursuitEffect::Acted),
         1 => prop::sample::select(vec![Ending::Achieved, Ending::Cancelled]).prop_map(PursuitEffect::Ended),
     ]
@@ -222,8 +244,8 @@ fn any_effect() -> impl Strategy<Value = Effect> {
         }),
         1 => any::<bool>().prop_map(Effect::Full),
         1 => (body(), ".*").prop_map(|(body, text)| Effect::Described { body, text }),
-        1 => any::<[bool; 4]>().prop_map(|[claims, curiosity, recall, items]| {
-            Effect::Mechanisms(Mechanisms { claims, curiosity, recall, items })
+        1 => any::<[bool; 5]>().prop_map(|[claims, curiosity, recall, items, policies]| {
+            Effect::Mechanisms(Mechanisms { claims, curiosity, recall, items, policies })
         }),
         2 => (body(), vec(any::<bool>(), 0..3)).prop_map(|(body, on)| Effect::Followed { body, on }),
         2 => supposed(),

@@ -40,6 +40,8 @@ impl Memory {
             PursuitEffect::Begun { .. } => {}
             PursuitEffect::Planned(_) => pursuit.plans_made += 1,
             PursuitEffect::Acted => pursuit.actions += 1,
+            // Policies are beyond the paper.
+            PursuitEffect::Revised(_) => panic!("{effect:?}"),
             PursuitEffect::Ended(_) => pursuit.over = true,
         }
         if matches!(effect, PursuitEffect::Begun { .. } | PursuitEffect::Ended(_))
@@ -185,7 +187,14 @@ impl Reference {
                 Some(_) => PlanCause::NotCarriedOut,
             };
             let after_actions = pursuit.actions;
-            let plan = PlanRecord { after_actions, because, chain: way, probability, truncated: false };
+            let plan = PlanRecord {
+                after_actions,
+                because,
+                chain: way,
+                policy: None,
+                probability,
+                truncated: false,
+            };
             self.emit(Effect::Pursuit(PursuitEffect::Planned(plan)));
         }
         let Some(next) = next else {

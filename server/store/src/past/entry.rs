@@ -339,7 +339,14 @@ impl Wording {
                     PlanCause::Interrupted => "a new plan, for the last was interrupted",
                 };
                 let schemas: Vec<_> = plan.chain.iter().map(|link| link.schema.0.to_string()).collect();
-                format!("{because}: schemas {}, probability {:.2}", schemas.join(", "), plan.probability)
+                let way = match &plan.policy {
+                    Some(policy) => format!("a policy of {} contexts", policy.rows.len()),
+                    None => format!("schemas {}", schemas.join(", ")),
+                };
+                format!("{because}: {way}, probability {:.2}", plan.probability)
+            }
+            PursuitEffect::Revised(policy) => {
+                format!("the policy is made anew, of {} contexts", policy.rows.len())
             }
             PursuitEffect::Acted => "an action counts for the goal".to_owned(),
             PursuitEffect::Ended(ending) => {
@@ -349,6 +356,7 @@ impl Wording {
                     Ending::ActionsUsedUp => "given up: its actions are used up",
                     Ending::Constrained => "given up: the stage constrains what it speaks of",
                     Ending::Cancelled => "called off",
+                    Ending::FurtherThanLooked => "given up: nothing leads there as far as was looked",
                 };
                 format!("the goal is {ending}")
             }

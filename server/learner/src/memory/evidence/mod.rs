@@ -8,6 +8,7 @@ mod foretold;
 mod found;
 mod growth;
 mod novelty;
+mod outlook;
 mod pool;
 pub(crate) mod price;
 mod recollections;
@@ -22,6 +23,7 @@ use std::sync::Arc;
 pub(crate) use foretold::InForce;
 pub use foretold::{Foretold, Part, View};
 pub use found::{Found, FoundClaim, FoundClaims, FoundEach, FoundFacet, FoundPlace, FoundTrial, OwnEffect};
+pub(crate) use outlook::{Outlook, Prospect};
 use pool::Pool;
 pub use recollections::{Recollection, Recollections};
 use scene::of_kind;
@@ -235,14 +237,10 @@ impl Evidence {
         primitive: PrimitiveId,
         context: &[Observation],
     ) -> Vec<Foretold> {
-        let recollections = body.and_then(|body| self.recollections.get(&body));
-        let recall = |one: &Observation| recollections?.of(one);
-        let pool = action(vocabulary, primitive).and_then(|action| self.pools.get(&action));
-        let Some(pool) = pool else { return Vec::new() };
-        let mut foretold = pool.foretell(primitive, &parameters(vocabulary, primitive), context, &recall);
+        let mut foretold = self.foretell_of(vocabulary, body, primitive, context, &|_| true);
         // What always happens to who can do one thing only is put down to that.
-        if vocabulary.primitives().len() > 1 {
-            let background = self.background.foretell(ANYTHING, &[], context, &|_| None);
+        if !foretold.is_empty() && vocabulary.primitives().len() > 1 {
+            let background = self.background.foretell(ANYTHING, &[], context, &|_| None, &|_| true);
             let among = foretold.len();
             for facet in &mut foretold {
                 facet.attributed = facet.is_attributed(&background, among);
@@ -250,5 +248,21 @@ impl Evidence {
             }
         }
         foretold
+    }
+
+    /// The same of the types that are wanted, whether it is the action's doing or not.
+    fn foretell_of(
+        &self,
+        vocabulary: &Vocabulary,
+        body: Option<BodyId>,
+        primitive: PrimitiveId,
+        context: &[Observation],
+        is_wanted: &dyn Fn(&[TypeId]) -> bool,
+    ) -> Vec<Foretold> {
+        let recollections = body.and_then(|body| self.recollections.get(&body));
+        let recall = |one: &Observation| recollections?.of(one);
+        let pool = action(vocabulary, primitive).and_then(|action| self.pools.get(&action));
+        let Some(pool) = pool else { return Vec::new() };
+        pool.foretell(primitive, &parameters(vocabulary, primitive), context, &recall, is_wanted)
     }
 }

@@ -45,6 +45,15 @@ impl Novelty {
         }
         self.pairs.iter().map(|both| new(both.count_both(tried))).sum::<f64>() / self.pairs.len() as f64
     }
+
+    /// The share of the pairs in which none of those that `tried` the primitive was.
+    pub(super) fn unmet(&self, tried: &Column) -> f64 {
+        if self.pairs.is_empty() {
+            return 0.0;
+        }
+        let unmet = self.pairs.iter().filter(|both| both.count_both(tried) == 0);
+        unmet.count() as f64 / self.pairs.len() as f64
+    }
 }
 
 /// How often a facet surprised: what came about was not foretold at all. Of late, for an earlier experience counts less.

@@ -17,7 +17,7 @@ use crate::nouns::vocabulary::PrimitiveId;
 /// Experiences with one action that are kept. Beyond it the oldest of the claim with the most make room, a quarter at a time.
 const EXPERIENCES_MAX: usize = 1_024;
 /// ln of the odds at which it is held that something differs or belongs together: 20 to 1, as an interval of 95 % says elsewhere.
-const CERTAIN: f64 = 2.995_732_273_553_991;
+pub(super) const CERTAIN: f64 = 2.995_732_273_553_991;
 /// How far an earlier success of a view at foretelling counts, at each experience since.
 const SCORE_KEPT: f64 = 0.97;
 /// Primitives whose own effect is looked at again with each experience of another.
@@ -42,16 +42,17 @@ const KEY_OPEN: usize = 8;
 const EFFECT_SHARE: (usize, usize) = (3, 4);
 
 /// What is relied on of what the general claims, the particular ones and the memory of the very same context say, by their scores: the
-/// general unless the others are certainly better.
-fn relied<T>(scores: [f64; 3], [general, particular, remembered]: &[Option<T>; 3]) -> Option<&T> {
-    let claims = match (general, particular) {
-        (Some(_), Some(particular)) if scores[1] > scores[0] + CERTAIN => Some((particular, scores[1])),
-        (Some(general), _) => Some((general, scores[0])),
-        (None, particular) => particular.as_ref().map(|particular| (particular, scores[1])),
-    };
-    match (claims, remembered) {
-        (Some((_, score)), Some(remembered)) if scores[2] > score + CERTAIN => Some(remembered),
-        (claims, remembered) => claims.map(|(claimed, _)| claimed).or(remembered.as_ref()),
+/// general unless the others are certainly better. Where the context is not remembered, the particular claims say it.
+pub(super) fn relied<T>(scores: [f64; 3], says: impl Fn(View) -> Option<T>) -> Option<T> {
+    let [general, particular, remembered] = scores;
+    let claims = [(View::General, general), (View::Particular, particular)];
+    let order = if particular > general + CERTAIN { [claims[1], claims[0]] } else { claims };
+    match order.into_iter().find_map(|(view, score)| Some((says(view)?, score))) {
+        Some((claimed, score)) if remembered <= score + CERTAIN => Some(claimed),
+        claimed => {
+            let said = says(View::Remembered).or_else(|| says(View::Particular));
+            said.or(claimed.map(|(claimed, _)| claimed))
+        }
     }
 }
 
@@ -440,7 +441,7 @@ impl Pool {
             // Where a view says nothing, it is as if it had said anything alike.
             let nothing = facet.of_nothing();
             let scores = facet.scores.entry(experience.primitive).or_default();
-            let surprise = relied(*scores, &views).is_none_or(|told| told.surprises);
+            let surprise = relied(*scores, |view| views[view as usize]).is_none_or(|told| told.surprises);
             facet.surprise.note(newness, surprise);
             for (score, told) in scores.iter_mut().zip(views) {
                 *score = *score * SCORE_KEPT + told.map_or(nothing, |told| told.probability);
@@ -489,6 +490,11 @@ impl Pool {
         self.of_primitive.get(&primitive).map_or(1.0, |tried| novelty.of(tried, already))
     }
 
+    /// The share of a context in which the primitive was never carried out.
+    pub(super) fn unmet(&self, novelty: &Novelty, primitive: PrimitiveId) -> f64 {
+        self.of_primitive.get(&primitive).map_or(1.0, |tried| novelty.unmet(tried))
+    }
+
     /// How often `after` came of a primitive in the very same context.
     fn seen_alike(
         &self,
@@ -511,20 +517,19 @@ impl Pool {
         (seen.trials > 0).then_some(seen)
     }
 
-    fn views(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> [Option<Foretold>; 3] {
-        let (general, particular) = match self.each_of(facet) {
-            Some(each) => (
-                each.foretold(View::General, primitive, scene),
-                each.foretold(View::Particular, primitive, scene),
-            ),
-            None => {
-                let particular = facet.particular.get(&primitive);
-                let general = self.claimed(facet, &facet.general, scene, View::General);
-                (general, particular.and_then(|grown| self.claimed(facet, grown, scene, View::Particular)))
-            }
-        };
-        let remembered = self.remembered(facet, primitive, scene).or_else(|| particular.clone());
-        [general, particular, remembered]
+    /// What is foretold in a scene of the types of a facet.
+    fn foretold(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
+        let scores = facet.scores.get(&primitive).copied().unwrap_or_default();
+        relied(scores, |view| self.view(facet, view, primitive, scene))
+    }
+
+    fn view(&self, facet: &Facet, view: View, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
+        match (self.each_of(facet), view) {
+            (_, View::Remembered) => self.remembered(facet, primitive, scene),
+            (Some(each), view) => each.foretold(view, primitive, scene),
+            (None, View::General) => self.claimed(facet, &facet.general, scene, view),
+            (None, View::Particular) => self.claimed(facet, facet.particular.get(&primitive)?, scene, view),
+        }
     }
 
     fn claimed(&self, facet: &Facet, grown: &Grown, scene: &Scene, view: View) -> Option<Foretold> {
@@ -559,13 +564,17 @@ impl Pool {
         })
     }
 
-    fn remembered(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
-        // Each by itself is told of contexts that were never met as a whole.
-        if facet.is_singly {
-            return None;
-        }
+    /// The outcomes of a primitive in the very same context, each with how often it came to that.
+    pub(super) fn alike(
+        &self,
+        facet: &Facet,
+        primitive: PrimitiveId,
+        context: &[Observation],
+    ) -> Vec<(Vec<Observation>, u32)> {
         let mut outcomes: Vec<(Vec<Observation>, u32)> = Vec::new();
-        for at in self.alike.get(&primitive)?.get(&scene.context[..])? {
+        // Each by itself is told of contexts that were never met as a whole.
+        let alike = self.alike.get(&primitive).filter(|_| !facet.is_singly);
+        for at in alike.and_then(|alike| alike.get(context)).into_iter().flatten() {
             let Some((experience, _)) = self.examples.get(*at) else { continue };
             if !facet.is_told_by(experience) {
                 continue;
@@ -576,6 +585,11 @@ impl Pool {
                 None => outcomes.push((after, 1)),
             }
         }
+        outcomes
+    }
+
+    fn remembered(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
+        let mut outcomes = self.alike(facet, primitive, &scene.context);
         let trials = outcomes.iter().map(|(_, count)| count).sum();
         outcomes.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
         (trials > 0).then(|| Foretold {
@@ -591,24 +605,23 @@ impl Pool {
         })
     }
 
+    /// What is foretold of the types that are wanted.
     pub(super) fn foretell(
         &self,
         primitive: PrimitiveId,
         parameters: &[Option<Value>],
         context: &[Observation],
         recall: &dyn Fn(&Observation) -> Option<Recalled>,
+        is_wanted: &dyn Fn(&[TypeId]) -> bool,
     ) -> Vec<Foretold> {
         let scene = Scene::new(context, parameters, self.effect(primitive));
-        let foretell = |facet: &Facet, scene: &Scene| {
-            let scores = facet.scores.get(&primitive).copied().unwrap_or_default();
-            relied(scores, &self.views(facet, primitive, scene)).cloned()
-        };
+        let foretell = |facet: &Facet, scene: &Scene| self.foretold(facet, primitive, scene);
+        let facets = || self.facets.iter().filter(|facet| is_wanted(&facet.kinds));
         let Some(key) = self.key else {
-            return self.facets.iter().filter_map(|facet| foretell(facet, &scene)).collect();
+            return facets().filter_map(|facet| foretell(facet, &scene)).collect();
         };
         let blind = |facet: &&Facet| facet.kinds.contains(&key);
-        let told: Vec<_> =
-            self.facets.iter().filter(blind).filter_map(|facet| foretell(facet, &scene)).collect();
+        let told: Vec<_> = facets().filter(blind).filter_map(|facet| foretell(facet, &scene)).collect();
         // How the body will be most likely, and what was there when it was so.
         let most = told.iter().find_map(|facet| facet.outcomes.first()).map(|(after, _)| of_kind(after, key));
         let recalled = most.and_then(|most| match most {
@@ -619,7 +632,7 @@ impl Pool {
             _ => None,
         });
         let seeing = scene.clone().recalling(recalled, key);
-        let others = self.facets.iter().filter(|facet| !blind(facet));
+        let others = facets().filter(|facet| !blind(facet));
         told.into_iter().chain(others.filter_map(|facet| foretell(facet, &seeing))).collect()
     }
 
@@ -680,16 +693,19 @@ impl Pool {
         self.score_anew();
     }
 
+    /// The claims about a facet: those about a primitive alone, or those about the action.
+    pub(super) fn claim<'a>(&'a self, facet: &'a Facet, primitive: Option<PrimitiveId>) -> Option<&'a Claim> {
+        match (self.each_of(facet), primitive) {
+            (Some(each), _) => each.claim(primitive),
+            (None, Some(primitive)) => facet.particular.get(&primitive).map(|grown| &grown.claim),
+            (None, None) => Some(&facet.general.claim),
+        }
+    }
+
     /// The claims about each facet: those about a primitive alone, or those about the action.
     pub(super) fn claims(&self, primitive: Option<PrimitiveId>) -> impl Iterator<Item = (&[TypeId], &Claim)> {
-        self.facets.iter().filter_map(move |facet| {
-            let claim = match (self.each_of(facet), primitive) {
-                (Some(each), _) => each.claim(primitive)?,
-                (None, Some(primitive)) => &facet.particular.get(&primitive)?.claim,
-                (None, None) => &facet.general.claim,
-            };
-            Some((&facet.kinds[..], claim))
-        })
+        let facets = self.facets.iter();
+        facets.filter_map(move |facet| Some((&facet.kinds[..], self.claim(facet, primitive)?)))
     }
 
     /// Of each facet that an experience tells of, the general claim that was in force in it and which of its outcomes came.
@@ -711,7 +727,7 @@ impl Pool {
     pub(super) fn asks_for(&self, kind: TypeId) -> bool {
         let asks = |claim: &Claim| {
             let mut conditions = claim.all().filter_map(|claim| claim.condition.as_ref());
-            conditions.any(|condition| condition.asks_for(kind))
+            conditions.any(|condition| condition.kinds().any(|asked| asked == kind))
         };
         self.facets.iter().any(|facet| {
             self.each_of(facet).is_some_and(|each| each.all().any(asks))

@@ -217,7 +217,7 @@ fn a_pool_forgets_the_oldest_and_stays_what_its_experiences_make_of_it() {
     for at in 0..4 {
         let context = [light(at, 0), light(at, 1)];
         let primitive = PrimitiveId(u32::try_from(at).unwrap());
-        let told = pool.foretell(primitive, &[Some(Value::Integer(at))], &context, &|_| None);
+        let told = pool.foretell(primitive, &[Some(Value::Integer(at))], &context, &|_| None, &|_| true);
         let bell = told.iter().find(|facet| facet.kinds == [BELL]).unwrap();
         let rings = bell.outcomes.iter().find(|(after, _)| !after.is_empty()).map_or(0, |(_, count)| *count);
         assert!(f64::from(rings) > 0.75 * f64::from(bell.trials), "{at}: {rings} of {}", bell.trials);
@@ -264,7 +264,8 @@ fn after_one_ring(senses: &[TypeId], light_there: bool) -> [(u32, u32); 2] {
     pool.experience(moved(3, &[LIGHT, PLACE, BELL], Some(3), true), false);
     [5, 6].map(|light| {
         let context = [Observation::new(LIGHT, [(NUMBER, Value::Integer(light))])];
-        let foretold = pool.foretell(PrimitiveId(5), &[Some(Value::Integer(5))], &context, &|_| None);
+        let foretold =
+            pool.foretell(PrimitiveId(5), &[Some(Value::Integer(5))], &context, &|_| None, &|_| true);
         let bell = foretold.iter().find(|facet| facet.kinds == [BELL]).unwrap();
         let rings = bell.outcomes.iter().filter(|(after, _)| !after.is_empty()).map(|(_, count)| count).sum();
         (rings, bell.trials)

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use pschema_learner::item::{self as live_item, EXPERIENCES_MAX, ITEMS_MAX};
 use pschema_learner::memory::Content;
 use pschema_learner::observation::{Observation, PropertyId};
+use pschema_learner::policy::Policy;
 use pschema_learner::progress::{self, REPORTS_MAX};
 use pschema_learner::pursuit::Pursuit;
 use pschema_learner::random::Random;
@@ -17,7 +18,7 @@ use super::experience::SyntheticItem;
 use super::finding::Finding;
 use super::item::{
     BodyDescription, BodyLine, End, Generator, Item, Kind, KnownObservation, LivedExperience, Outline,
-    Pending, Primitive, Property,
+    Pending, PlanPolicy, Primitive, Property,
 };
 use super::schema::Schema;
 use super::setting::Setting;
@@ -173,6 +174,7 @@ impl Assembly {
             Item::Supposed(item) => self.synthetic_item(*item),
             Item::Line(line) => self.line(line),
             Item::Lived(lived) => self.lived(*lived),
+            Item::Policy(policy) => self.policy(*policy),
             item if kind >= Kind::Found => {
                 self.extent()?;
                 let extent = self.extent.as_ref().ok_or(ContentError::missing(Kind::Memory.name()))?;
@@ -181,6 +183,19 @@ impl Assembly {
             // All others were taken before.
             _ => Err(ContentError::second(kind.name())),
         }
+    }
+
+    /// The policy of a plan that came before.
+    fn policy(&mut self, PlanPolicy { plan, policy }: PlanPolicy) -> Taken {
+        let policy: Policy = policy.live();
+        self.extent()?.policy(&policy)?;
+        let pursuit = self.content.pursuit.as_mut().map(Arc::make_mut);
+        let record = pursuit.and_then(|pursuit| pursuit.plans.get_mut(plan as usize));
+        let record = record.ok_or_else(|| {
+            ContentError::new(format!("it is the policy of plan {plan}, and no goal before has such a plan"))
+        })?;
+        Arc::make_mut(record).policy = Some(policy);
+        Ok(())
     }
 
     /// The memory, if all of it came.

@@ -83,17 +83,20 @@ pub(crate) enum Mechanism {
     Recall,
     /// Synthetic items are supposed.
     Items,
+    /// Goals are pursued by policies.
+    Policies,
 }
 
 /// The mechanisms that are on.
 impl Mirror<Mechanisms> for Vec<Mechanism> {
     fn of(live: &Mechanisms) -> Self {
-        let Mechanisms { claims, curiosity, recall, items } = *live;
+        let Mechanisms { claims, curiosity, recall, items, policies } = *live;
         let all = [
             (claims, Mechanism::Claims),
             (curiosity, Mechanism::Curiosity),
             (recall, Mechanism::Recall),
             (items, Mechanism::Items),
+            (policies, Mechanism::Policies),
         ];
         all.into_iter().filter_map(|(on, mechanism)| on.then_some(mechanism)).collect()
     }
@@ -106,6 +109,7 @@ impl Mirror<Mechanisms> for Vec<Mechanism> {
                 Mechanism::Curiosity => live.curiosity = true,
                 Mechanism::Recall => live.recall = true,
                 Mechanism::Items => live.items = true,
+                Mechanism::Policies => live.policies = true,
             }
         }
         live

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use pschema_learner::policy as policies;
 use pschema_learner::pursuit as live;
+use serde::{Deserialize, Serialize};
 
 use super::execution::ChainLink;
-use super::observation::Pattern;
+use super::observation::{Observation, Pattern};
 use crate::format::mirror::{Mirror, mirror};
 
 mirror! {
@@ -35,6 +37,8 @@ mirror! {
         Constrained,
         /// It was called off.
         Cancelled,
+        /// Nothing led there as far as was looked.
+        FurtherThanLooked,
     }
 
     /// A plan made in pursuit of a goal.
@@ -49,14 +53,43 @@ mirror! {
         probability: f64,
         /// Whether the search for it used up its budget.
         truncated: bool,
+        ..policy,
     }
 
-    /// A change of the goal that is pursued.
-    enum PursuitEffect = live::PursuitEffect {
-        Begun { body: u16, goal: Vec<Pattern>, actions_max: u32 },
-        Planned(plan: PlanRecord),
-        Acted,
-        Ended(ending: Ending),
+    /// What to do in each context on the way to a goal.
+    struct Policy = policies::Policy {
+        /// The numbers of the types whose observations tell contexts apart, in order.
+        kinds: Vec<u16>,
+        /// The numbers of the types that are left to chance, in order.
+        chance: Vec<u16>,
+        /// Their observations when it was made, in canonical order.
+        circumstances: Vec<Observation>,
+        /// The contexts; that in which it was found is the first.
+        rows: Vec<PolicyRow>,
+        /// The number of actions that it takes to the goal, as expected.
+        actions: f64,
+        /// The number of actions that had been sent for the goal when it was made.
+        after_actions: u32,
+    }
+
+    /// What to do in one context.
+    struct PolicyRow = policies::PolicyRow {
+        /// The observations, in canonical order.
+        context: Vec<Observation>,
+        /// The number of the primitive.
+        action: u32,
+        /// The probability with which the goal is reached from there.
+        probability: f64,
+        /// What the action leads to, the most probable first.
+        leads: Vec<Lead>,
+    }
+
+    /// Where an action leads.
+    struct Lead = policies::Lead {
+        /// The context, by its row; `null` is the goal.
+        to: Option<u32>,
+        /// The probability.
+        probability: f64,
     }
 
     /// A goal that is pursued, or was the last to be.
@@ -77,6 +110,62 @@ mirror! {
         plans: Vec<PlanRecord>,
         /// How it ended; none while it is pursued.
         ended: Option<Ending>,
+    }
+}
+
+/// A change of the goal that is pursued.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub(crate) enum PursuitEffect {
+    Begun {
+        body: u16,
+        goal: Vec<Pattern>,
+        actions_max: u32,
+    },
+    /// A plan of schemas was made.
+    Planned(PlanRecord),
+    Acted,
+    Ended(Ending),
+    /// A plan that is a policy was made.
+    Steered {
+        plan: PlanRecord,
+        policy: Policy,
+    },
+    /// The policy of the present plan was made anew.
+    Revised(Policy),
+}
+
+impl Mirror<live::PursuitEffect> for PursuitEffect {
+    fn of(live: &live::PursuitEffect) -> Self {
+        match live {
+            live::PursuitEffect::Begun { body, goal, actions_max } => {
+                Self::Begun { body: Mirror::of(body), goal: Mirror::of(goal), actions_max: *actions_max }
+            }
+            live::PursuitEffect::Planned(plan) => match &plan.policy {
+                Some(policy) => Self::Steered { plan: Mirror::of(plan), policy: Mirror::of(policy) },
+                None => Self::Planned(Mirror::of(plan)),
+            },
+            live::PursuitEffect::Revised(policy) => Self::Revised(Mirror::of(policy)),
+            live::PursuitEffect::Acted => Self::Acted,
+            live::PursuitEffect::Ended(ending) => Self::Ended(Mirror::of(ending)),
+        }
+    }
+
+    fn live(self) -> live::PursuitEffect {
+        match self {
+            Self::Begun { body, goal, actions_max } => {
+                live::PursuitEffect::Begun { body: body.live(), goal: goal.live(), actions_max }
+            }
+            Self::Planned(plan) => live::PursuitEffect::Planned(plan.live()),
+            Self::Steered { plan, policy } => {
+                let policy = Some(policy.live());
+                live::PursuitEffect::Planned(live::PlanRecord { policy, ..plan.live() })
+            }
+            Self::Revised(policy) => live::PursuitEffect::Revised(policy.live()),
+            Self::Acted => live::PursuitEffect::Acted,
+            Self::Ended(ending) => live::PursuitEffect::Ended(ending.live()),
+        }
     }
 }
 

@@ -18,7 +18,7 @@ use super::claim::{
 };
 use super::execution::Execution;
 use super::experience::{Experience, Mechanism, SyntheticItem};
-use super::goal::Pursuit;
+use super::goal::{Policy, Pursuit};
 use super::observation::{Count, Observation};
 use super::schema::Schema;
 use super::setting::Setting;
@@ -127,6 +127,8 @@ items! {
     Recalling(BodyMemory) = "recalling",
     /// What was there at last when an observation showed how a body was; it stands before the end.
     Recollection(Box<BodyRecollection>) = "recollection",
+    /// The policy of one of the plans of the goal; it stands before the end.
+    Policy(Box<PlanPolicy>) = "policy",
 }
 
 /// What a memory lives under, and how much of it follows.
@@ -179,6 +181,17 @@ pub(crate) struct KnownObservation {
     pub(crate) attention: u32,
     /// Before or after how many executions it was perceived, if it is an event.
     pub(crate) happened: u32,
+}
+
+/// The policy of a plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PlanPolicy {
+    /// The number of the plan among those that are kept of the goal, from 0.
+    pub(crate) plan: u32,
+    /// The policy.
+    pub(crate) policy: Policy,
 }
 
 /// What a body was sent to do.
@@ -324,6 +337,11 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
             experience: Mirror::of(experience),
         }))
     });
+    let plans = (0..).zip(content.pursuit.iter().flat_map(|pursuit| &pursuit.plans));
+    let policies = plans.filter_map(|(plan, record)| {
+        let policy = Mirror::of(record.policy.as_ref()?);
+        Some(Item::Policy(Box::new(PlanPolicy { plan, policy })))
+    });
     let items = content.items.all.iter().map(|item| Item::Supposed(Box::new(Mirror::of(item))));
     let lines = || (0..).zip(&content.items.lines);
     let supposed =
@@ -348,6 +366,7 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
         .chain(supposed)
         .chain(lived)
         .chain(std::iter::once_with(|| found(content)).flatten())
+        .chain(policies)
 }
 
 /// What was found of the experiences that are kept, and what bodies recall.

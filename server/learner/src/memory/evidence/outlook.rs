@@ -1,0 +1,278 @@
+//! What claims foretell to who looks ahead: of the types that matter alone, each outcome with its probability.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::memory::evidence::facet::{ANYTHING, Facet};
+use crate::memory::evidence::foretold::{Foretold, View};
+use crate::memory::evidence::pool::{Pool, relied};
+use crate::memory::evidence::{Evidence, action};
+use crate::nouns::claim::{Change, Claim, Condition, Sketch};
+use crate::nouns::observation::{Observation, TypeId};
+use crate::nouns::vocabulary::{BodyId, PrimitiveId, Vocabulary};
+
+/// Joint outcomes of one action that are looked at: the most probable.
+const OUTCOMES_MAX: usize = 32;
+
+/// What comes of itself and is less certain than this is left to chance.
+const SURE: f64 = 0.9;
+
+/// A claim counts as so many experiences in a context beside those that were made in the very same.
+const CLAIM_COUNTS: f64 = 16.0;
+
+/// What the actions of a body may make of a context.
+pub(crate) struct Outlook {
+    /// What is foretold of each primitive.
+    pub(crate) prospects: Vec<Prospect>,
+    /// The types that are left to chance: they change by themselves, nobody can say how, and the goal does not speak of them. They are
+    /// taken to stay as they are.
+    pub(crate) chance: Vec<TypeId>,
+}
+
+/// What a primitive may make of a context.
+pub(crate) struct Prospect {
+    /// The observations of the types that were looked at, each with its probability. They may add up to less than 1: what never came
+    /// may come.
+    pub(crate) outcomes: Vec<(Vec<Observation>, f64)>,
+    /// The probability that it is otherwise than foretold because it was never carried out where such things are: as often as what is new
+    /// surprised.
+    pub(crate) open: f64,
+}
+
+/// What claims about a facet rest on.
+struct Ground<'a> {
+    claims: Vec<&'a Claim>,
+    /// Whether the memory of the very same context is relied on.
+    is_remembered: bool,
+}
+
+impl Ground<'_> {
+    fn conditions(&self) -> impl Iterator<Item = &Condition> {
+        self.claims.iter().flat_map(|claim| claim.all()).filter_map(|claim| claim.condition.as_ref())
+    }
+
+    fn changes(&self) -> impl Iterator<Item = &Change> {
+        self.claims.iter().flat_map(|claim| claim.all()).flat_map(|claim| &claim.outcomes).map(|(c, _)| c)
+    }
+
+    /// The types of what the conditions ask for, and of what has the values that conditions and changes name.
+    fn kinds(&self) -> impl Iterator<Item = TypeId> {
+        let named = self.changes().flat_map(Change::sketches).flat_map(Sketch::named_kinds);
+        self.conditions().flat_map(Condition::kinds).chain(named)
+    }
+
+    fn recalls(&self) -> bool {
+        self.conditions().any(Condition::rests_on_recall)
+            || self.changes().flat_map(Change::sketches).any(Sketch::is_recalled)
+    }
+
+    /// The highest probability with which something comes about that was seen to come, where that may be a change.
+    fn surest(&self) -> f64 {
+        if self.is_remembered {
+            return 1.0;
+        }
+        let changes =
+            |claim: &&Claim| claim.outcomes.iter().any(|(change, _)| change.sketches().next().is_some());
+        let seen = |claim: &Claim| -> f64 {
+            let ways = claim.outcomes.len();
+            claim.outcomes.iter().map(|(_, count)| probability(*count, claim.trials, ways)).sum()
+        };
+        self.claims.iter().flat_map(|claim| claim.all()).filter(changes).map(seen).fold(0.0, f64::max)
+    }
+}
+
+/// The probability of an outcome that came so often in so many trials, beside so many outcomes, with room for one that never came
+/// (Krichevsky and Trofimov's estimate): so one lucky trial makes nothing certain.
+fn probability(count: u32, trials: u32, outcomes: usize) -> f64 {
+    if count == 0 {
+        return 0.0;
+    }
+    (f64::from(count) + 1.0 / (outcomes + 1) as f64) / (f64::from(trials) + 1.0)
+}
+
+impl Pool {
+    fn ground<'a>(&'a self, facet: &'a Facet, primitives: &[PrimitiveId]) -> Ground<'a> {
+        let mut ground = Ground { claims: Vec::new(), is_remembered: false };
+        ground.claims.extend(self.claim(facet, None));
+        for primitive in primitives {
+            let scores = facet.scores.get(primitive).copied().unwrap_or_default();
+            match relied(scores, Some) {
+                Some(View::Particular) => ground.claims.extend(self.claim(facet, Some(*primitive))),
+                Some(View::Remembered) => ground.is_remembered |= !facet.is_singly,
+                Some(View::General) | None => (),
+            }
+        }
+        ground
+    }
+}
+
+impl Evidence {
+    /// The actions of these primitives that were ever carried out, each with those of it.
+    fn pools<'a>(
+        &'a self,
+        vocabulary: &Vocabulary,
+        primitives: &[PrimitiveId],
+    ) -> Vec<(&'a Pool, Vec<PrimitiveId>)> {
+        let of_action = |at: usize| {
+            primitives.iter().copied().filter(move |primitive| action(vocabulary, *primitive) == Some(at))
+        };
+        self.pools.iter().map(|(at, pool)| (&**pool, of_action(*at).collect())).collect()
+    }
+
+    /// The types on which it depends what becomes of these types when these primitives are carried out, themselves included; none if it
+    /// depends on all that is there.
+    pub(crate) fn depends_on(
+        &self,
+        vocabulary: &Vocabulary,
+        primitives: &[PrimitiveId],
+        mut kinds: BTreeSet<TypeId>,
+    ) -> Option<BTreeSet<TypeId>> {
+        let pools = self.pools(vocabulary, primitives);
+        loop {
+            let before = kinds.len();
+            for (pool, primitives) in &pools {
+                for facet in &pool.facets {
+                    if !facet.kinds.iter().any(|kind| kinds.contains(kind)) {
+                        continue;
+                    }
+                    let ground = pool.ground(facet, primitives);
+                    if ground.is_remembered {
+                        return None;
+                    }
+                    kinds.extend(facet.kinds.iter().copied().chain(ground.kinds()));
+                    kinds.extend(pool.key().filter(|_| ground.recalls()));
+                }
+            }
+            if kinds.len() == before {
+                return Some(kinds);
+            }
+        }
+    }
+
+    /// At most so probable is it, whatever the context, that one of these primitives makes of these types what is wanted, repeated as often
+    /// as it takes.
+    pub(crate) fn surest(
+        &self,
+        vocabulary: &Vocabulary,
+        primitives: &[PrimitiveId],
+        kinds: &BTreeSet<TypeId>,
+    ) -> f64 {
+        let pools = self.pools(vocabulary, primitives).into_iter();
+        let of_pool = |(pool, primitives): (&Pool, Vec<PrimitiveId>)| {
+            let facets = pool.facets.iter().filter(|f| f.kinds.iter().any(|kind| kinds.contains(kind)));
+            let surest = facets
+                .map(|facet| if facet.is_singly { 1.0 } else { pool.ground(facet, &primitives).surest() });
+            surest.fold(0.0, f64::max)
+        };
+        pools.map(of_pool).fold(0.0, f64::max)
+    }
+
+    /// What each of a body's primitives makes of a context of lasting observations in canonical order: of the types `kinds`, and of those
+    /// that change with them. The goal speaks of the types `goal`. What is foretold of different types is taken as independent.
+    pub(crate) fn outlook(
+        &self,
+        vocabulary: &Vocabulary,
+        (body, primitives): (BodyId, &[PrimitiveId]),
+        context: &[Observation],
+        kinds: &BTreeSet<TypeId>,
+        goal: &BTreeSet<TypeId>,
+    ) -> Outlook {
+        let wanted = |of_facet: &[TypeId]| of_facet.iter().any(|kind| kinds.contains(kind));
+        let foretell =
+            |primitive: &PrimitiveId| self.foretell_of(vocabulary, Some(body), *primitive, context, &wanted);
+        let foretold: Vec<_> = primitives.iter().map(foretell).collect();
+        let chance = self.chance(context, &foretold, goal);
+        let mut novelties = BTreeMap::new();
+        let prospects = primitives.iter().zip(foretold).map(|(primitive, mut foretold)| {
+            foretold.retain(|facet| !facet.kinds.iter().any(|kind| chance.contains(kind)));
+            let action = action(vocabulary, *primitive);
+            let pool = action.and_then(|action| self.pools.get(&action));
+            let unmet = pool.map_or(1.0, |pool| {
+                let novelty = novelties.entry(action).or_insert_with(|| pool.novelty(context));
+                pool.unmet(novelty, *primitive)
+            });
+            let of_pool = |facet: &Foretold| {
+                let known = pool?.facets.iter().find(|known| known.kinds == facet.kinds)?;
+                Some((pool?, known))
+            };
+            let trust = |facet: &Foretold| Some(1.0 - of_pool(facet)?.1.surprise.of_new() * unmet);
+            let trusted: f64 = foretold.iter().filter_map(trust).product();
+            let alike = |facet: &Foretold| {
+                let of_pool = of_pool(facet).filter(|_| facet.view != View::Remembered);
+                of_pool.map_or_else(Vec::new, |(pool, known)| pool.alike(known, *primitive, context))
+            };
+            let foretold: Vec<_> =
+                foretold.iter().map(|facet| (facet, shares(facet, alike(facet)))).collect();
+            Prospect { outcomes: together(context, &foretold, trusted), open: 1.0 - trusted }
+        });
+        Outlook { prospects: prospects.collect(), chance }
+    }
+
+    /// The types of which no action is the cause in a context, and nobody can say what becomes of them.
+    fn chance(
+        &self,
+        context: &[Observation],
+        foretold: &[Vec<Foretold>],
+        goal: &BTreeSet<TypeId>,
+    ) -> Vec<TypeId> {
+        let is_open = |facet: &&Foretold| {
+            let most = facet.outcomes.first().map_or(0, |(_, count)| *count);
+            probability(most, facet.trials, facet.outcomes.len()) < SURE
+                && !facet.kinds.iter().any(|kind| goal.contains(kind))
+        };
+        let open: BTreeSet<_> =
+            foretold.iter().flatten().filter(is_open).flat_map(|facet| &facet.kinds).collect();
+        if open.is_empty() {
+            return Vec::new();
+        }
+        let anyway = self.background.foretell(ANYTHING, &[], context, &|_| None, &|_| true);
+        let is_caused = |kind: &TypeId| {
+            foretold.iter().any(|facets| {
+                let mut of_kind = facets.iter().filter(|facet| facet.kinds.contains(kind));
+                of_kind.any(|facet| facet.is_attributed(&anyway, facets.len()))
+            })
+        };
+        open.into_iter().copied().filter(|kind| !is_caused(kind)).collect()
+    }
+}
+
+/// An outcome of a facet, the observations of its types, with its probability.
+type Share = (Vec<Observation>, f64);
+
+/// The probabilities of the outcomes of a facet. Where the very same context was met, what came of it then counts beside the claim.
+fn shares(facet: &Foretold, alike: Vec<(Vec<Observation>, u32)>) -> Vec<Share> {
+    let ways = facet.outcomes.len();
+    let told = facet.outcomes.iter();
+    let told = told.map(|(after, count)| (after.clone(), probability(*count, facet.trials, ways)));
+    let mut shares: Vec<Share> = told.collect();
+    let met: u32 = alike.iter().map(|(_, count)| count).sum();
+    let all = f64::from(met) + CLAIM_COUNTS;
+    shares.iter_mut().for_each(|(_, share)| *share *= CLAIM_COUNTS / all);
+    for (after, count) in alike {
+        let came = f64::from(count) / all;
+        match shares.iter_mut().find(|(known, _)| *known == after) {
+            Some((_, share)) => *share += came,
+            None => shares.push((after, came)),
+        }
+    }
+    shares
+}
+
+/// What comes of a context when all of this is foretold of it, and is to be trusted so much.
+fn together(context: &[Observation], foretold: &[(&Foretold, Vec<Share>)], trusted: f64) -> Vec<Share> {
+    let told = |kind: TypeId| foretold.iter().any(|(facet, _)| facet.kinds.binary_search(&kind).is_ok());
+    let stays: Vec<_> = context.iter().filter(|o| !told(o.kind())).cloned().collect();
+    let mut outcomes = vec![(stays, trusted)];
+    for (_, shares) in foretold {
+        let mut split: Vec<Share> = Vec::with_capacity(outcomes.len() * shares.len());
+        for (before, likely) in &outcomes {
+            for (after, share) in shares {
+                let both: Vec<_> = before.iter().chain(after).cloned().collect();
+                split.push((both, likely * share));
+            }
+        }
+        split.sort_by(|a, b| b.1.total_cmp(&a.1));
+        split.truncate(OUTCOMES_MAX);
+        outcomes = split;
+    }
+    outcomes
+}

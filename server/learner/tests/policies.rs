@@ -1,0 +1,346 @@
+//! Policies: goals that are reached by what claims foretell, where no schema says the way.
+
+// A test may stop at what cannot be; every number here is small.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::free;
+use pschema_learner::digest::digest;
+use pschema_learner::mechanisms::Mechanisms;
+use pschema_learner::memory::Memory;
+use pschema_learner::observation::{Observation, Pattern, PropertyId, Term, TypeId, Value};
+use pschema_learner::parameters::Parameters;
+use pschema_learner::plan::{Plan, plan};
+use pschema_learner::pursuit::{Ending, Pursuit};
+use pschema_learner::random::Random;
+use pschema_learner::vocabulary::{
+    BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, PrimitiveId, ValueKind,
+};
+use pschema_learner::world_state::WorldState;
+use pschema_learner::{ActionOutcome, Frame, Learner, Output};
+
+const BODY: BodyId = BodyId(0);
+const AT: TypeId = TypeId(0);
+const LAMP: TypeId = TypeId(1);
+
+/// Fields in rows and columns, each with walls around. An action moves by a field north, east, south or west, but for one in `slips`
+/// to another side; lamps blink.
+struct Field {
+    learner: Learner,
+    size: i64,
+    slips: f64,
+    lamps: usize,
+    at: (i64, i64),
+    lit: Vec<bool>,
+    random: Random,
+    outcome: Option<ActionOutcome>,
+}
+
+const STEPS: [(i64, i64); 4] = [(0, -1), (1, 0), (0, 1), (-1, 0)];
+
+fn kind(name: &str, properties: &[&str]) -> DeclaredType {
+    let properties = properties.iter().map(|name| DeclaredProperty {
+        name: (*name).into(),
+        unit: String::new(),
+        kind: ValueKind::Integer,
+    });
+    DeclaredType {
+        name: name.into(),
+        own: false,
+        transient: false,
+        heard: false,
+        properties: properties.collect(),
+    }
+}
+
+impl Field {
+    fn new(seed: u64, size: i64, slips: f64, lamps: usize) -> Self {
+        let mut learner = Learner::new(seed, Parameters::default(), free()).unwrap();
+        learner.set_mechanisms(Mechanisms::FULL);
+        let action = |name: &str| DeclaredAction { name: name.into(), parameters: Vec::new() };
+        let lamp = |number: usize| kind(&format!("lamp{number}"), &["lit"]);
+        let declaration = Declaration {
+            body: "field".into(),
+            observation_types: std::iter::once(kind("at", &["x", "y"])).chain((0..lamps).map(lamp)).collect(),
+            actions: ["north", "east", "south", "west"].map(action).into(),
+            repertoire: (0..4).map(|number| (number, Vec::new())).collect(),
+        };
+        learner.declare(declaration).unwrap();
+        let random = Random::from_seed(seed ^ 0x51);
+        Self { learner, size, slips, lamps, at: (0, 0), lit: vec![false; lamps], random, outcome: None }
+    }
+
+    fn place(&self, at: (i64, i64)) -> Observation {
+        let number = |p: u16, n: i64| (PropertyId(p), Value::Integer(n));
+        Observation::new(AT, [number(0, at.0), number(1, at.1)])
+    }
+
+    fn world(&self) -> WorldState {
+        let number = |p: u16, n: i64| (PropertyId(p), Value::Integer(n));
+        let lamp =
+            |(lamp, lit): (u16, &bool)| Observation::new(TypeId(LAMP.0 + lamp), [number(2, i64::from(*lit))]);
+        WorldState::new(std::iter::once(self.place(self.at)).chain((0..).zip(&self.lit).map(lamp)))
+    }
+
+    fn step(&mut self) -> Option<PrimitiveId> {
+        let observations = self.world().observations().to_vec();
+        let step = self.learner.step(&Frame { body: BODY, outcome: self.outcome.take(), observations });
+        let Output::Act(primitive) = step.output else { return None };
+        self.act(primitive.0 as usize);
+        self.outcome = Some(ActionOutcome::Done);
+        Some(primitive)
+    }
+
+    fn live(&mut self) {
+        assert!(self.step().is_some(), "it acts");
+    }
+
+    fn act(&mut self, mut action: usize) {
+        if (self.random.below(100) as f64) < self.slips * 100.0 {
+            action = (action + [1, 3][self.random.below(2)]) % 4;
+        }
+        let (x, y) = STEPS[action];
+        let inside = |n: i64| n.clamp(0, self.size - 1);
+        self.at = (inside(self.at.0 + x), inside(self.at.1 + y));
+        for lamp in 0..self.lamps {
+            self.lit[lamp] = self.random.below(2) == 1;
+        }
+    }
+
+    fn goal(x: i64, y: i64) -> Vec<Pattern> {
+        let term = |p: u16, n: i64| (PropertyId(p), Term::Constant(Value::Integer(n)));
+        vec![Pattern::new(AT, [term(0, x), term(1, y)])]
+    }
+
+    fn plan(&self, x: i64, y: i64) -> Option<Plan> {
+        plan(self.learner.memory(), BODY, &self.world(), &Self::goal(x, y)).plan
+    }
+
+    fn pursuit(&self) -> Pursuit {
+        self.learner.memory().content().pursuit.as_deref().unwrap().clone()
+    }
+
+    /// Pursues a place; the number of actions, if it is reached.
+    fn go(&mut self, x: i64, y: i64, most: u32) -> Result<u32, Ending> {
+        self.learner.pursue(BODY, Self::goal(x, y), most).unwrap();
+        loop {
+            self.step();
+            let pursuit = self.pursuit();
+            match pursuit.ended {
+                Some(Ending::Achieved) => return Ok(pursuit.actions),
+                Some(ending) => return Err(ending),
+                None => (),
+            }
+        }
+    }
+}
+
+impl Field {
+    /// The expected number of actions to a field by the best policy, from each field.
+    fn least(&self, goal: (i64, i64)) -> Vec<f64> {
+        let size = self.size;
+        let at = |x: i64, y: i64| (y * size + x) as usize;
+        let mut least = vec![0.0_f64; (size * size) as usize];
+        for _ in 0..2_000 {
+            for y in 0..size {
+                for x in 0..size {
+                    if (x, y) == goal {
+                        continue;
+                    }
+                    let to = |action: usize| {
+                        let (dx, dy) = STEPS[action % 4];
+                        let inside = |n: i64| n.clamp(0, size - 1);
+                        least[at(inside(x + dx), inside(y + dy))]
+                    };
+                    let led = |action: usize| {
+                        (1.0 - self.slips) * to(action) + self.slips / 2.0 * (to(action + 1) + to(action + 3))
+                    };
+                    least[at(x, y)] = 1.0 + (0..4).map(led).fold(f64::INFINITY, f64::min);
+                }
+            }
+        }
+        least
+    }
+}
+
+/// The actions that a life of goals took, one after another from nothing, as a multiple of what the best policy takes; the first five,
+/// in which most is learnt, are left out.
+fn in_a_row(seed: u64, size: i64, slips: f64, lamps: usize) -> f64 {
+    let mut field = Field::new(seed, size, slips, lamps);
+    let mut random = Random::from_seed(seed ^ 7);
+    let (mut taken, mut best) = (0.0, 0.0);
+    for episode in 1..=25 {
+        let goal = loop {
+            let mut place = || random.below(size as usize) as i64;
+            let goal = (place(), place());
+            if goal != field.at {
+                break goal;
+            }
+        };
+        let least = field.least(goal)[(field.at.1 * size + field.at.0) as usize];
+        let mut actions = 0;
+        // Where nothing is known that leads there it plays, one action in the same step.
+        let more = loop {
+            match field.go(goal.0, goal.1, 1_000) {
+                Ok(more) => break more,
+                Err(_) => actions += 1 + field.pursuit().actions,
+            }
+        };
+        if episode > 5 {
+            taken += f64::from(actions + more);
+            best += least;
+        }
+    }
+    taken / best
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[test]
+fn goals_are_reached_by_the_shortest_way_soon_after_nothing_was_known() {
+    for (slips, lamps, most) in [(0.0, 0, 1.1), (0.2, 0, 1.3), (0.0, 2, 1.2)] {
+        let ratios: Vec<_> = (1..=3).map(|seed| in_a_row(seed, 5, slips, lamps)).collect();
+        println!("slips {slips}, {lamps} lamps, seeds 1 to 3: {ratios:.2?}");
+        assert!(median(ratios.clone()) <= most, "slips {slips}, {lamps} lamps: {ratios:.2?}");
+    }
+}
+
+#[test]
+fn a_plan_leads_as_far_as_the_world_goes_and_nothing_else_ends_a_goal() {
+    let mut field = Field::new(2, 20, 0.0, 0);
+    (0..1_500).for_each(|_| field.live());
+    let _ = field.go(0, 0, 200).unwrap();
+    let plan = field.plan(19, 19).unwrap();
+    let policy = plan.policy.unwrap();
+    let far = field.at.0.abs_diff(19) + field.at.1.abs_diff(19);
+    assert_eq!(plan.steps.len() as u64, far);
+    assert!((policy.actions - far as f64).abs() < 0.5 && plan.probability > 0.0, "{}", policy.actions);
+    assert_eq!(field.go(19, 19, 200).map(u64::from), Ok(far));
+    // Claims say of a place that is none as well how to get there; but no end of the ways is found.
+    assert_eq!(field.go(-1, 1_000, 200), Err(Ending::FurtherThanLooked));
+    // Nothing that is done lights the lamp.
+    let mut field = Field::new(2, 5, 0.0, 1);
+    field.lamps = 0;
+    (0..200).for_each(|_| field.live());
+    let lit = Pattern::new(LAMP, [(PropertyId(2), Term::Constant(Value::Integer(1)))]);
+    field.learner.pursue(BODY, vec![lit], 10).unwrap();
+    field.step();
+    assert_eq!(field.pursuit().ended, Some(Ending::NothingLeadsThere));
+}
+
+#[test]
+fn what_is_left_to_chance_does_not_tell_contexts_apart() {
+    let is_of_places = |seed: u64| {
+        let mut field = Field::new(seed, 5, 0.0, 3);
+        (0..1_000).for_each(|_| field.live());
+        let goal = if field.at == (4, 4) { (0, 0) } else { (4, 4) };
+        let policy = field.plan(goal.0, goal.1).unwrap().policy.unwrap();
+        policy.kinds == [AT] && policy.rows.iter().all(|row| row.context.len() == 1)
+    };
+    let of_places: Vec<_> = (1..=5).map(is_of_places).collect();
+    println!("seeds 1 to 5: {of_places:?}");
+    assert!(of_places.iter().filter(|of_places| **of_places).count() >= 3, "{of_places:?}");
+}
+
+#[test]
+fn with_the_mechanism_off_a_goal_is_pursued_by_schemas() {
+    let mut field = Field::new(1, 5, 0.0, 0);
+    field.learner.set_mechanisms(Mechanisms { policies: false, ..Mechanisms::FULL });
+    (0..200).for_each(|_| field.live());
+    let ended = field.go(3, 3, 50);
+    assert!(field.pursuit().plans.iter().all(|plan| plan.policy.is_none()), "{ended:?}");
+}
+
+#[test]
+fn a_learner_that_is_put_back_in_the_middle_of_a_pursuit_goes_on_as_if_nothing_had_been() {
+    for slips in [0.0, 0.3] {
+        let mut field = Field::new(5, 6, slips, 1);
+        (0..300).for_each(|_| field.live());
+        let goal = if field.at.0 > 2 { (0, 5) } else { (5, 0) };
+        field.learner.pursue(BODY, Field::goal(goal.0, goal.1), 100).unwrap();
+        (0..3).for_each(|_| field.live());
+        assert!(field.pursuit().under_way(), "too near: {goal:?}");
+        let content = field.learner.memory().content().clone();
+        let memory = Memory::restore(content, Parameters::default());
+        let mut other = Learner::resume(memory, free()).unwrap();
+        for _ in 0..40 {
+            let observations = field.world().observations().to_vec();
+            let frame = Frame { body: BODY, outcome: Some(ActionOutcome::Done), observations };
+            let one = field.learner.step(&frame);
+            assert_eq!(one.effects, other.step(&frame).effects);
+            let Output::Act(primitive) = one.output else { panic!("it acts") };
+            field.act(primitive.0 as usize);
+        }
+        assert_eq!(digest(field.learner.memory().content()), digest(other.memory().content()));
+    }
+}
+
+/// FrozenLake's map of four by four: safe fields, holes that end a try, and a goal. Each action slips to either side as often as not.
+const LAKE: [&str; 4] = ["SFFF", "FHFH", "FFFH", "HFFG"];
+
+#[test]
+fn on_a_slippery_lake_that_is_known_the_policy_is_as_good_as_the_best() {
+    let cell = |at: (i64, i64)| LAKE[at.1 as usize].as_bytes()[at.0 as usize];
+    let is_over = |at: (i64, i64)| matches!(cell(at), b'H' | b'G');
+    let to = |at: (i64, i64), action: usize| {
+        let (x, y) = STEPS[action % 4];
+        ((at.0 + x).clamp(0, 3), (at.1 + y).clamp(0, 3))
+    };
+    let reached = |act: &dyn Fn((i64, i64), &[[f64; 4]; 4]) -> usize| {
+        // Undiscounted, in at most 100 actions.
+        let mut value = [[0.0_f64; 4]; 4];
+        for _ in 0..100 {
+            let known = value;
+            for (y, x) in (0..4).flat_map(|y| (0..4).map(move |x| (y, x))) {
+                if is_over((x, y)) {
+                    continue;
+                }
+                let action = act((x, y), &known);
+                let led = [action, action + 1, action + 3].map(|action| {
+                    let at = to((x, y), action);
+                    if cell(at) == b'G' { 1.0 } else { known[at.1 as usize][at.0 as usize] }
+                });
+                value[y as usize][x as usize] = led.iter().sum::<f64>() / 3.0;
+            }
+        }
+        value[0][0]
+    };
+    let best = |at: (i64, i64), known: &[[f64; 4]; 4]| {
+        let led = |action: usize| -> f64 {
+            let at = [action, action + 1, action + 3].map(|action| to(at, action));
+            at.iter()
+                .map(|at| if cell(*at) == b'G' { 1.0 } else { known[at.1 as usize][at.0 as usize] })
+                .sum()
+        };
+        (0..4).max_by(|a, b| led(*a).total_cmp(&led(*b))).unwrap()
+    };
+    let most = reached(&best);
+    let shares = (1..=5).map(|seed| {
+        let mut field = Field::new(seed, 4, 2.0 / 3.0, 0);
+        // It is put to a field at random for each action, so that it knows all of them; and where a try is over nothing changes.
+        let mut random = Random::from_seed(seed);
+        for _ in 0..3_000 {
+            (field.at, field.outcome) = ((random.below(4) as i64, random.below(4) as i64), None);
+            let at = field.at;
+            field.live();
+            if is_over(at) {
+                field.at = at;
+            }
+            field.live();
+        }
+        field.at = (0, 0);
+        let policy = field.plan(3, 3).unwrap().policy.unwrap();
+        let act = |at: (i64, i64), _: &[[f64; 4]; 4]| {
+            let context = WorldState::new([field.place(at)]);
+            policy.row(&context).map_or(0, |row| policy.rows[row].action.0 as usize)
+        };
+        reached(&act) / most
+    });
+    let shares: Vec<_> = shares.collect();
+    println!("success as a share of the best, {most:.3}, seeds 1 to 5: {shares:.3?}");
+    assert!(median(shares.clone()) >= 0.98, "{shares:.3?}");
+}
