@@ -14,10 +14,10 @@ pub struct LearnerSettings {
     pub mechanisms: Mechanisms,
 }
 
-/// The learner of the paper. Under the full profile goals and plans do not know yet what claims tell without schemas.
+/// The full profile, with the paper's parameters.
 impl Default for LearnerSettings {
     fn default() -> Self {
-        Self { parameters: Parameters::default(), mechanisms: Mechanisms::PAPER }
+        Self { parameters: Parameters::default(), mechanisms: Mechanisms::FULL }
     }
 }
 

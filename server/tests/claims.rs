@@ -243,5 +243,5 @@ fn the_learner_of_the_paper_has_no_claims_and_says_how_to_have_them() {
     assert!(predict(&run, 0).claims.is_empty());
     assert_eq!(run.ask(&StatusQuery {}).unwrap().profile, "paper");
     let problem = run.ask(&ClaimQuery::default()).err().unwrap().0;
-    assert!(problem.contains("profile = \"full\""), "{problem}");
+    assert!(problem.contains("profile = \"paper\""), "{problem}");
 }

@@ -14,6 +14,9 @@ const CURRICULUM: &str = r#"
 name = "block and ball"
 afterwards = "hold"
 
+[learner]
+profile = "paper"
+
 [[stage]]
 name = "pushing"
 lift = ["finger", "object"]

@@ -80,7 +80,10 @@ fn one_goal_at_a_time_and_whoever_waits_for_it_can_call_it_off() {
     let sandbox = Sandbox::new(BINARY);
     let daemon = sandbox.daemon("g", &["--seed", "1"]);
     let body = sandbox.body("g", &[]);
-    assert!(sandbox.past("g", 2) > 2);
+    until("a schema is known", || {
+        let known = sandbox.run(&["schemas", "--limit", "1", "--json", "--name", "g"]).json();
+        known["schemas"][0]["post"][0].is_string().then_some(())
+    });
     // A body that does not move leaves a goal as it is for as long as the test takes.
     body.signal(Signal::STOP);
     let known = sandbox.run(&["schemas", "--limit", "1", "--json", "--name", "g"]).json();

@@ -344,3 +344,51 @@ fn on_a_slippery_lake_that_is_known_the_policy_is_as_good_as_the_best() {
     println!("success as a share of the best, {most:.3}, seeds 1 to 5: {shares:.3?}");
     assert!(median(shares.clone()) >= 0.98, "{shares:.3?}");
 }
+
+/// The paper's example of what need not matter (II-A): a push moves the block, and three times in ten the ball falls; a nudge moves it
+/// more seldom, and the ball never falls.
+#[test]
+fn that_the_ball_may_fall_does_not_matter_to_who_moves_the_block() {
+    let mut learner = Learner::new(1, Parameters::default(), free()).unwrap();
+    learner.set_mechanisms(Mechanisms::FULL);
+    let action = |name: &str| DeclaredAction { name: name.into(), parameters: Vec::new() };
+    let declaration = Declaration {
+        body: "arm".into(),
+        observation_types: vec![kind("block", &["place"]), kind("ball", &["place"])],
+        actions: vec![action("push"), action("nudge")],
+        repertoire: vec![(0, Vec::new()), (1, Vec::new())],
+    };
+    learner.declare(declaration).unwrap();
+    let thing =
+        |kind: u16, place: i64| Observation::new(TypeId(kind), [(PropertyId(0), Value::Integer(place))]);
+    let (block, moved, ball) = (thing(0, 0), thing(0, 1), thing(1, 1));
+    let before = vec![block.clone(), ball.clone()];
+    let mut random = Random::from_seed(3);
+    for _ in 0..400 {
+        let frame = Frame { body: BODY, outcome: None, observations: before.clone() };
+        let Output::Act(PrimitiveId(action)) = learner.step(&frame).output else { panic!("it acts") };
+        let (moves, falls) = if action == 0 { (100, 30) } else { (80, 0) };
+        let there = if random.below(100) < moves { &moved } else { &block };
+        let stays = random.below(100) >= falls;
+        let observations = std::iter::once(there).chain(Some(&ball).filter(|_| stays)).cloned().collect();
+        learner.step(&Frame { body: BODY, outcome: Some(ActionOutcome::Done), observations });
+    }
+    let found = |goal: &[&Observation]| {
+        let pattern = |o: &&Observation| {
+            Pattern::new(o.kind(), o.properties().iter().map(|(p, value)| (*p, Term::Constant(*value))))
+        };
+        let goal: Vec<_> = goal.iter().map(pattern).collect();
+        plan(learner.memory(), BODY, &WorldState::new(before.iter().cloned()), &goal).plan.unwrap()
+    };
+    let first = |plan: &Plan| plan.steps[0].action.0;
+    let alone = found(&[&moved]);
+    assert_eq!(first(&alone), 0);
+    assert!(alone.probability > 0.95, "{}", alone.probability);
+    let both = found(&[&moved, &ball]);
+    assert_eq!(
+        first(&both),
+        1,
+        "whoever wants the ball to stay nudges, and does it again where nothing moves"
+    );
+    assert!(both.probability > 0.9 && both.policy.unwrap().actions > 1.1, "{}", both.probability);
+}

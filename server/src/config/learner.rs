@@ -167,9 +167,9 @@ mod tests {
     fn values_are_taken_over() {
         let text = "association_weight = 0.5\nattention = false\n[types.finger]\nprecondition = true\n";
         let LearnerSettings { parameters, mechanisms } = parsed(text).unwrap();
-        assert_eq!(mechanisms, Mechanisms::PAPER);
-        assert_eq!(parsed("profile = \"full\"").unwrap().mechanisms, Mechanisms::FULL);
-        let without = parsed("profile = \"full\"\nwithout = [\"curiosity\"]").unwrap().mechanisms;
+        assert_eq!(mechanisms, Mechanisms::FULL);
+        assert_eq!(parsed("profile = \"paper\"").unwrap().mechanisms, Mechanisms::PAPER);
+        let without = parsed("without = [\"curiosity\"]").unwrap().mechanisms;
         assert_eq!(without, Mechanisms { curiosity: false, ..Mechanisms::FULL });
         let without = parsed("profile = \"full\"\nwithout = [\"claims\"]").unwrap().mechanisms;
         assert_eq!(without, Mechanisms::PAPER, "what needs claims is off with them");

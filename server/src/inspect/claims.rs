@@ -30,8 +30,8 @@ impl Inspect for ClaimQuery {
         let content = &view.content;
         if content.evidence.is_empty() && !content.mechanisms.claims {
             return Err(Problem::of(
-                "no claims are kept: the learner's profile is paper. A daemon whose configuration says profile = \"full\" keeps \
-                 them",
+                "no claims are kept: the learner's profile is paper. A daemon whose curriculum and configuration do not say \
+                 profile = \"paper\" keeps them",
             ));
         }
         let vocabulary = &content.vocabulary;
