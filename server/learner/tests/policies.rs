@@ -1,7 +1,7 @@
 //! Policies: goals that are reached by what claims foretell, where no schema says the way.
 
-// A test may stop at what cannot be; every number here is small.
-#![allow(clippy::unwrap_used)]
+// A test may stop at what cannot be; every number here is small. How long a plan takes is measured, and nothing depends on it.
+#![allow(clippy::unwrap_used, clippy::disallowed_types)]
 
 mod common;
 
@@ -166,11 +166,11 @@ impl Field {
 
 /// The actions that a life of goals took, one after another from nothing, as a multiple of what the best policy takes; the first five,
 /// in which most is learnt, are left out.
-fn in_a_row(seed: u64, size: i64, slips: f64, lamps: usize) -> f64 {
+fn in_a_row(seed: u64, size: i64, slips: f64, lamps: usize, episodes: usize) -> f64 {
     let mut field = Field::new(seed, size, slips, lamps);
     let mut random = Random::from_seed(seed ^ 7);
     let (mut taken, mut best) = (0.0, 0.0);
-    for episode in 1..=25 {
+    for episode in 1..=episodes {
         let goal = loop {
             let mut place = || random.below(size as usize) as i64;
             let goal = (place(), place());
@@ -203,10 +203,52 @@ fn median(mut values: Vec<f64>) -> f64 {
 #[test]
 fn goals_are_reached_by_the_shortest_way_soon_after_nothing_was_known() {
     for (slips, lamps, most) in [(0.0, 0, 1.1), (0.2, 0, 1.3), (0.0, 2, 1.2)] {
-        let ratios: Vec<_> = (1..=3).map(|seed| in_a_row(seed, 5, slips, lamps)).collect();
+        let ratios: Vec<_> = (1..=3).map(|seed| in_a_row(seed, 5, slips, lamps, 25)).collect();
         println!("slips {slips}, {lamps} lamps, seeds 1 to 3: {ratios:.2?}");
         assert!(median(ratios.clone()) <= most, "slips {slips}, {lamps} lamps: {ratios:.2?}");
     }
+}
+
+/// The figures of `docs/EXPERIMENTS.md`, "Goals".
+#[test]
+#[ignore = "it takes minutes: cargo test --release -p pschema-learner --test policies -- --ignored --nocapture"]
+fn figures_of_20_seeds() {
+    for (size, slips, lamps) in
+        [(5, 0.0, 0), (5, 0.2, 0), (5, 0.0, 4), (5, 0.2, 4), (10, 0.0, 0), (10, 0.2, 0)]
+    {
+        let mut ratios: Vec<_> = (1..=20).map(|seed| in_a_row(seed, size, slips, lamps, 60)).collect();
+        ratios.sort_by(f64::total_cmp);
+        let (least, most) = (ratios[0], ratios[19]);
+        let median = (ratios[9] + ratios[10]) / 2.0;
+        println!("{size} x {size}, slips {slips}, {lamps} lamps: {median:.2} ({least:.2} to {most:.2})");
+    }
+    let (mut took, mut planned, mut longer) = (Vec::new(), 0, Vec::new());
+    for seed in 1..=20 {
+        let mut field = Field::new(seed, 20, 0.0, 0);
+        (0..8_000).for_each(|_| field.live());
+        let mut random = Random::from_seed(seed);
+        for _ in 0..20 {
+            let (x, y) = (random.below(20) as i64, random.below(20) as i64);
+            if field.at == (x, y) {
+                continue;
+            }
+            let far = field.at.0.abs_diff(x) + field.at.1.abs_diff(y);
+            let start = std::time::Instant::now();
+            let plan = field.plan(x, y);
+            took.push(start.elapsed());
+            if plan.is_some() {
+                planned += 1;
+                let actions = field.go(x, y, 200).map_or(f64::INFINITY, f64::from);
+                longer.push(actions / far as f64);
+            }
+        }
+    }
+    took.sort();
+    let (all, p50, p99) = (took.len(), took[took.len() / 2], took[took.len() * 99 / 100]);
+    let exact = longer.iter().filter(|longer| **longer <= 1.0).count();
+    println!(
+        "20 x 20 after 8,000 actions: {planned} of {all} planned, in {p50:.1?}, p99 {p99:.1?}; {exact} by the shortest way"
+    );
 }
 
 #[test]
@@ -282,6 +324,11 @@ fn a_learner_that_is_put_back_in_the_middle_of_a_pursuit_goes_on_as_if_nothing_h
 /// FrozenLake's map of four by four: safe fields, holes that end a try, and a goal. Each action slips to either side as often as not.
 const LAKE: [&str; 4] = ["SFFF", "FHFH", "FFFH", "HFFG"];
 
+/// What the fields of the lake are worth.
+type Values = [[f64; 4]; 4];
+/// What is done in a field, by what the fields are worth.
+type Acts<'a> = &'a dyn Fn((i64, i64), &Values) -> usize;
+
 #[test]
 fn on_a_slippery_lake_that_is_known_the_policy_is_as_good_as_the_best() {
     let cell = |at: (i64, i64)| LAKE[at.1 as usize].as_bytes()[at.0 as usize];
@@ -290,7 +337,7 @@ fn on_a_slippery_lake_that_is_known_the_policy_is_as_good_as_the_best() {
         let (x, y) = STEPS[action % 4];
         ((at.0 + x).clamp(0, 3), (at.1 + y).clamp(0, 3))
     };
-    let reached = |act: &dyn Fn((i64, i64), &[[f64; 4]; 4]) -> usize| {
+    let reached = |act: Acts<'_>| {
         // Undiscounted, in at most 100 actions.
         let mut value = [[0.0_f64; 4]; 4];
         for _ in 0..100 {
@@ -309,7 +356,7 @@ fn on_a_slippery_lake_that_is_known_the_policy_is_as_good_as_the_best() {
         }
         value[0][0]
     };
-    let best = |at: (i64, i64), known: &[[f64; 4]; 4]| {
+    let best = |at: (i64, i64), known: &Values| {
         let led = |action: usize| -> f64 {
             let at = [action, action + 1, action + 3].map(|action| to(at, action));
             at.iter()
@@ -334,7 +381,7 @@ fn on_a_slippery_lake_that_is_known_the_policy_is_as_good_as_the_best() {
         }
         field.at = (0, 0);
         let policy = field.plan(3, 3).unwrap().policy.unwrap();
-        let act = |at: (i64, i64), _: &[[f64; 4]; 4]| {
+        let act = |at: (i64, i64), _: &Values| {
             let context = WorldState::new([field.place(at)]);
             policy.row(&context).map_or(0, |row| policy.rows[row].action.0 as usize)
         };

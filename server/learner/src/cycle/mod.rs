@@ -23,4 +23,5 @@ mod stages;
 mod step;
 mod supposing;
 mod target_action;
+mod valuation;
 pub mod why_not;
