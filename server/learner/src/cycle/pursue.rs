@@ -2,6 +2,8 @@
 //! outcome does not allow the next, and it ends when nothing known leads there or its actions are used up.
 //! What is being pursued is part of memory.
 
+use std::sync::Arc;
+
 use crate::cycle::chaining::Reach;
 use crate::cycle::choice::{self, Situation};
 use crate::cycle::claims;
@@ -192,7 +194,7 @@ fn steer(
     let memory = draft.memory();
     let pursuit = memory.content().pursuit_of(body)?;
     let (goal, context) = (pursuit.goal.clone(), claims::context(memory.content(), world));
-    let known = pursuit.plans.last().and_then(|plan| plan.policy.as_ref());
+    let known = pursuit.plans.last().and_then(|plan| plan.policy.as_deref());
     let last = known.zip(before.world).and_then(|(policy, world)| {
         let at = policy.row(&claims::context(memory.content(), world))?;
         Some((policy, policy.rows.get(at)?))
@@ -213,7 +215,7 @@ fn steer(
             return None;
         };
         let after_actions = pursuit.actions;
-        let policy = Policy { after_actions, ..policy };
+        let policy = Arc::new(Policy { after_actions, ..policy });
         let made = if next.is_some() {
             PursuitEffect::Revised(policy)
         } else {

@@ -51,7 +51,7 @@ pub struct PlanRecord {
     /// The schemas to execute, in order; none of a policy.
     pub chain: Vec<ChainLink>,
     /// What to do where, when the plan is made of what claims foretell.
-    pub policy: Option<Policy>,
+    pub policy: Option<Arc<Policy>>,
     /// The probability that it brings the goal about, in 0..=1 (II-A: of the relevant components alone).
     pub probability: f64,
     /// Whether the search for it used up its budget.
@@ -105,7 +105,7 @@ pub enum PursuitEffect {
     /// A plan was made.
     Planned(PlanRecord),
     /// The policy of the present plan is made anew, by what is known by now.
-    Revised(Policy),
+    Revised(Arc<Policy>),
     /// An action was sent for the goal.
     Acted,
     /// It is pursued no more.

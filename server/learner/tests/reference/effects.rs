@@ -195,6 +195,7 @@ fn pursuit() -> impl Strategy<Value = PursuitEffect> {
     let probability = prop_oneof![0.0..=1.0, any::<f64>()];
     let plan = (any::<u32>(), because, chain(), option::of(policy()), probability, any::<bool>()).prop_map(
         |(after_actions, because, chain, policy, probability, truncated)| {
+            let policy = policy.map(Arc::new);
             let plan = PlanRecord { after_actions, because, chain, policy, probability, truncated };
             PursuitEffect::Planned(plan)
         },
@@ -203,7 +204,7 @@ fn pursuit() -> impl Strategy<Value = PursuitEffect> {
         3 => (body(), vec(pattern(), 0..3), prop_oneof![1..9_u32, any::<u32>()])
             .prop_map(|(body, goal, actions_max)| PursuitEffect::Begun { body, goal, actions_max }),
         2 => plan,
-        1 => policy().prop_map(PursuitEffect::Revised),
+        1 => policy().prop_map(|policy| PursuitEffect::Revised(Arc::new(policy))),
         1 => Just(PursuitEffect::Acted),
         1 => prop::sample::select(vec![Ending::Achieved, Ending::Cancelled]).prop_map(PursuitEffect::Ended),
     ]

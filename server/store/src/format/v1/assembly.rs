@@ -187,7 +187,7 @@ impl Assembly {
 
     /// The policy of a plan that came before.
     fn policy(&mut self, PlanPolicy { plan, policy }: PlanPolicy) -> Taken {
-        let policy: Policy = policy.live();
+        let policy: Arc<Policy> = policy.live();
         self.extent()?.policy(&policy)?;
         let pursuit = self.content.pursuit.as_mut().map(Arc::make_mut);
         let record = pursuit.and_then(|pursuit| pursuit.plans.get_mut(plan as usize));

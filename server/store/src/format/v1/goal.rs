@@ -130,10 +130,10 @@ pub(crate) enum PursuitEffect {
     /// A plan that is a policy was made.
     Steered {
         plan: PlanRecord,
-        policy: Policy,
+        policy: Box<Policy>,
     },
     /// The policy of the present plan was made anew.
-    Revised(Policy),
+    Revised(Box<Policy>),
 }
 
 impl Mirror<live::PursuitEffect> for PursuitEffect {

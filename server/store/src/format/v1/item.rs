@@ -191,7 +191,7 @@ pub(crate) struct PlanPolicy {
     /// The number of the plan among those that are kept of the goal, from 0.
     pub(crate) plan: u32,
     /// The policy.
-    pub(crate) policy: Policy,
+    pub(crate) policy: Box<Policy>,
 }
 
 /// What a body was sent to do.
