@@ -1,16 +1,21 @@
 //! A memory whose learner does more than the paper's: its evidence is found again, and its profile is kept.
 
+use std::sync::Arc;
+
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
 use pschema_learner::item::{Event, Update};
 use pschema_learner::mechanisms::Mechanisms;
-use pschema_learner::observation::TypeId;
+use pschema_learner::observation::{Observation, Pattern, TypeId};
 use pschema_learner::parameters::Parameters;
+use pschema_learner::policy::{Lead, Policy, PolicyRow};
+use pschema_learner::pursuit::{PlanCause, PlanRecord, PursuitEffect};
 use pschema_learner::random::Random;
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::{Frame, Learner};
 
 use crate::error::StoreError;
+use crate::format::mirror::Mirror;
 use crate::past::{BatchCause, export};
 use crate::storage::Storage;
 use crate::tests::store::{World, attach, curriculum, opened_as, options, settled, step};
@@ -158,6 +163,73 @@ fn synthetic_items_are_written_and_read() {
         ("\"kinds\":[0]", "\"kinds\":[900]", "it refers to observation type 900"),
         ("\"kinds\":[0]", "\"kinds\":[0,0]", "out of order"),
         ("\"on\":[true,false]", "\"on\":[true,false,true]", "more than"),
+    ] {
+        let forged = text.replacen(number, forged, 1);
+        assert_ne!(forged, text, "{number}");
+        let error = export::read(&mut forged.as_bytes(), |_| ()).unwrap_err().to_string();
+        assert!(error.starts_with("line ") && error.contains(says), "{says}: {error}");
+    }
+}
+
+/// The policy of a goal is written as it is, in the journal and in an export, and an unsound one is not read.
+#[test]
+fn policies_are_written_and_read() {
+    let (twin, mut world) = (Twin::new(), World::new(5));
+    let (mut learner, mut store, _) = opened(&twin, |_| ()).unwrap();
+    attach(&mut learner, &mut store).unwrap();
+    let mut memory = learner.into_memory();
+    let block: Vec<_> = world.frame().observations.into_iter().filter(|o| o.kind() == TypeId(1)).collect();
+    let goal = vec![Pattern::new(TypeId(2), [])];
+    let row = |context: Vec<Observation>, to| PolicyRow {
+        context,
+        action: PrimitiveId(3),
+        probability: 0.75,
+        leads: vec![Lead { to, probability: 0.5 }],
+    };
+    let policy = |after_actions| {
+        Arc::new(Policy {
+            kinds: vec![TypeId(1)],
+            chance: vec![TypeId(2)],
+            circumstances: Vec::new(),
+            rows: vec![row(block.clone(), Some(1)), row(Vec::new(), None)],
+            actions: 2.5,
+            after_actions,
+        })
+    };
+    let plan = PlanRecord {
+        after_actions: 0,
+        because: PlanCause::First,
+        chain: Vec::new(),
+        policy: Some(policy(0)),
+        probability: 0.75,
+        truncated: false,
+    };
+    let begun = PursuitEffect::Begun { body: BodyId(0), goal, actions_max: 9 };
+    for effect in [begun, PursuitEffect::Planned(plan), PursuitEffect::Revised(policy(4))] {
+        let effect = Effect::Pursuit(effect);
+        let kept: crate::format::v1::Effect = Mirror::of(&effect);
+        assert_eq!(kept.live(), effect);
+        memory.apply(&effect).unwrap();
+    }
+    let (content, curriculum) = (memory.content(), curriculum());
+    let parameters = memory.parameters();
+    let identity = export::Identity { learner: "it", seed: 5, parameters, curriculum: &curriculum };
+    let mut bytes = Vec::new();
+    export::write(content, identity, &mut bytes, |_| ()).unwrap();
+    let read = export::read(&mut &*bytes, |_| ()).unwrap();
+    assert_eq!((digest(&read.content), &read.content.pursuit), (digest(content), &content.pursuit));
+    assert_eq!(read.content.pursuit.unwrap().plans[0].policy, Some(policy(4)));
+    let text = String::from_utf8(bytes).unwrap();
+    for (number, forged, says) in [
+        ("{\"plan\":0,", "{\"plan\":1,", "no goal before has such a plan"),
+        ("\"to\":1", "\"to\":2", "do not fit together"),
+        ("\"chance\":[2]", "\"chance\":[900]", "it refers to observation type 900"),
+        (
+            "\"action\":3,\"probability\":0.75",
+            "\"action\":99,\"probability\":0.75",
+            "it refers to primitive 99",
+        ),
+        ("\"probability\":0.75,\"leads\"", "\"probability\":1.75,\"leads\"", "do not fit together"),
     ] {
         let forged = text.replacen(number, forged, 1);
         assert_ne!(forged, text, "{number}");
