@@ -421,18 +421,12 @@ pub(crate) fn carry_out(
     action: PrimitiveId,
 ) -> (Execution, Decision) {
     let Situation { body, world, .. } = *situation;
-    let before = world.clone();
-    let none = Substitution::new();
-    let execution = match goals::in_use(memory, body, world, action) {
-        Some(ChainLink { schema, binding, carrier }) => {
-            let (schema, chain) = (Some(schema), Vec::new());
-            Execution { schema, binding, carrier, action, before, chain, for_goal: false }
-        }
-        None => {
-            let (schema, carrier, chain) = (None, None, Vec::new());
-            Execution { schema, binding: none, carrier, action, before, chain, for_goal: false }
-        }
+    let (schema, binding, carrier) = match goals::in_use(memory, body, world, action) {
+        Some(ChainLink { schema, binding, carrier }) => (Some(schema), binding, carrier),
+        None => (None, Substitution::new(), None),
     };
+    let (before, chain) = (world.clone(), Vec::new());
+    let execution = Execution { schema, binding, carrier, action, before, chain, for_goal: false };
     let decision = follow(memory, situation, &execution, Reason::Goal);
     (execution, decision)
 }

@@ -1,5 +1,6 @@
 //! Goals: whether they hold, and the outcome of a primitive here. [`crate::cycle::plan`] finds the way to one.
 
+use crate::cycle::babbling::executable;
 use crate::cycle::{claims, stages};
 use crate::memory::evidence::Foretold;
 use crate::memory::instance::Instance;
@@ -129,12 +130,10 @@ pub(crate) fn in_use(
         return None;
     }
     let content = memory.content();
-    let here: Vec<(SchemaId, &Concrete)> = memory
-        .index()
-        .with_action(action)
-        .iter()
-        .filter_map(|id| Some((*id, content.concrete(*id)?)))
-        .filter(|(_, concrete)| world.satisfies(concrete.pre.iter().map(|o| content.observation(*o))))
+    let executable = executable(memory, body, &memory.index().known_ids(world)).into_iter();
+    let here: Vec<(SchemaId, &Concrete)> = executable
+        .filter_map(|id| Some((id, content.concrete(id)?)))
+        .filter(|(_, concrete)| concrete.action == action)
         .collect();
     let none = Substitution::new();
     let link = |schema: SchemaId, binding: &Substitution, carrier| ChainLink {

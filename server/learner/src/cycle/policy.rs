@@ -23,6 +23,9 @@ use crate::nouns::world_state::WorldState;
 const CONTEXTS_MAX: usize = 16_384;
 /// How much is looked at in one search: for each action in each context one more than there are observations.
 const LOOKS_MAX: usize = 131_072;
+/// Observations in the contexts of a policy that are kept, but for those of the first: the effect that makes it is written to disk.
+const OBSERVATIONS_MAX: usize = 4_096;
+
 /// The result of a search for a policy.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PolicySearch {
@@ -223,12 +226,18 @@ impl Search<'_> {
     fn settle(&mut self) {
         loop {
             self.graph.values();
+            if self.graph.is_spent() {
+                self.truncated = true;
+                return;
+            }
             let open = self.graph.open();
-            if open.is_empty() || !open.into_iter().all(|at| self.expand(at)) {
-                break;
+            if open.is_empty() {
+                return;
+            }
+            if !open.into_iter().all(|at| self.expand(at)) {
+                return self.graph.values();
             }
         }
-        self.graph.values();
     }
 
     /// The best way as a policy.
@@ -247,6 +256,11 @@ impl Search<'_> {
         let known = |o: &Observation| self.content.vocabulary.knows(o);
         kept.retain(|stop| context(*stop).iter().all(known) && told.insert(context(*stop)));
         kept.truncate(POLICY_ROWS_MAX);
+        let mut observations = 0;
+        kept.retain(|stop| {
+            observations += context(*stop).len();
+            *stop == 0 || observations <= OBSERVATIONS_MAX
+        });
         let places: FxHashMap<usize, u32> = kept.iter().copied().zip(0..).collect();
         let row = |stop: &usize| {
             let Stop { best, leads, .. } = &way[*stop];

@@ -15,6 +15,8 @@ pub(crate) const DISCOUNT: f64 = 0.999;
 const TOLERANCE: f64 = 1e-9;
 /// Sweeps, at most.
 const SWEEPS_MAX: usize = 1_000;
+/// Moves that are weighed in one search.
+const WEIGHED_MAX: usize = 1 << 24;
 /// A context that the best way comes to more seldom than this, as expected, is not looked at.
 pub(crate) const NEGLIGIBLE: f64 = 1e-2;
 
@@ -69,6 +71,8 @@ pub(crate) fn tried(stays: f64) -> f64 {
 #[derive(Default)]
 pub(crate) struct Graph {
     pub(crate) nodes: Vec<Node>,
+    /// How many moves were weighed.
+    weighed: usize,
 }
 
 impl Graph {
@@ -78,28 +82,38 @@ impl Graph {
         for node in &mut self.nodes {
             node.value = 0.0;
         }
+        let moves = self.nodes.iter().filter_map(|node| node.moves.as_ref()).map(|moves| moves.len());
+        let moves: usize = moves.sum();
         for _ in 0..SWEEPS_MAX {
             let mut most: f64 = 0.0;
+            self.weighed += moves;
             // From the goal backwards, as contexts were reached forwards.
             for at in (0..self.nodes.len()).rev() {
                 let Some(value) = self.best(at).map(|(_, value)| value) else { continue };
                 most = most.max(value - self.nodes[at].value);
                 self.nodes[at].value = value;
             }
-            if most < TOLERANCE {
+            if most < TOLERANCE || self.is_spent() {
                 return;
             }
         }
     }
 
+    /// Whether as many moves were weighed as may be; values are no higher than they would come to be.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.weighed >= WEIGHED_MAX
+    }
+
     /// What is hoped for where something was never tried: the best that any action may make there, and its value.
     fn hope(&self, at: usize) -> Option<(Option<usize>, f64)> {
-        let moves = self.nodes[at].moves.iter().flatten();
-        let arrives = |one: &Move| (one.arrives > 0.0).then_some((None, 1.0));
-        let leads = |one: &'_ Move| -> Vec<_> {
-            one.leads.iter().map(|(to, _)| (Some(*to), self.nodes[*to].value)).chain(arrives(one)).collect()
-        };
-        moves.flat_map(leads).fold(None, |best, one| match best {
+        let moves = || self.nodes[at].moves.iter().flatten();
+        if moves().all(|one| one.open == 0.0) {
+            return None;
+        }
+        let arrives = moves().filter(|one| one.arrives > 0.0).map(|_| (None, 1.0));
+        let leads = moves().flat_map(|one| one.leads.iter());
+        let leads = leads.map(|(to, _)| (Some(*to), self.nodes[*to].value));
+        arrives.chain(leads).fold(None, |best, one| match best {
             Some((_, most)) if one.1 <= most => best,
             _ => Some(one),
         })

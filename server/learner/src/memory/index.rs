@@ -36,8 +36,6 @@ pub(crate) struct Index {
     causing_versions: Vec<u64>,
     /// Concrete schemas by their pre-conditions.
     groups: Groups,
-    /// Concrete schemas by action.
-    by_action: FxHashMap<PrimitiveId, Vec<SchemaId>>,
     /// By schema; none for a generalised one.
     outlines: Pages<Option<Outline>>,
     classes: Classes,
@@ -154,7 +152,6 @@ impl Index {
             }
         };
         let group = self.groups.add(id, &concrete.pre, concrete.action);
-        insert(self.by_action.entry(concrete.action).or_default(), id);
         let class = self.classes.enter(id, basis, concrete);
         self.outlines.push(Some(Outline::new(basis, schema, concrete, group, class)));
         self.add_outcomes(id, group, basis, &concrete.post);
@@ -318,11 +315,6 @@ impl Index {
     pub(crate) fn exact(&self, pre: &[&Observation], action: PrimitiveId) -> Option<SchemaId> {
         let ids: Option<Vec<_>> = pre.iter().map(|observation| self.id(observation)).collect();
         self.groups.exact(self.groups.with_pre(&ids?)?, action)
-    }
-
-    /// Concrete schemas with this action.
-    pub(crate) fn with_action(&self, action: PrimitiveId) -> &[SchemaId] {
-        self.by_action.get(&action).map_or(&[], Vec::as_slice)
     }
 
     /// Concrete schemas by their pre-conditions.
