@@ -112,7 +112,7 @@ mod tests {
     use std::time::Duration;
 
     use crate::description::Description;
-    use crate::domain::{LearnerName, OwnedDomain, Place, RuntimeDir};
+    use crate::domain::{LearnerName, OwnedDomain, Place, RuntimeDir, shared_memory_files};
     use crate::transport::TransportError;
     use crate::transport::body_link::BodyLink;
     use crate::transport::server::{FrameReply, Incoming, RequestReply, ServerTransport};
@@ -139,6 +139,12 @@ mod tests {
             let transport = ServerTransport::create(OwnedDomain::create(place.clone()).unwrap()).unwrap();
             let (requests, frames) = (Vec::new(), Vec::new());
             Self { transport, place, sessions: 0, requests, frames, _directory: directory }
+        }
+
+        /// How many segments of shared memory there are.
+        fn segments(&self) -> usize {
+            let record = self.place.served().unwrap();
+            shared_memory_files(&record.prefix).unwrap().len()
         }
 
         /// Takes what comes in, and holds it, until there is a message, or `is_over`.
@@ -195,6 +201,23 @@ mod tests {
             }
             assert_eq!(asking.join().unwrap(), round.to_le_bytes(), "round {round}");
         }
+    }
+
+    /// What a client sent before it left, and the daemon had not taken by then, kept its connection for good.
+    #[test]
+    fn a_request_of_a_client_that_has_left_leaves_nothing() {
+        let mut daemon = Daemon::start();
+        daemon.transport.poll(&mut |_| {});
+        let before = daemon.segments();
+        for _ in 0..200 {
+            let mut leaving = ToolLink::connect(&daemon.place, Purpose::Question).unwrap();
+            daemon.transport.poll(&mut |_| {});
+            let interrupted = leaving.request(b"of the one that left", Duration::ZERO);
+            assert!(matches!(interrupted, Err(TransportError::TimedOut { .. })), "{interrupted:?}");
+            drop(leaving);
+            daemon.transport.poll(&mut |_| panic!("nobody waits for a reply"));
+        }
+        assert_eq!(daemon.segments(), before);
     }
 
     /// A body that attached right after one that was killed in its first frame ended for good.

@@ -11,7 +11,7 @@ use iceoryx2::prelude::*;
 
 use super::debug::opaque_debug;
 use super::error::setup;
-use super::held::{ActiveFrame, ActiveHello, ActiveTool, Clients};
+use super::held::{Active, ActiveFrame, ActiveHello, ActiveTool, Clients};
 use super::janitor::Janitor;
 pub use super::replies::{AttachReply, DeliveryError, FrameReply, RequestReply};
 use super::replies::{Bodies, Outbox, log_undelivered};
@@ -254,7 +254,7 @@ impl ServerTransport {
     fn poll_frames(&mut self, on: &mut dyn FnMut(Incoming<'_>)) {
         // No more than all bodies together can have sent, so that none keeps the daemon from other work.
         let mut rest = 0..BODIES_MAX;
-        while let Some(active) = next(&mut rest, || self.frames.receive()) {
+        while let Some(active) = next(&mut rest, || self.frames.receive(), Active::is_connected) {
             // This is the one copy: whatever the body writes from here on, it changes nothing that is checked.
             let header = *active.user_header();
             let claimed = usize::try_from(header.observation_count).unwrap_or(usize::MAX);
@@ -300,7 +300,7 @@ impl ServerTransport {
     /// could not use it beside the new one, and it would take a body's place.
     fn poll_hellos(&self, on: &mut dyn FnMut(Incoming<'_>)) {
         let mut rest = 0..BODIES_MAX;
-        while let Some(active) = next(&mut rest, || self.attach.receive()) {
+        while let Some(active) = next(&mut rest, || self.attach.receive(), Active::is_connected) {
             if let Some(session) = self.session_of(&active.header().node_id()) {
                 self.bodies.borrow_mut().retain(|body| body.session != session);
                 on(Incoming::BodyGone { session, farewell: false });
@@ -322,7 +322,7 @@ impl ServerTransport {
 
     fn poll_tools(&self, on: &mut dyn FnMut(Incoming<'_>)) {
         let mut rest = 0..services::TOOL_PLACES;
-        while let Some(active) = next(&mut rest, || self.tools.receive()) {
+        while let Some(active) = next(&mut rest, || self.tools.receive(), Active::is_connected) {
             let page = *active.payload();
             let reply = RequestReply {
                 held: self.tool_clients.hold(active),
@@ -378,13 +378,15 @@ macro_rules! has_client {
 }
 use has_client;
 
-/// The next message on a port; none if there is no more, or `rest` allows no more.
+/// The next request on a port whose client waits for a reply; none if there is no more, or `rest` allows no more.
 fn next<T, E: std::fmt::Debug>(
     rest: &mut Range<usize>,
     mut receive: impl FnMut() -> Result<Option<T>, E>,
+    waits: impl Fn(&T) -> bool,
 ) -> Option<T> {
     rest.find_map(|_| match receive() {
-        Ok(message) => Some(message),
+        Ok(Some(request)) if !waits(&request) => None,
+        Ok(request) => Some(request),
         // The error concerns one peer that cannot be connected to; messages of others still come.
         Err(error) => {
             tracing::debug!(?error, "a message could not be received");

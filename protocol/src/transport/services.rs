@@ -130,6 +130,10 @@ fn own_settings(place: &Place) {
 
 /// Gives a service on which the daemon is asked its settings: each client has one request under way, and a message that
 /// finds no room fails instead of another being dropped.
+///
+/// Fire-and-forget is on for the daemon's sake, though nobody forgets a request. Without it, iceoryx2 0.10.0 takes the
+/// request of a client that has left out of its queue, hands it to nobody and never gives it back. The connection then
+/// stays for good, and with 128 of them the next client that leaves while its request is held ends the daemon.
 macro_rules! one_request_at_a_time {
     ($builder:expr, clients: $clients:expr, responses: $responses:expr) => {
         $builder
@@ -140,7 +144,7 @@ macro_rules! one_request_at_a_time {
             .max_loaned_requests(1)
             .max_response_buffer_size($responses)
             .max_borrowed_responses_per_pending_response(1)
-            .enable_fire_and_forget_requests(false)
+            .enable_fire_and_forget_requests(true)
             .enable_safe_overflow_for_requests(false)
             .enable_safe_overflow_for_responses(false)
     };
