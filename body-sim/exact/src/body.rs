@@ -35,6 +35,8 @@ pub struct ExactBody {
     actions: Vec<ActionId>,
     /// Actions since others changed the world.
     since: usize,
+    /// Whether an action was carried out since the episode was over.
+    ended: bool,
 }
 
 impl ExactBody {
@@ -62,7 +64,7 @@ impl ExactBody {
             let values: Vec<_> = values.map(|(given, declared)| value(*given, declared)).collect();
             description.primitive(actions[primitive.action], &values[..]);
         }
-        Ok(Self { situation, description, senses, actions, since: 0 })
+        Ok(Self { situation, description, senses, actions, since: 0, ended: false })
     }
 
     /// The primitive that `action` is; none if it is none of this world.
@@ -99,6 +101,16 @@ impl Body for ExactBody {
         let Some(primitive) = self.primitive(action) else {
             return Outcome::refused("no such action is in the repertoire");
         };
+        if self.situation.is_over() {
+            // The action that changed nothing at the end taught that nothing leads on from there.
+            if self.ended {
+                self.ended = false;
+                self.situation.renew();
+                return Outcome::failed("the next episode has begun");
+            }
+            self.ended = true;
+            return Outcome::Done;
+        }
         if self.situation.spell().is_some_and(|spell| self.since >= spell) {
             self.since = 0;
             self.situation.renew();

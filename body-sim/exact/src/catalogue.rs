@@ -4,6 +4,7 @@ use fastrand::Rng;
 use thiserror::Error;
 
 use crate::distribution::chances;
+use crate::tables;
 use crate::world::{Situation, situation};
 use crate::worlds::cart::Cart;
 use crate::worlds::grid::Grid;
@@ -126,7 +127,48 @@ pub const WORLDS: &[Entry] = &[
             situation(HandEye { objects: numbers[0], restless: share(numbers[1]) }, random)
         },
     },
+    Entry { name: "lake-4", rules: LAKE, numbers: &[], open: |_, random| table("lake-4", random) },
+    Entry { name: "lake-8", rules: LAKE, numbers: &[], open: |_, random| table("lake-8", random) },
+    Entry {
+        name: "lake-4-slippery",
+        rules: SLIPPERY,
+        numbers: &[],
+        open: |_, random| table("lake-4-slippery", random),
+    },
+    Entry {
+        name: "lake-8-slippery",
+        rules: SLIPPERY,
+        numbers: &[],
+        open: |_, random| table("lake-8-slippery", random),
+    },
+    Entry {
+        name: "cliff",
+        rules: "CliffWalking of gymnasium",
+        numbers: &[],
+        open: |_, random| table("cliff", random),
+    },
+    Entry { name: "taxi", rules: "Taxi of gymnasium", numbers: &[], open: |_, random| table("taxi", random) },
+    Entry {
+        name: "empty-8",
+        rules: "Empty-8x8 of minigrid, the whole state",
+        numbers: &[],
+        open: |_, random| table("empty-8", random),
+    },
+    Entry {
+        name: "door-key-5",
+        rules: "a layout of DoorKey-5x5 of minigrid, the whole state",
+        numbers: &[],
+        open: |_, random| table("door-key-5", random),
+    },
 ];
+
+const LAKE: &str = "FrozenLake of gymnasium, where nothing slips";
+const SLIPPERY: &str = "FrozenLake of gymnasium, where an action may slip to either side";
+
+/// The environment of this table.
+fn table(name: &str, random: Rng) -> Box<dyn Situation> {
+    situation(tables::Table::named(name).unwrap_or_default(), random)
+}
 
 fn share(percent: usize) -> f64 {
     percent as f64 / 100.0

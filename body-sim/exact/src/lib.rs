@@ -6,6 +6,7 @@ mod body;
 mod catalogue;
 pub mod declaration;
 mod distribution;
+pub mod tables;
 mod world;
 mod worlds;
 

@@ -35,6 +35,11 @@ pub trait World {
         None
     }
 
+    /// Whether the episode is over in `state`: the world is then renewed, and no action leads further.
+    fn is_over(&self, _state: &Self::State) -> bool {
+        false
+    }
+
     /// The world after others have changed it, which no action brings about.
     fn renewed(&self, _state: &Self::State, random: &mut Rng) -> Self::State {
         self.random_state(random)
@@ -69,6 +74,9 @@ pub trait Situation {
 
     /// After how many actions others change the world; none when they never do.
     fn spell(&self) -> Option<usize>;
+
+    /// Whether the episode is over: the world is then renewed, and no action leads further.
+    fn is_over(&self) -> bool;
 
     /// Has others change the world.
     fn renew(&mut self);
@@ -158,6 +166,10 @@ impl<W: World + 'static> Situation for Present<W> {
 
     fn spell(&self) -> Option<usize> {
         self.world.spell()
+    }
+
+    fn is_over(&self) -> bool {
+        self.world.is_over(&self.state)
     }
 
     fn renew(&mut self) {

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use fastrand::Rng;
 use pschema_exact::declaration::{Percept, Primitive, Range, Value};
-use pschema_exact::{Distribution, Situation, WORLDS, WorldError, chances, open};
+use pschema_exact::tables::Table;
+use pschema_exact::{Distribution, Situation, WORLDS, World, WorldError, chances, open};
 
 /// Each world as it is unless numbers are set, and with some set.
 fn every_world() -> impl Iterator<Item = String> {
@@ -158,4 +159,32 @@ fn bad_names_and_numbers_are_refused_with_the_good_ones() {
     for text in ["gripper:blocks=0", "gripper:blocks=many", "gripper:blocks"] {
         assert!(refused(text).contains("must be 1 to 9"), "{text}: {}", refused(text));
     }
+}
+
+#[test]
+fn tables_are_whole_and_an_episode_can_succeed() {
+    for name in Table::names() {
+        let table = Table::named(name).unwrap();
+        let states = table.states.len();
+        assert!(!table.starts.is_empty() && table.starts.iter().all(|start| *start < states), "{name}");
+        let next = || table.states.iter().filter_map(|state| state.next.as_ref());
+        let actions = table.declaration().repertoire.len();
+        assert!(next().all(|next| next.len() == actions), "{name}");
+        for outcomes in next().flatten() {
+            assert!((outcomes.total() - 1.0).abs() < 1e-9, "{name}: {outcomes:?}");
+            assert!(outcomes.iter().all(|(state, _)| *state < states), "{name}: {outcomes:?}");
+        }
+        assert!((0..states).any(|state| table.succeeds(state)), "{name}");
+        assert!(table.starts.iter().all(|start| !table.succeeds(*start)), "{name}");
+    }
+    assert!(Table::named("none").is_none());
+}
+
+#[test]
+fn taxi_is_gymnasiums() {
+    // 5 x 5 places, 5 of the passenger, 4 destinations; but for those that no episode comes to. 300 starts.
+    let taxi = Table::named("taxi").unwrap();
+    assert_eq!((taxi.states.len(), taxi.starts.len()), (404, 300));
+    let over = taxi.states.iter().filter(|state| state.next.is_none()).count();
+    assert_eq!(over, 4);
 }

@@ -5,6 +5,7 @@ mod bare_engine;
 mod body;
 mod decision;
 mod durability;
+mod goals;
 mod inspect;
 mod ipc;
 mod lives;
@@ -71,6 +72,9 @@ enum Command {
     /// How well the learner foretells in small worlds with exact rules, against the truth and a table
     #[command(after_help = "Example:\n  pschema-bench tasks --world gripper --seeds 1..5")]
     Tasks(tasks::TasksArgs),
+    /// Whether the learner arrives where it is sent, in environments of gymnasium and minigrid
+    #[command(after_help = "Example:\n  pschema-bench goals --environment taxi --seeds 1..5")]
+    Goals(goals::GoalsArgs),
     /// The other process of `ipc`
     #[command(hide = true)]
     IpcPeer(ipc::PeerArgs),
@@ -111,6 +115,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sim(args) => sim::run(&args, quiet),
         Command::Vision(args) => vision::run(&args, quiet),
         Command::Tasks(args) => tasks::run(&args, quiet),
+        Command::Goals(args) => goals::run(&args, quiet),
         Command::IpcPeer(args) => ipc::serve(&args),
         Command::Server { args, parent } => pschema_tools::kit::serve(&args, parent),
     }

@@ -5,7 +5,7 @@ mod foretelling;
 mod lexicon;
 mod life;
 mod returning;
-mod student;
+pub(crate) mod student;
 
 use clap::Args;
 use pschema_learner::mechanisms::Mechanisms;
@@ -45,8 +45,8 @@ pub(crate) struct TasksArgs {
     /// The seeds, each of which is a life in each world
     #[arg(long, value_name = "A..B", default_value = "1..20")]
     seeds: Seeds,
-    /// A mechanism of the full profile that is off: claims, curiosity, recall, items. May be given several times
-    #[arg(long, value_name = "MECHANISM", value_parser = mechanism)]
+    /// A mechanism of the full profile that is off. May be given several times
+    #[arg(long, value_name = "MECHANISM", value_parser = known_mechanism)]
     without: Vec<String>,
     /// Print JSON
     #[arg(long)]
@@ -54,10 +54,19 @@ pub(crate) struct TasksArgs {
 }
 
 /// The name of a mechanism.
-fn mechanism(text: &str) -> Result<String, String> {
+pub(crate) fn known_mechanism(text: &str) -> Result<String, String> {
     let mut full = Mechanisms::FULL;
     let known = full.named().map(|(known, _)| known).join(", ");
     full.switch(text).map(|_| text.to_owned()).ok_or(format!("there is no such mechanism; there are {known}"))
+}
+
+/// The full profile without these mechanisms, and those that need them.
+pub(crate) fn switched(without: &[String]) -> Mechanisms {
+    let mut full = Mechanisms::FULL;
+    for name in without {
+        full.switch(name).into_iter().for_each(|switch| *switch = false);
+    }
+    full.sound()
 }
 
 /// A world that there is.
@@ -67,10 +76,10 @@ fn known(text: &str) -> Result<String, String> {
 
 /// A figure over all seeds.
 #[derive(Debug, Serialize)]
-struct FigureSummary {
-    median: f64,
-    low: f64,
-    high: f64,
+pub(crate) struct FigureSummary {
+    pub(crate) median: f64,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
 }
 
 impl From<Summary> for FigureSummary {
@@ -136,11 +145,7 @@ struct TasksMeasurement {
 pub(crate) fn run(args: &TasksArgs, quiet: bool) -> Result<(), Failure> {
     let seeds: Vec<u64> = args.seeds.iter().collect();
     let mut rows = Vec::new();
-    let mut ours = Mechanisms::FULL;
-    for name in &args.without {
-        ours.switch(name).into_iter().for_each(|switch| *switch = false);
-    }
-    let ours = ours.sound();
+    let ours = switched(&args.without);
     for task in chosen(args.world.as_deref()) {
         if !quiet {
             say(&format!("{}: {} lives of {} actions", task.title(), seeds.len(), task.actions));

@@ -9,11 +9,13 @@ use pschema_learner::vocabulary::{
 use pschema_learner::world_state::WorldState;
 
 /// The numbers that a learner knows the words of one world by.
+#[derive(Clone)]
 pub(crate) struct Lexicon {
     senses: Vec<SenseEntry>,
     repertoire: Vec<Primitive>,
 }
 
+#[derive(Clone)]
 struct SenseEntry {
     name: String,
     kind: TypeId,

@@ -5,14 +5,16 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use pschema_exact::Distribution;
-use pschema_exact::declaration::Declaration;
+use pschema_exact::declaration::{self, Declaration};
 use pschema_learner::curriculum::Curriculum;
 use pschema_learner::effect::Effect;
 use pschema_learner::evidence::Foretold;
 use pschema_learner::execution::Execution;
 use pschema_learner::mechanisms::Mechanisms;
-use pschema_learner::observation::{Observation, Substitution, TypeId};
+use pschema_learner::memory::Memory;
+use pschema_learner::observation::{Observation, Pattern, Substitution, TypeId};
 use pschema_learner::parameters::Parameters;
+use pschema_learner::pursuit::Pursuit;
 use pschema_learner::schema::{Concrete, SchemaId};
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::world_state::WorldState;
@@ -121,6 +123,30 @@ impl Student {
     /// What it perceives where it senses `world`: what it supposes besides.
     fn perceived(&self, world: &WorldState) -> WorldState {
         self.learner.memory().content().perceived(self.body, world)
+    }
+
+    /// The same learner once more.
+    pub(crate) fn twin(&self) -> Result<Self, Failure> {
+        let content = self.learner.memory().content().clone();
+        let memory = Memory::restore(content, self.learner.memory().parameters().clone());
+        let learner = Learner::resume(memory, self.learner.curriculum().clone()).map_err(Failure::of)?;
+        let Self { ref lexicon, body, ref of_primitive, sorted, took, steps, .. } = *self;
+        let (lexicon, of_primitive) = (lexicon.clone(), of_primitive.clone());
+        Ok(Self { lexicon, learner, body, of_primitive, sorted, took, steps })
+    }
+
+    /// Sends it to where there is `goal`, in at most so many actions.
+    pub(crate) fn pursue(&mut self, goal: &declaration::Observation, most: usize) -> Result<(), Failure> {
+        let goal = self.lexicon.world_state(&[goal.clone()].into());
+        let goal = goal.observations().iter().map(Pattern::from).collect();
+        let most = u32::try_from(most).unwrap_or(u32::MAX);
+        self.learner.pursue(self.body, goal, most).map(drop).map_err(Failure::of)
+    }
+
+    /// Whether it is on its way to a goal.
+    pub(crate) fn pursues(&self) -> bool {
+        let pursuit = self.learner.memory().content().pursuit.as_deref();
+        pursuit.is_some_and(Pursuit::under_way)
     }
 
     /// Schemas, laws left out.
