@@ -17,7 +17,7 @@ use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, PrimitiveId, ValueKind,
 };
 use pschema_learner::world_state::WorldState;
-use pschema_learner::{ActionOutcome, Frame, Learner, Output};
+use pschema_learner::{ActionOutcome, Frame, Learner};
 
 /// Two rooms that look alike (Holmes & Isbell's "flip"): one action leads to the left one, one to the right one, one stays. All
 /// that is sensed is whether the room was changed.
@@ -70,20 +70,25 @@ impl Rooms {
         about.outcomes.into_iter().next().map(|(after, _)| after)
     }
 
+    /// It is led to actions at random: what it would like to do is no matter here.
     fn live(mut self, actions: usize) -> Self {
-        let mut outcome = None;
+        let frame = |outcome, sensed| Frame { body: BodyId(0), outcome, observations: vec![sensed] };
+        self.effects.extend(self.learner.step(&frame(None, self.sensed())).effects);
+        self.effects.extend(self.learner.set_held(true));
         for _ in 0..actions {
-            let frame = Frame { body: BodyId(0), outcome, observations: vec![self.sensed()] };
-            let step = self.learner.step(&frame);
-            self.effects.extend(step.effects);
-            let Output::Act(action) = step.output else { panic!("nothing was chosen") };
+            let action = PrimitiveId(u32::try_from(self.random.below(3)).unwrap());
+            let world =
+                self.learner.memory().content().perceived(BodyId(0), &WorldState::new([self.sensed()]));
+            self.effects.push(common::lead(&mut self.learner, BodyId(0), action, world));
             let foretold = self.foretold(action);
             let was = self.right;
             self.right = [false, true, was][action.0 as usize];
             self.changed = if self.coin { self.random.below(2) == 0 } else { self.right != was };
             self.wrong.push(foretold != Some(vec![self.sensed()]));
-            outcome = Some(ActionOutcome::Done);
+            let step = self.learner.step(&frame(Some(ActionOutcome::Done), self.sensed()));
+            self.effects.extend(step.effects);
         }
+        self.effects.extend(self.learner.set_held(false));
         self
     }
 

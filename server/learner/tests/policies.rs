@@ -5,7 +5,8 @@
 
 mod common;
 
-use common::free;
+use common::{free, lead};
+use pschema_learner::decision::Subject;
 use pschema_learner::digest::digest;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Memory;
@@ -262,8 +263,10 @@ fn a_plan_leads_as_far_as_the_world_goes_and_nothing_else_ends_a_goal() {
     assert_eq!(plan.steps.len() as u64, far);
     assert!((policy.actions - far as f64).abs() < 0.5 && plan.probability > 0.0, "{}", policy.actions);
     assert_eq!(field.go(19, 19, 200).map(u64::from), Ok(far));
-    // Claims say of a place that is none as well how to get there; but no end of the ways is found.
-    assert_eq!(field.go(-1, 1_000, 200), Err(Ending::FurtherThanLooked));
+    // Where little is known, claims say of a place that is none as well how to get there; but no end of the ways is found.
+    let mut young = Field::new(2, 20, 0.0, 0);
+    (0..60).for_each(|_| young.live());
+    assert_eq!(young.go(1_000, 1_000, 200), Err(Ending::FurtherThanLooked));
     // Nothing that is done lights the lamp.
     let mut field = Field::new(2, 5, 0.0, 1);
     field.lamps = 0;
@@ -368,16 +371,20 @@ fn on_a_slippery_lake_that_is_known_the_policy_is_as_good_as_the_best() {
     let most = reached(&best);
     let shares = (1..=5).map(|seed| {
         let mut field = Field::new(seed, 4, 2.0 / 3.0, 0);
-        // It is put to a field at random for each action, so that it knows all of them; and where a try is over nothing changes.
+        // It is put to a field at random for each action, and led to one of them, so that it knows all; where a try is over nothing changes.
         let mut random = Random::from_seed(seed);
+        field.learner.set_held(true);
         for _ in 0..3_000 {
-            (field.at, field.outcome) = ((random.below(4) as i64, random.below(4) as i64), None);
-            let at = field.at;
-            field.live();
+            field.at = (random.below(4) as i64, random.below(4) as i64);
+            let (at, action) = (field.at, random.below(4));
+            let world = field.world();
+            lead(&mut field.learner, BODY, PrimitiveId(action as u32), world);
+            field.act(action);
             if is_over(at) {
                 field.at = at;
             }
-            field.live();
+            field.outcome = Some(ActionOutcome::Done);
+            field.step();
         }
         field.at = (0, 0);
         let policy = field.plan(3, 3).unwrap().policy.unwrap();
@@ -438,4 +445,40 @@ fn that_the_ball_may_fall_does_not_matter_to_who_moves_the_block() {
         "whoever wants the ball to stay nudges, and does it again where nothing moves"
     );
     assert!(both.probability > 0.9 && both.policy.unwrap().actions > 1.1, "{}", both.probability);
+}
+
+/// "An untried primitive is a candidate only in the present context": so it waited until chance led it on.
+#[test]
+fn what_is_new_elsewhere_is_gone_to() {
+    let explored = |seed: u64, mechanisms: Mechanisms| {
+        let mut field = Field::new(seed, 10, 0.0, 0);
+        field.learner.set_mechanisms(mechanisms);
+        let mut seen = std::collections::BTreeSet::new();
+        let mut gone = 0;
+        for _ in 0..500 {
+            seen.insert(field.at);
+            let observations = field.world().observations().to_vec();
+            let step = field.learner.step(&Frame { body: BODY, outcome: field.outcome, observations });
+            let Output::Act(primitive) = step.output else { panic!("it acts") };
+            let decision = step.decision.unwrap();
+            let chosen = &decision.candidates[decision.chosen];
+            if matches!(chosen.subject, Subject::Primitive(_)) && chosen.distance > 1 {
+                gone += 1;
+                let sum: f64 = chosen.terms.iter().map(|term| term.value).sum();
+                assert_eq!(sum / f64::from(chosen.distance), chosen.excitation);
+                assert_eq!(decision.action, primitive);
+            }
+            field.act(primitive.0 as usize);
+            field.outcome = Some(ActionOutcome::Done);
+        }
+        (seen.len(), gone)
+    };
+    let all: Vec<_> = (1..=3).map(|seed| explored(seed, Mechanisms::FULL)).collect();
+    let none = Mechanisms { curiosity: false, ..Mechanisms::FULL };
+    let without: Vec<_> = (1..=3).map(|seed| explored(seed, none)).collect();
+    println!(
+        "places of 100 after 500 actions, and how often it went on the way: {all:?}; without curiosity {without:?}"
+    );
+    assert!(median(all.iter().map(|(seen, _)| *seen as f64).collect()) >= 90.0, "{all:?}");
+    assert!(all.iter().all(|(_, gone)| *gone > 0) && without.iter().all(|(_, gone)| *gone == 0));
 }

@@ -9,6 +9,7 @@ use crate::cycle::chaining::{Access, Achievement, Reach, achieve};
 use crate::cycle::claims;
 use crate::cycle::curiosity::Curiosity;
 use crate::cycle::excitation::{self, LawExcitation, PairCounts, Percepts, Resemblance};
+use crate::cycle::frontier::{self, Frontier};
 use crate::cycle::goals;
 use crate::cycle::match_cache::MatchCache;
 use crate::memory::Memory;
@@ -44,6 +45,7 @@ enum ContenderKey {
     /// As an index into the generalised ones.
     Generalised(usize),
     Primitive(PrimitiveId),
+    Frontier,
 }
 
 /// Everything that could be done now. There may be tens of thousands: of concrete schemas and primitives only the
@@ -53,6 +55,8 @@ pub(crate) struct Choice {
     concrete: Vec<(f64, SchemaId)>,
     generalised: Vec<Contender>,
     primitives: Vec<(f64, PrimitiveId)>,
+    /// What draws it elsewhere, if that is more exciting than everything else.
+    frontier: Option<Frontier>,
     /// The highest excitation; 0 when nothing is exciting.
     pub(crate) top: f64,
 }
@@ -91,8 +95,12 @@ impl Choice {
                 .filter_map(|id| Some((access(memory, situation, *id).map(|_| 0.0)?, *id)))
                 .collect();
         }
-        let mut choice = Self { concrete, generalised, primitives, top: 0.0 };
+        let mut choice = Self { concrete, generalised, primitives, frontier: None, top: 0.0 };
         choice.top = choice.all().map(|(excitation, _)| excitation).fold(0.0, f64::max);
+        let drive = memory.parameters().babbling_excitation;
+        let Situation { body, world, curiosity, .. } = *situation;
+        choice.frontier = frontier::search(memory, body, world, curiosity, choice.top / drive);
+        choice.top = choice.frontier.as_ref().map_or(choice.top, |found| drive * found.pull());
         choice
     }
 
@@ -104,7 +112,8 @@ impl Choice {
         let generalised = generalised.map(|(at, scored)| (scored.excitation, ContenderKey::Generalised(at)));
         let primitives =
             self.primitives.iter().map(|(excitation, id)| (*excitation, ContenderKey::Primitive(*id)));
-        generalised.chain(primitives).chain(concrete)
+        let frontier = self.frontier.iter().map(|_| (self.top, ContenderKey::Frontier));
+        frontier.chain(generalised).chain(primitives).chain(concrete)
     }
 
     /// Takes the most excited candidate, drawing among equals, and resolves it to a primitive.
@@ -118,13 +127,16 @@ impl Choice {
         self.all().filter(|(excitation, _)| *excitation == self.top).for_each(|(_, which)| best.push(which));
         best.sort_unstable();
         let chosen = *best.get(random.below(best.len()))?;
-        let execution = resolve(memory, situation, &*self.scored(memory, situation, self.top, chosen)?)?;
+        let execution = match &self.frontier {
+            Some(found) => towards(memory, situation, found),
+            None => resolve(memory, situation, &*self.scored(memory, situation, self.top, chosen)?)?,
+        };
         let reason = if best.len() > 1 { Reason::Tie } else { Reason::Excitation };
         let (shown, at) = self.most_excited(memory, situation, chosen);
         let mut decision = explain(memory, situation, &shown, reason, execution.action);
         decision.chosen = at;
         decision.ties = best.len();
-        decision.candidates_total = self.concrete.len() + self.generalised.len() + self.primitives.len();
+        decision.candidates_total = self.all().count();
         Some((execution, decision))
     }
 
@@ -165,6 +177,7 @@ impl Choice {
             ContenderKey::Concrete(id) => (Subject::Schema(id), memory.index().outline(id)?.action),
             ContenderKey::Generalised(at) => return self.generalised.get(at).map(Cow::Borrowed),
             ContenderKey::Primitive(primitive) => (Subject::Primitive(primitive), primitive),
+            ContenderKey::Frontier => return self.elsewhere(memory).map(Cow::Owned),
         };
         let reliability = memory.content().reliability(action);
         let value = memory.parameters().babbling_excitation * reliability;
@@ -190,6 +203,26 @@ impl Choice {
             reliability,
             drives,
         }))
+    }
+}
+
+impl Choice {
+    /// What draws it elsewhere, as a candidate.
+    fn elsewhere(&self, memory: &Memory) -> Option<Contender> {
+        let found = self.frontier.as_ref()?;
+        let value = memory.parameters().babbling_excitation * found.weight;
+        let drive = Drive { role: Role::Curiosity, weight: found.weight, value };
+        Some(Contender {
+            subject: Subject::Primitive(found.new),
+            binding: Substitution::new(),
+            places: None,
+            carrier: None,
+            access: None,
+            distance: found.distance,
+            excitation: self.top,
+            reliability: memory.content().reliability(found.new),
+            drives: [Some(drive), None],
+        })
     }
 }
 
@@ -360,6 +393,15 @@ fn primitives(memory: &Memory, situation: &Situation<'_>) -> Vec<(f64, Primitive
     let uncovered = babbling::uncovered(memory, situation.body, situation.executable).into_iter();
     let drive = memory.parameters().babbling_excitation;
     uncovered.map(|primitive| (drive * memory.content().reliability(primitive), primitive)).collect()
+}
+
+/// What has to be sent to get where something draws it: the first of a chain, as far as schemas say what comes about.
+fn towards(memory: &Memory, situation: &Situation<'_>, found: &Frontier) -> Execution {
+    let (execution, _) = carry_out(memory, situation, found.first);
+    let links =
+        found.way.iter().map_while(|(world, action)| goals::in_use(memory, situation.body, world, *action));
+    let chain = if execution.schema.is_some() { links.collect() } else { Vec::new() };
+    Execution { chain, ..execution }
 }
 
 /// What has to be sent to execute the candidate: its own primitive, or the first of a chain to it.

@@ -12,13 +12,15 @@ use crate::nouns::world_state::WorldState;
 pub(crate) struct Curiosity {
     /// How much may be learnt of each primitive that the body has, from 0 to 1, by the primitive's number.
     of: Vec<f64>,
+    /// How much may be learnt of any primitive of the body anywhere, at most; from 0 to 1.
+    most: f64,
     /// What equation 1 is multiplied by: 1, or 1 over the number of values that are perceived.
     share: f64,
 }
 
 impl Curiosity {
     /// Of a learner without the mechanism: none, and equation 1 as it is.
-    pub(crate) const NONE: Self = Self { of: Vec::new(), share: 1.0 };
+    pub(crate) const NONE: Self = Self { of: Vec::new(), most: 1.0, share: 1.0 };
 
     pub(crate) fn new(memory: &Memory, body: BodyId, world: &WorldState) -> Self {
         let content = memory.content();
@@ -36,7 +38,16 @@ impl Curiosity {
             }
         }
         let values: usize = world.observations().iter().map(|o| o.properties().len()).sum();
-        Self { of, share: 1.0 / values.max(1) as f64 }
+        let learnable = |primitive: &PrimitiveId| {
+            content.reliability(*primitive) * content.evidence.surprise(vocabulary, *primitive)
+        };
+        let most = repertoire.iter().map(learnable).fold(0.0, f64::max);
+        Self { of, most, share: 1.0 / values.max(1) as f64 }
+    }
+
+    /// How much may be learnt of any primitive anywhere, at most; none without the mechanism.
+    pub(crate) fn most(&self) -> Option<f64> {
+        (!self.of.is_empty()).then_some(self.most)
     }
 
     /// The weight of a term of equation 1 for an action of this reliability.

@@ -10,6 +10,7 @@ mod claims;
 mod creation;
 mod curiosity;
 mod excitation;
+mod frontier;
 mod generalisation;
 pub mod goals;
 mod habituation;

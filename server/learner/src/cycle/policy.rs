@@ -178,7 +178,7 @@ impl Search<'_> {
 
     /// An action in a context, with what is foretold of it; none if it neither changes anything nor reaches the goal.
     fn look(&mut self, at: usize, action: PrimitiveId, prospect: Prospect) -> Option<Move> {
-        let Prospect { outcomes: foretold, open } = prospect;
+        let Prospect { outcomes: foretold, open, .. } = prospect;
         let Node { reached, depth, ref context, .. } = self.graph.nodes[at];
         let context = context.clone();
         let reliability = self.content.reliability(action);

@@ -1,14 +1,19 @@
 //! A small abstract table shared by the tests: fields, postures that bring the finger to them, blocks.
 #![allow(dead_code, unreachable_pub, missing_docs, clippy::unwrap_used)]
 
+use std::sync::Arc;
+
 use pschema_learner::curriculum::{
     Afterwards, Argument, Curriculum, Lift, NamedObservation, Pool, Saturation, SceneCommand, Stage,
 };
-use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
+use pschema_learner::effect::Effect;
+use pschema_learner::execution::Execution;
+use pschema_learner::observation::{Observation, PropertyId, Substitution, SymbolId, TypeId, Value};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::vocabulary::{
-    BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, ValueKind,
+    BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, PrimitiveId, ValueKind,
 };
+use pschema_learner::world_state::WorldState;
 use pschema_learner::{ActionOutcome, Frame, Learner, Output, Step};
 
 pub const FINGER: TypeId = TypeId(0);
@@ -191,4 +196,25 @@ impl Table {
         self.outcome = Some(ActionOutcome::Done);
         true
     }
+}
+
+/// Has a learner that is held carry `action` out in `world`, as if it had chosen that there. Returns the effect.
+pub fn lead(learner: &mut Learner, body: BodyId, action: PrimitiveId, world: WorldState) -> Effect {
+    let pending = Execution {
+        schema: None,
+        binding: Substitution::new(),
+        carrier: None,
+        action,
+        before: world,
+        chain: Vec::new(),
+        for_goal: false,
+    };
+    let random = learner.memory().content().random.state();
+    let led = Effect::StepEnded { body, random, pending: Some(Arc::new(pending)) };
+    let curriculum = learner.curriculum().clone();
+    let nobody = Learner::new(0, Parameters::default(), curriculum.clone()).unwrap();
+    let mut memory = std::mem::replace(learner, nobody).into_memory();
+    memory.apply(&led).unwrap();
+    *learner = Learner::resume(memory, curriculum).unwrap();
+    led
 }

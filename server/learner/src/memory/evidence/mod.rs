@@ -227,6 +227,12 @@ impl Evidence {
         primitives.iter().map(|primitive| curiosity(primitive).unwrap_or(1.0)).collect()
     }
 
+    /// How often what is new surprises where this primitive is carried out, from 0 to 1: of what may be learnt of it there is no more anywhere.
+    pub(crate) fn surprise(&self, vocabulary: &Vocabulary, primitive: PrimitiveId) -> f64 {
+        let pool = action(vocabulary, primitive).and_then(|action| self.pools.get(&action));
+        pool.map_or(1.0, |pool| pool.surprise())
+    }
+
     /// What a primitive will bring about in a context of lasting observations in canonical order, by what a body recalls, if it is one's;
     /// nothing where nothing is known of its action.
     #[must_use]

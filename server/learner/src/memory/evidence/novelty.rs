@@ -1,4 +1,5 @@
-//! How new it is to do something in a context: equation 1's 1 / (1 + N), with N counted of two observations and a primitive together.
+//! How new it is to do something in a context: equation 1's 1 / (1 + N), squared, with N counted of two observations and a primitive
+//! together.
 
 use crate::memory::evidence::columns::{Column, Conditions};
 use crate::nouns::claim::{Condition, Expression, Sketch};
@@ -10,21 +11,17 @@ const OBSERVATIONS_MAX: usize = 48;
 const KEPT: f64 = 0.97;
 
 /// A context, as it was met by the examples of a pool.
-pub(super) struct Novelty {
+pub(super) struct Novelty<'a> {
+    /// The examples in whose context each of the first observations was; none of those that were in no context.
+    columns: Vec<Option<&'a Column>>,
     /// Of each pair of observations in the context, an observation with itself included, the examples in which both were there.
     pairs: Vec<Column>,
 }
 
-impl Novelty {
-    pub(super) fn new(conditions: &Conditions, context: &[Observation]) -> Self {
-        let met = |observation: &Observation| {
-            let given = |(property, value): &(_, _)| (*property, Expression::Constant(*value));
-            let properties = observation.properties().iter().map(given).collect();
-            let known =
-                conditions.find(&Condition::Observed(Sketch { kind: observation.kind(), properties }));
-            known.map(|asked| &asked.column)
-        };
-        let columns: Vec<_> = context.iter().take(OBSERVATIONS_MAX).map(met).collect();
+impl<'a> Novelty<'a> {
+    pub(super) fn new(conditions: &'a Conditions, context: &[Observation]) -> Self {
+        let columns = context.iter().take(OBSERVATIONS_MAX).map(|observation| met(conditions, observation));
+        let columns: Vec<_> = columns.collect();
         let none = Column::default();
         let mut pairs = Vec::with_capacity(columns.len() * (columns.len() + 1) / 2);
         for (at, one) in columns.iter().enumerate() {
@@ -33,17 +30,25 @@ impl Novelty {
                 pairs.push(one.both(other));
             }
         }
-        Self { pairs }
+        Self { columns, pairs }
     }
 
-    /// The mean of 1 / (1 + N) over the pairs, where N counts the examples among those that `tried` the primitive; from 0 to 1. If the
+    /// The mean of newness over the pairs, by the number of those among the examples that `tried` the primitive; from 0 to 1. If the
     /// context is that of one of them, it may be left out: `already`.
     pub(super) fn of(&self, tried: &Column, already: bool) -> f64 {
-        let new = |count: usize| 1.0 / (1 + count.saturating_sub(usize::from(already))) as f64;
+        let new = |count: usize| newness(count.saturating_sub(usize::from(already)));
         if self.pairs.is_empty() {
             return new(tried.count());
         }
         self.pairs.iter().map(|both| new(both.count_both(tried))).sum::<f64>() / self.pairs.len() as f64
+    }
+
+    /// Those that `tried` the primitive with all of the context together, those of its observations left out, by their places, that `matter`
+    /// not.
+    pub(super) fn together(&self, tried: &Column, matter: impl Fn(usize) -> bool) -> Column {
+        let columns =
+            self.columns.iter().enumerate().filter(|(at, _)| matter(*at)).map(|(_, column)| *column);
+        columns.fold(tried.clone(), |left, column| column.map_or_else(Column::default, |met| left.both(met)))
     }
 
     /// The share of the pairs in which none of those that `tried` the primitive was.
@@ -54,6 +59,21 @@ impl Novelty {
         let unmet = self.pairs.iter().filter(|both| both.count_both(tried) == 0);
         unmet.count() as f64 / self.pairs.len() as f64
     }
+}
+
+/// How much one more trial may teach after so many of the same: the more is known, the less likely is it that it is otherwise than
+/// foretold, and the less does that change what is foretold. Both go by 1 / (1 + N).
+pub(super) fn newness(count: usize) -> f64 {
+    let likely = 1.0 / (1 + count) as f64;
+    likely * likely
+}
+
+/// The examples in whose context an observation was; none if it is in no context.
+fn met<'a>(conditions: &'a Conditions, observation: &Observation) -> Option<&'a Column> {
+    let given = |(property, value): &(_, _)| (*property, Expression::Constant(*value));
+    let properties = observation.properties().iter().map(given).collect();
+    let known = conditions.find(&Condition::Observed(Sketch { kind: observation.kind(), properties }));
+    known.map(|asked| &asked.column)
 }
 
 /// How often a facet surprised: what came about was not foretold at all. Of late, for an earlier experience counts less.

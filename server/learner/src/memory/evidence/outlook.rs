@@ -2,8 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::memory::evidence::columns::Column;
 use crate::memory::evidence::facet::{ANYTHING, Facet};
 use crate::memory::evidence::foretold::{Foretold, View};
+use crate::memory::evidence::novelty::newness;
 use crate::memory::evidence::pool::{Pool, relied};
 use crate::memory::evidence::{Evidence, action};
 use crate::nouns::claim::{Change, Claim, Condition, Sketch};
@@ -13,11 +15,11 @@ use crate::nouns::vocabulary::{BodyId, PrimitiveId, Vocabulary};
 /// Joint outcomes of one action that are looked at: the most probable.
 const OUTCOMES_MAX: usize = 32;
 
+/// How new a context is that is new as a whole, when each pair of its observations is familiar.
+const WHOLE: f64 = 0.5;
+
 /// What comes of itself and is less certain than this is left to chance.
 const SURE: f64 = 0.9;
-
-/// A claim counts as so many experiences in a context beside those that were made in the very same.
-const CLAIM_COUNTS: f64 = 16.0;
 
 /// What the actions of a body may make of a context.
 pub(crate) struct Outlook {
@@ -36,6 +38,9 @@ pub(crate) struct Prospect {
     /// The probability that it is otherwise than foretold because it was never carried out where such things are: as often as what is new
     /// surprised.
     pub(crate) open: f64,
+    /// How much may be learnt by it there, from 0 to 1: how often its action surprised of late, times how new it is there. Pairs of
+    /// observations that are all familiar may be together for the first time, which counts for less.
+    pub(crate) learnable: f64,
 }
 
 /// What claims about a facet rest on.
@@ -181,15 +186,22 @@ impl Evidence {
             |primitive: &PrimitiveId| self.foretell_of(vocabulary, Some(body), *primitive, context, &wanted);
         let foretold: Vec<_> = primitives.iter().map(foretell).collect();
         let chance = self.chance(context, &foretold, goal);
+        let steady: BTreeSet<_> = kinds.iter().filter(|kind| !chance.contains(kind)).copied().collect();
+        let plain: Vec<_> = context.iter().filter(|o| steady.contains(&o.kind())).cloned().collect();
         let mut novelties = BTreeMap::new();
         let prospects = primitives.iter().zip(foretold).map(|(primitive, mut foretold)| {
             foretold.retain(|facet| !facet.kinds.iter().any(|kind| chance.contains(kind)));
             let action = action(vocabulary, *primitive);
             let pool = action.and_then(|action| self.pools.get(&action));
-            let unmet = pool.map_or(1.0, |pool| {
+            let (mut unmet, mut learnable, mut met) = (1.0, 1.0, Column::default());
+            if let Some(pool) = pool {
                 let novelty = novelties.entry(action).or_insert_with(|| pool.novelty(context));
-                pool.unmet(novelty, *primitive)
-            });
+                unmet = pool.unmet(novelty, *primitive);
+                let matters = |at: usize| context.get(at).is_some_and(|o| steady.contains(&o.kind()));
+                met = pool.together(novelty, *primitive, matters);
+                let new = pool.newness(novelty, *primitive, false).max(WHOLE * newness(met.count()));
+                learnable = pool.surprise() * new;
+            }
             let of_pool = |facet: &Foretold| {
                 let known = pool?.facets.iter().find(|known| known.kinds == facet.kinds)?;
                 Some((pool?, known))
@@ -198,11 +210,11 @@ impl Evidence {
             let trusted: f64 = foretold.iter().filter_map(trust).product();
             let alike = |facet: &Foretold| {
                 let of_pool = of_pool(facet).filter(|_| facet.view != View::Remembered);
-                of_pool.map_or_else(Vec::new, |(pool, known)| pool.alike(known, *primitive, context))
+                of_pool.map_or_else(Vec::new, |(pool, known)| pool.alike_in(known, &met, &plain, &steady))
             };
             let foretold: Vec<_> =
                 foretold.iter().map(|facet| (facet, shares(facet, alike(facet)))).collect();
-            Prospect { outcomes: together(context, &foretold, trusted), open: 1.0 - trusted }
+            Prospect { outcomes: together(context, &foretold, trusted), open: 1.0 - trusted, learnable }
         });
         Outlook { prospects: prospects.collect(), chance }
     }
@@ -238,20 +250,35 @@ impl Evidence {
 /// An outcome of a facet, the observations of its types, with its probability.
 type Share = (Vec<Observation>, f64);
 
-/// The probabilities of the outcomes of a facet. Where the very same context was met, what came of it then counts beside the claim.
+/// The probabilities of the outcomes of a facet. Where the very same context was met before, it may be an exception to the claim: so the
+/// claim and what came of this context alone are weighed, each by how probable it makes all that came. At first both are as likely.
 fn shares(facet: &Foretold, alike: Vec<(Vec<Observation>, u32)>) -> Vec<Share> {
     let ways = facet.outcomes.len();
     let told = facet.outcomes.iter();
     let told = told.map(|(after, count)| (after.clone(), probability(*count, facet.trials, ways)));
     let mut shares: Vec<Share> = told.collect();
-    let met: u32 = alike.iter().map(|(_, count)| count).sum();
-    let all = f64::from(met) + CLAIM_COUNTS;
-    shares.iter_mut().for_each(|(_, share)| *share *= CLAIM_COUNTS / all);
+    if alike.is_empty() {
+        return shares;
+    }
+    // What the claim never saw come.
+    let untold = 1.0 / (ways + 1) as f64 / (f64::from(facet.trials) + 1.0);
+    let (mut by_claim, mut by_itself, mut met) = (0.0, 0.0, 0);
+    for (after, count) in &alike {
+        let share = shares.iter().find(|(known, _)| known == after).map_or(untold, |(_, share)| *share);
+        by_claim += f64::from(*count) * libm::log(share);
+        for came in 0..*count {
+            by_itself += libm::log((f64::from(came) + share) / f64::from(met + 1));
+            met += 1;
+        }
+    }
+    let itself = 1.0 / (1.0 + libm::exp(by_claim - by_itself));
+    let all = f64::from(met) + 1.0;
+    shares.iter_mut().for_each(|(_, share)| *share *= 1.0 - itself + itself / all);
     for (after, count) in alike {
-        let came = f64::from(count) / all;
+        let came = itself * f64::from(count) / all;
         match shares.iter_mut().find(|(known, _)| *known == after) {
             Some((_, share)) => *share += came,
-            None => shares.push((after, came)),
+            None => shares.push((after, came + (1.0 - itself + itself / all) * untold)),
         }
     }
     shares

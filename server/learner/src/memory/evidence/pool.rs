@@ -16,6 +16,8 @@ use crate::nouns::vocabulary::PrimitiveId;
 
 /// Experiences with one action that are kept. Beyond it the oldest of the claim with the most make room, a quarter at a time.
 const EXPERIENCES_MAX: usize = 1_024;
+/// Experiences that are looked at for what came of a context that was met often.
+const ALIKE_MAX: usize = 64;
 /// ln of the odds at which it is held that something differs or belongs together: 20 to 1, as an interval of 95 % says elsewhere.
 pub(super) const CERTAIN: f64 = 2.995_732_273_553_991;
 /// How far an earlier success of a view at foretelling counts, at each experience since.
@@ -481,17 +483,28 @@ impl Pool {
     }
 
     /// A context as it was met.
-    pub(super) fn novelty(&self, context: &[Observation]) -> Novelty {
+    pub(super) fn novelty(&self, context: &[Observation]) -> Novelty<'_> {
         Novelty::new(&self.conditions, context)
     }
 
     /// How new a primitive is there, from 0 to 1; or was, if what was tried there counts `already`.
-    pub(super) fn newness(&self, novelty: &Novelty, primitive: PrimitiveId, already: bool) -> f64 {
+    pub(super) fn newness(&self, novelty: &Novelty<'_>, primitive: PrimitiveId, already: bool) -> f64 {
         self.of_primitive.get(&primitive).map_or(1.0, |tried| novelty.of(tried, already))
     }
 
+    /// The experiences with a primitive in all of a context together, but for the observations that `matter` not.
+    pub(super) fn together(
+        &self,
+        novelty: &Novelty<'_>,
+        primitive: PrimitiveId,
+        matter: impl Fn(usize) -> bool,
+    ) -> Column {
+        let tried = self.of_primitive.get(&primitive);
+        tried.map_or_else(Column::default, |tried| novelty.together(tried, matter))
+    }
+
     /// The share of a context in which the primitive was never carried out.
-    pub(super) fn unmet(&self, novelty: &Novelty, primitive: PrimitiveId) -> f64 {
+    pub(super) fn unmet(&self, novelty: &Novelty<'_>, primitive: PrimitiveId) -> f64 {
         self.of_primitive.get(&primitive).map_or(1.0, |tried| novelty.unmet(tried))
     }
 
@@ -579,6 +592,34 @@ impl Pool {
             if !facet.is_told_by(experience) {
                 continue;
             }
+            let after = facet.part(&experience.after);
+            match outcomes.iter_mut().find(|(known, _)| *known == after) {
+                Some((_, count)) => *count += 1,
+                None => outcomes.push((after, 1)),
+            }
+        }
+        outcomes
+    }
+
+    /// The same in contexts of which those observations that are of `kinds` are just these. They are looked for among the experiences `met`,
+    /// and so many of them tell enough.
+    pub(super) fn alike_in(
+        &self,
+        facet: &Facet,
+        met: &Column,
+        context: &[Observation],
+        kinds: &BTreeSet<TypeId>,
+    ) -> Vec<(Vec<Observation>, u32)> {
+        if facet.is_singly {
+            return Vec::new();
+        }
+        let is_alike = |experience: &&Arc<Experience>| {
+            let of_kinds = experience.before.iter().filter(|o| kinds.contains(&o.kind()));
+            of_kinds.eq(context) && facet.is_told_by(experience)
+        };
+        let experiences = met.iter().filter_map(|at| self.examples.get(at)).map(|(one, _)| one);
+        let mut outcomes: Vec<(Vec<Observation>, u32)> = Vec::new();
+        for experience in experiences.take(ALIKE_MAX).filter(is_alike) {
             let after = facet.part(&experience.after);
             match outcomes.iter_mut().find(|(known, _)| *known == after) {
                 Some((_, count)) => *count += 1,
