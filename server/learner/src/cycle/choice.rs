@@ -104,7 +104,7 @@ impl Choice {
         choice
     }
 
-    /// All of them, first those that are mostly the most exciting.
+    /// All of them that are here, first those that are mostly the most exciting.
     fn all(&self) -> impl Iterator<Item = (f64, ContenderKey)> + '_ {
         let concrete =
             self.concrete.iter().map(|(excitation, id)| (*excitation, ContenderKey::Concrete(*id)));
@@ -112,8 +112,7 @@ impl Choice {
         let generalised = generalised.map(|(at, scored)| (scored.excitation, ContenderKey::Generalised(at)));
         let primitives =
             self.primitives.iter().map(|(excitation, id)| (*excitation, ContenderKey::Primitive(*id)));
-        let frontier = self.frontier.iter().map(|_| (self.top, ContenderKey::Frontier));
-        frontier.chain(generalised).chain(primitives).chain(concrete)
+        generalised.chain(primitives).chain(concrete)
     }
 
     /// Takes the most excited candidate, drawing among equals, and resolves it to a primitive.
@@ -123,7 +122,8 @@ impl Choice {
         situation: &Situation<'_>,
         random: &mut Random,
     ) -> Option<(Execution, Decision)> {
-        let mut best = Vec::new();
+        // What draws it elsewhere is there only if it is the most exciting.
+        let mut best: Vec<_> = self.frontier.iter().map(|_| ContenderKey::Frontier).collect();
         self.all().filter(|(excitation, _)| *excitation == self.top).for_each(|(_, which)| best.push(which));
         best.sort_unstable();
         let chosen = *best.get(random.below(best.len()))?;
@@ -136,7 +136,8 @@ impl Choice {
         let mut decision = explain(memory, situation, &shown, reason, execution.action);
         decision.chosen = at;
         decision.ties = best.len();
-        decision.candidates_total = self.all().count();
+        let here = self.concrete.len() + self.generalised.len() + self.primitives.len();
+        decision.candidates_total = here + usize::from(self.frontier.is_some());
         Some((execution, decision))
     }
 
@@ -152,6 +153,7 @@ impl Choice {
             b.0.total_cmp(&a.0).then_with(|| rest(a.1).cmp(&rest(b.1)))
         };
         let mut kept: Vec<(f64, ContenderKey)> = Vec::with_capacity(CANDIDATES_KEPT_MAX + 1);
+        kept.extend(self.frontier.iter().map(|_| (self.top, ContenderKey::Frontier)));
         self.all().for_each(|candidate| {
             let full = kept.len() == CANDIDATES_KEPT_MAX;
             if full && kept.last().is_some_and(|last| first(last, &candidate).is_lt()) {
