@@ -7,12 +7,12 @@ A table has a line for each thing it says:
     from      the environment and the package it is taken from
     sense     a type of observation and its properties, all integers
     actions   the names of the actions, in the environment's order
-    goal      the observation in which an episode has succeeded; a * is a value that differs from episode to episode,
-              the one that the property after the colon has
+    goal      the observation in which an episode has succeeded: a sense and its values, or '*:' and another sense with
+              its property, which has the value of the present episode
     starts    the states in which an episode begins, all equally probable
     state     what is perceived in the next state, counted from 0: values of the senses, in their order, '-' for none
     next      of that state: for each action the states that follow, with ' ' between actions; 3*2/3,7*1/3 are chances;
-              'end' when the episode is over there, so that any action leads to a start (gymnasium's "next step" autoreset)
+              'end' when the episode is over there
 """
 
 import copy
@@ -88,12 +88,11 @@ def lake(name, size, slippery):
              lambda _, state: [(state,)], map_name=f"{size}x{size}", is_slippery=slippery)
 
 
-COLOURS = ["red", "green", "blue", "purple", "yellow", "grey"]
 MOVES = ["left", "right", "forward", "pickup", "drop", "toggle", "done"]
 
 
-def grid_world(name, identity, seed, whole):
-    """A layout of minigrid. Doors and keys are what can change; `whole`: what is perceived is the whole state, else what the agent sees."""
+def grid_world(name, identity, seed):
+    """A layout of minigrid, of which the whole state is perceived. Doors and keys are what can change."""
     environment = gymnasium.make(identity)
     environment.reset(seed=seed)
     start = environment.unwrapped
@@ -112,15 +111,10 @@ def grid_world(name, identity, seed, whole):
 
     def percept(env):
         (x, y), direction, (door, key, carries) = identity_of(env)
-        if whole:
-            values = [(x, y), (direction,)]
-            if any(isinstance(env.grid.get(*cell), Door) for cell in cells):
-                values += [door[2:], key, (1,) if carries else (0,)]
-            return values
-        image = env.gen_obs()["image"]
-        # An unseen cell is no observation. What is carried is seen at the agent's own place.
-        return [tuple(map(int, image[i, j])) if image[i, j][0] != 0 else None
-                for i, j in itertools.product(range(image.shape[0]), range(image.shape[1]))]
+        values = [(x, y), (direction,)]
+        if door:
+            values += [door[2:], key, (1,) if carries else (0,)]
+        return values
 
     number, queue, states = {identity_of(start): 0}, [start], []
     while queue:
@@ -141,15 +135,10 @@ def grid_world(name, identity, seed, whole):
         states.append((percept(env), following))
     goals = [cell for cell in cells if (t := start.grid.get(*cell)) is not None and t.type == "goal"]
     senses = [("at", ["x", "y"]), ("facing", ["direction"])]
-    if whole:
-        goal = f"at {goals[0][0]},{goals[0][1]}"
-        if any(isinstance(start.grid.get(*cell), Door) for cell in cells):
-            senses += [("door", ["state"]), ("key", ["x", "y"]), ("carries", ["key"])]
-    else:
-        size = start.agent_view_size
-        senses = [(f"cell{i}_{j}", ["thing", "colour", "state"]) for i in range(size) for j in range(size)]
-        goal = None
-    source = f"{identity} of minigrid {minigrid.__version__}, seed {seed}, {'the whole state' if whole else 'what the agent sees'}"
+    goal = f"at {goals[0][0]},{goals[0][1]}"
+    if things(start)[0]:
+        senses += [("door", ["state"]), ("key", ["x", "y"]), ("carries", ["key"])]
+    source = f"{identity} of minigrid {minigrid.__version__}, seed {seed}, the whole state"
     write(name, source, senses, MOVES, goal, [0], states)
 
 
@@ -162,5 +151,5 @@ if __name__ == "__main__":
     toy_text("taxi", "Taxi-v4", [("row", ["number"]), ("column", ["number"]), ("passenger", ["at"]), ("destination", ["at"])],
              ["south", "north", "east", "west", "pickup", "dropoff"], "passenger *:destination.at",
              lambda environment, state: [(v,) for v in map(int, environment.decode(state))])
-    grid_world("empty-8", "MiniGrid-Empty-8x8-v0", 1, True)
-    grid_world("door-key-5", "MiniGrid-DoorKey-5x5-v0", 1, True)
+    grid_world("empty-8", "MiniGrid-Empty-8x8-v0", 1)
+    grid_world("door-key-5", "MiniGrid-DoorKey-5x5-v0", 1)

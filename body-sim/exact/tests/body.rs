@@ -26,3 +26,27 @@ fn every_world_is_a_body_that_the_protocol_takes() {
         assert!(is_as_told, "{}: {failed}", entry.name);
     }
 }
+
+/// On FrozenLake's map of 4 x 4 there is a hole below the second field.
+#[test]
+fn an_episode_that_is_over_is_shown_once_more_and_then_the_next_begins() {
+    let mut body = ExactBody::new("lake", "lake-4", 1).unwrap();
+    let description = body.describe();
+    let [_, down, right, _] = &description.repertoire[..] else { panic!("four actions") };
+    let place = |body: &mut ExactBody| {
+        let mut senses = Senses::default();
+        body.sense(&mut senses);
+        format!("{:?}", senses.observations())
+    };
+    let start = place(&mut body);
+    assert_eq!(body.act(right), Outcome::Done);
+    assert_eq!(body.act(down), Outcome::Done);
+    let hole = place(&mut body);
+    assert_ne!(hole, start);
+    assert_eq!(body.act(right), Outcome::Done);
+    assert_eq!(place(&mut body), hole, "nothing leads on from there");
+    assert!(matches!(body.act(right), Outcome::Failed { .. }));
+    assert_eq!(place(&mut body), start);
+    assert_eq!(body.act(right), Outcome::Done);
+    assert_ne!(place(&mut body), start);
+}

@@ -99,8 +99,14 @@ impl Choice {
         choice.top = choice.all().map(|(excitation, _)| excitation).fold(0.0, f64::max);
         let drive = memory.parameters().babbling_excitation;
         let Situation { body, world, curiosity, .. } = *situation;
-        choice.frontier = frontier::search(memory, body, world, curiosity, choice.top / drive);
-        choice.top = choice.frontier.as_ref().map_or(choice.top, |found| drive * found.pull());
+        // Where nothing drives it, it is drawn nowhere.
+        if drive > 0.0 {
+            choice.frontier = frontier::search(memory, body, world, curiosity, choice.top / drive);
+            choice.top = choice
+                .frontier
+                .as_ref()
+                .map_or(choice.top, |found| drive * found.weight / f64::from(found.distance));
+        }
         choice
     }
 
@@ -206,9 +212,7 @@ impl Choice {
             drives,
         }))
     }
-}
 
-impl Choice {
     /// What draws it elsewhere, as a candidate.
     fn elsewhere(&self, memory: &Memory) -> Option<Contender> {
         let found = self.frontier.as_ref()?;

@@ -21,6 +21,20 @@ pub(crate) fn context(content: &Content, world: &WorldState) -> WorldState {
     world.filter(|o| declared(o).is_some_and(|known| !known.declared.transient && !known.declared.heard))
 }
 
+/// The same of what an action makes of a context, with what is supposed then.
+pub(crate) fn context_after(
+    content: &Content,
+    before: &[Observation],
+    action: PrimitiveId,
+    after: &WorldState,
+) -> WorldState {
+    let on = content.items.all.iter().map(|item| {
+        let on = before.binary_search(&item.observation(true)).is_ok();
+        item.follow(on, action, after.observations())
+    });
+    context(content, &content.items.with(on, after))
+}
+
 /// What claims foretell of `primitive` in `world`, of each facet; nothing while no claims are kept.
 pub(crate) fn foretell(
     content: &Content,

@@ -10,7 +10,7 @@ use rustc_hash::FxHashSet;
 use crate::cycle::claims;
 use crate::cycle::curiosity::Curiosity;
 use crate::memory::Memory;
-use crate::nouns::observation::{Observation, TypeId};
+use crate::nouns::observation::TypeId;
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
@@ -34,22 +34,27 @@ pub(crate) struct Frontier {
     pub(crate) weight: f64,
 }
 
-impl Frontier {
-    /// How much it draws.
-    pub(crate) fn pull(&self) -> f64 {
-        self.weight / f64::from(self.distance)
-    }
-}
-
 /// A context that can be reached.
 struct Node {
-    context: Box<[Observation]>,
+    context: WorldState,
     /// The actions to it, as many as are expected.
     far: f64,
     /// The probability of coming there.
     likely: f64,
     /// The node from which it is reached, and by which action; none of where the search begins.
     from: Option<(usize, PrimitiveId)>,
+}
+
+impl Node {
+    /// The actions until something was done there, in whole numbers as a decision tells them.
+    fn distance(&self) -> u32 {
+        self.far.round() as u32 + 1
+    }
+
+    /// How much draws there that would draw so much here.
+    fn pull(&self, here: f64) -> f64 {
+        here * self.likely / f64::from(self.distance())
+    }
 }
 
 /// Looks for what draws more than `least`, in weight over distance. None if there is nothing in reach that does.
@@ -67,41 +72,37 @@ pub(crate) fn search(
     let kinds: BTreeSet<_> =
         (0..u16::try_from(vocabulary.types().len()).unwrap_or(u16::MAX)).map(TypeId).collect();
     let none = BTreeSet::new();
-    let start: Box<[_]> = claims::context(content, world).observations().into();
-    let mut known: FxHashSet<Box<[Observation]>> = FxHashSet::from_iter([start.clone()]);
+    let start = claims::context(content, world);
+    let mut known = FxHashSet::from_iter([start.clone()]);
     let mut nodes = vec![Node { context: start, far: 0.0, likely: 1.0, from: None }];
-    let mut waiting = BinaryHeap::from([(1.0_f64.to_bits(), Reverse(0))]);
+    let mut waiting = BinaryHeap::from([(nodes[0].pull(1.0).to_bits(), Reverse(0))]);
     let mut best: Option<(f64, usize, PrimitiveId, f64)> = None;
     let mut looks = 0;
     while let Some((_, Reverse(at))) = waiting.pop() {
-        let Node { ref context, far, likely, .. } = nodes[at];
-        let context = context.clone();
-        if most * likely / (far + 1.0) <= best.map_or(least, |(pull, ..)| pull) {
+        if nodes[at].pull(most) <= best.map_or(least, |(pull, ..)| pull) {
             break;
         }
-        looks += repertoire.len() * (1 + context.len());
+        let Node { ref context, far, likely, .. } = nodes[at];
+        let context = context.clone();
+        looks += repertoire.len() * (1 + context.observations().len());
         if looks > LOOKS_MAX {
             break;
         }
-        let outlook = content.evidence.outlook(vocabulary, (body, repertoire), &context, &kinds, &none);
+        let about = context.observations();
+        let outlook = content.evidence.outlook(vocabulary, (body, repertoire), about, &kinds, &none);
         for (new, prospect) in repertoire.iter().zip(&outlook.prospects) {
-            let weight = content.reliability(*new) * prospect.learnable * likely;
-            let pull = weight / (far.round() + 1.0);
+            let here = content.reliability(*new) * prospect.learnable;
+            let pull = nodes[at].pull(here);
             if pull > best.map_or(least, |(most, ..)| most) {
-                best = Some((pull, at, *new, weight));
+                best = Some((pull, at, *new, here * likely));
             }
         }
         for (action, prospect) in repertoire.iter().zip(outlook.prospects) {
             let reliability = content.reliability(*action);
             let (mut stays, mut leads) = (1.0 - reliability, Vec::new());
             for (after, share) in prospect.outcomes {
-                let after = WorldState::new(after);
-                let on = content.items.all.iter().map(|item| {
-                    let on = context.binary_search(&item.observation(true)).is_ok();
-                    item.follow(on, *action, after.observations())
-                });
-                let next = claims::context(content, &content.items.with(on, &after));
-                match next.observations() == &*context {
+                let next = claims::context_after(content, about, *action, &WorldState::new(after));
+                match next == context {
                     true => stays += share * reliability,
                     false => leads.push((next, share * reliability)),
                 }
@@ -109,24 +110,20 @@ pub(crate) fn search(
             let tries = 1.0 / (1.0 - stays).max(LIKELY);
             for (next, share) in leads {
                 let (far, likely) = (far + tries, likely * share * tries);
-                if likely < LIKELY || !known.insert(next.observations().into()) {
+                if likely < LIKELY || !known.insert(next.clone()) {
                     continue;
                 }
-                waiting.push(((likely / (far + 1.0)).to_bits(), Reverse(nodes.len())));
-                nodes.push(Node {
-                    context: next.observations().into(),
-                    far,
-                    likely,
-                    from: Some((at, *action)),
-                });
+                let node = Node { context: next, far, likely, from: Some((at, *action)) };
+                waiting.push((node.pull(1.0).to_bits(), Reverse(nodes.len())));
+                nodes.push(node);
             }
         }
     }
     let (_, mut at, new, weight) = best?;
-    let distance = nodes[at].far.round() as u32 + 1;
+    let distance = nodes[at].distance();
     let (mut way, mut first) = (Vec::new(), new);
     while let Some((before, action)) = nodes[at].from {
-        way.push((WorldState::new(nodes[at].context.iter().cloned()), first));
+        way.push((nodes[at].context.clone(), first));
         (at, first) = (before, action);
     }
     way.reverse();

@@ -214,12 +214,7 @@ impl Search<'_> {
 
     /// The context that an action leads to, with what is supposed then.
     fn next(&self, before: &[Observation], action: PrimitiveId, after: &WorldState) -> Box<[Observation]> {
-        let items = &self.content.items;
-        let on = items.all.iter().map(|item| {
-            let on = before.binary_search(&item.observation(true)).is_ok();
-            item.follow(on, action, after.observations())
-        });
-        self.told(&claims::context(self.content, &items.with(on, after)))
+        self.told(&claims::context_after(self.content, before, action, after))
     }
 
     /// Finds the values, and looks at what the best way often comes to, until all of that is known.

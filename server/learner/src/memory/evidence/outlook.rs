@@ -265,6 +265,7 @@ fn shares(facet: &Foretold, alike: Vec<(Vec<Observation>, u32)>) -> Vec<Share> {
     let (mut by_claim, mut by_itself, mut met) = (0.0, 0.0, 0);
     for (after, count) in &alike {
         let share = shares.iter().find(|(known, _)| known == after).map_or(untold, |(_, share)| *share);
+        let share = share.max(untold);
         by_claim += f64::from(*count) * libm::log(share);
         for came in 0..*count {
             by_itself += libm::log((f64::from(came) + share) / f64::from(met + 1));
