@@ -3,7 +3,7 @@
 
 use crate::cycle::claims::context;
 use crate::memory::Memory;
-use crate::nouns::terms::{Drive, Role};
+use crate::nouns::terms::{Drive, Role, Weight};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
@@ -51,8 +51,9 @@ impl Curiosity {
     }
 
     /// The weight of a term of equation 1 for an action of this reliability.
-    pub(crate) fn weight(&self, reliability: f64) -> f64 {
-        reliability * self.share
+    pub(crate) fn weight(&self, reliability: f64) -> Weight {
+        let of = reliability * self.share;
+        if self.of.is_empty() { Weight::new(of) } else { Weight::worn(of) }
     }
 
     /// The drive to carry a primitive out here; none without the mechanism.

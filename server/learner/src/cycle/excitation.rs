@@ -9,7 +9,7 @@ use crate::memory::outline::Outline;
 use crate::nouns::observation::{Observation, Pattern, PropertyId, Substitution, Value};
 use crate::nouns::schema::{Form, ObservationId, PostCondition, SchemaId, among};
 use crate::nouns::terms::Role;
-use crate::nouns::terms::{Recollection, value};
+use crate::nouns::terms::{Recollection, Weight, value};
 use crate::nouns::world_state::WorldState;
 
 /// How often each (property, value) pair is perceived: what an observation shares with all that is perceived is
@@ -57,31 +57,34 @@ impl<'a> Resemblance<'a> {
     }
 
     /// What `id` adds to the sum of equation (1).
-    fn value(&self, id: ObservationId, probability: f64, weight: f64) -> f64 {
+    fn value(&self, id: ObservationId, probability: f64, weight: Weight) -> f64 {
         match self.shared(id) {
             0 => 0.0,
-            shared => value(shared, attention(self.memory, id), probability, weight),
+            shared => {
+                let attention = attention(self.memory, id);
+                value(shared, attention, probability, weight.at(attention))
+            }
         }
     }
 
-    /// What pre-conditions that many schemas have in common add to the sum of each whose action has this reliability.
-    pub(crate) fn of_pre(&self, pre: &[ObservationId], reliability: f64) -> f64 {
-        pre.iter().fold(0.0, |sum, id| sum + self.value(*id, 1.0, reliability))
+    /// What pre-conditions that many schemas have in common add to the sum of each whose terms have this weight.
+    pub(crate) fn of_pre(&self, pre: &[ObservationId], weight: Weight) -> f64 {
+        pre.iter().fold(0.0, |sum, id| sum + self.value(*id, 1.0, weight))
     }
 
     /// The sum of equation (1) of a concrete schema, as [`sum`] gives it; `pre` is what its pre-conditions add.
-    pub(crate) fn sum(&self, id: SchemaId, outline: &Outline, pre: f64, reliability: f64) -> f64 {
+    pub(crate) fn sum(&self, id: SchemaId, outline: &Outline, pre: f64, weight: Weight) -> f64 {
         let parameters = self.memory.parameters();
         let mut sum = pre;
         if parameters.excite_by_post_conditions {
             for (what, probability) in outline.post() {
-                sum += self.value(what, probability, reliability);
+                sum += self.value(what, probability, weight);
             }
         }
         if outline.associated != 0
             && let Some(schema) = self.memory.content().schema(id)
         {
-            let weight = parameters.association_weight * reliability;
+            let weight = weight.times(parameters.association_weight);
             let may =
                 schema.associations.iter().enumerate().filter(|(at, _)| outline.associated >> at & 1 == 1);
             for (_, association) in may {
@@ -159,22 +162,22 @@ impl<'a> LawExcitation<'a> {
 
     /// The sum of equation (1), as [`sum`] gives it, under a binding by which its pre-conditions are what is perceived at
     /// `places`, which are ordered.
-    pub(crate) fn sum(&self, binding: &Substitution, places: &[usize], reliability: f64) -> f64 {
+    pub(crate) fn sum(&self, binding: &Substitution, places: &[usize], weight: Weight) -> f64 {
         let mut sum = 0.0;
-        let mut add = |shared: u32, attention: u32, probability: f64, weight: f64| {
+        let mut add = |shared: u32, attention: u32, probability: f64, weight: Weight| {
             if shared > 0 {
-                sum += value(shared, attention, probability, weight);
+                sum += value(shared, attention, probability, weight.at(attention));
             }
         };
         for (_, shared, attention) in places.iter().filter_map(|at| self.seen.known.get(*at)) {
-            add(*shared, *attention, 1.0, reliability);
+            add(*shared, *attention, 1.0, weight);
         }
         for (what, probability) in self.post(binding, places) {
             let shared = self.seen.perceived.shared(&what);
             let attention = if shared > 0 { self.memory.attention(&what) } else { 0 };
-            add(shared, attention, probability, reliability);
+            add(shared, attention, probability, weight);
         }
-        let weight = self.memory.parameters().association_weight * reliability;
+        let weight = weight.times(self.memory.parameters().association_weight);
         for id in &self.associated {
             let observation = self.memory.content().observation(*id);
             add(self.seen.perceived.shared(observation), attention(self.memory, *id), 1.0, weight);
@@ -187,22 +190,23 @@ impl<'a> LawExcitation<'a> {
         &self,
         binding: &Substitution,
         places: &[usize],
-        reliability: f64,
+        weight: Weight,
         list: &mut Vec<Recollection>,
     ) {
-        let mut add = |role, observation, attention, probability, weight| {
+        let mut add = |role, observation, attention, probability, weight: Weight| {
+            let weight = weight.at(attention);
             list.push(Recollection { role, observation, attention, probability, weight });
         };
         for at in places {
             if let (Some(what), Some(seen)) = (self.world.observations().get(*at), self.seen.known.get(*at)) {
-                add(Role::PreCondition, what.clone(), seen.2, 1.0, reliability);
+                add(Role::PreCondition, what.clone(), seen.2, 1.0, weight);
             }
         }
         for (what, probability) in self.post(binding, places) {
             let attention = self.memory.attention(&what);
-            add(Role::PostCondition, what, attention, probability, reliability);
+            add(Role::PostCondition, what, attention, probability, weight);
         }
-        let weight = self.memory.parameters().association_weight * reliability;
+        let weight = weight.times(self.memory.parameters().association_weight);
         for id in &self.associated {
             let observation = self.memory.content().observation(*id).clone();
             add(Role::Association, observation, attention(self.memory, *id), 1.0, weight);
@@ -220,19 +224,20 @@ pub(crate) fn remember(
     memory: &Memory,
     schema: SchemaId,
     binding: &Substitution,
-    reliability: f64,
+    weight: Weight,
     list: &mut Vec<Recollection>,
 ) {
     let content = memory.content();
     let Some(known) = content.schema(schema) else { return };
     let with_post = memory.parameters().excite_by_post_conditions;
-    let mut add = |role, observation, attention, probability, weight| {
+    let mut add = |role, observation, attention, probability, weight: Weight| {
+        let weight = weight.at(attention);
         list.push(Recollection { role, observation, attention, probability, weight });
     };
     match &known.form {
         Form::Concrete(concrete) => {
             let mut add = |role, id: ObservationId, probability| {
-                add(role, content.observation(id).clone(), attention(memory, id), probability, reliability);
+                add(role, content.observation(id).clone(), attention(memory, id), probability, weight);
             };
             concrete.pre.iter().for_each(|id| add(Role::PreCondition, *id, 1.0));
             // An observation that is both is one observation of the schema: it counts once.
@@ -245,7 +250,7 @@ pub(crate) fn remember(
             pre.sort_unstable();
             let mut add = |role, observation: Observation, probability| {
                 let attention = memory.attention(&observation);
-                add(role, observation, attention, probability, reliability);
+                add(role, observation, attention, probability, weight);
             };
             // What is a pre-condition as a pattern is one under every binding, and needs no putting in.
             let post = generalised.post.iter().filter(|p| with_post && !p.absent);
@@ -256,7 +261,7 @@ pub(crate) fn remember(
             post.into_iter().for_each(|(what, probability)| add(Role::PostCondition, what, probability));
         }
     }
-    let weight = memory.parameters().association_weight * reliability;
+    let weight = weight.times(memory.parameters().association_weight);
     for association in known.associations.iter().filter(|a| is_associated(memory, schema, a)) {
         let id = association.observation;
         let observation = content.observation(id).clone();
@@ -270,10 +275,10 @@ pub(crate) fn sum(
     schema: SchemaId,
     binding: &Substitution,
     perceived: &PairCounts,
-    reliability: f64,
+    weight: Weight,
 ) -> f64 {
     let mut remembered = Vec::new();
-    remember(memory, schema, binding, reliability, &mut remembered);
+    remember(memory, schema, binding, weight, &mut remembered);
     let mut sum = 0.0;
     for known in &remembered {
         let shared = perceived.shared(&known.observation);

@@ -261,7 +261,7 @@ pub(crate) fn saturate(
     draft: &mut Draft<'_>,
     curriculum: &Curriculum,
     novelty: Novelty,
-    top: f64,
+    top: impl FnOnce(&Memory) -> f64,
     unhabituated: impl FnOnce(&Memory) -> bool,
 ) -> bool {
     let progress = &draft.memory().content().progress;
@@ -271,7 +271,7 @@ pub(crate) fn saturate(
         return false;
     }
     if !progress.habituating {
-        let quiet = novelty == Novelty::default() && top < saturation.excitation_below;
+        let quiet = novelty == Novelty::default() && top(draft.memory()) < saturation.excitation_below;
         draft.emit(Effect::Stage(StageEffect::Quiet(quiet)));
         if draft.memory().content().progress.quiet_actions < saturation.actions {
             return false;

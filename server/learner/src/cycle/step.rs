@@ -328,10 +328,12 @@ fn choose(
             executable: &executable,
             curiosity: &curiosity,
         };
-        let scored = Choice::new(memory, &situation, &mut caches.matched);
+        // Scored only where that decides anything: a chain goes on whatever else there is.
+        let mut scored: Option<Choice> = None;
+        let matched = &mut caches.matched;
         if let Some(novelty) = acted.take() {
             // Only the first turn follows an action; a stage entered here starts its own count.
-            let top = scored.top;
+            let top = |memory: &Memory| scored.insert(Choice::new(memory, &situation, matched)).top;
             if stages::saturate(draft, curriculum, novelty, top, |memory| !wanting(memory).is_empty()) {
                 continue;
             }
@@ -341,7 +343,10 @@ fn choose(
         }
         let memory = draft.memory();
         let on = (entered(draft) == at_first).then(|| choice::continue_chain(memory, &situation, chain));
-        let next = on.flatten().or_else(|| scored.decide(memory, &situation, &mut random));
+        let next = on.flatten().or_else(|| {
+            let scored = scored.unwrap_or_else(|| Choice::new(memory, &situation, &mut caches.matched));
+            scored.decide(memory, &situation, &mut random)
+        });
         return match next {
             Some(next) => Turn::acting(next, random),
             None => Turn::other(Output::Hold, random),

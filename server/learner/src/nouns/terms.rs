@@ -106,6 +106,38 @@ impl Recollection {
     }
 }
 
+/// How often an observation has attention until a term of equation 1 for it is half as heavy as equation 1 has it, where terms wear.
+const WORN: f64 = 100.0;
+
+/// What the terms of equation 1 for a candidate are weighed with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Weight {
+    of: f64,
+    /// Whether the terms wear: they grow lighter with attention than equation 1 has them.
+    wears: bool,
+}
+
+impl Weight {
+    /// As equation 1 has it.
+    pub(crate) fn new(of: f64) -> Self {
+        Self { of, wears: false }
+    }
+
+    /// The same for terms that wear.
+    pub(crate) fn worn(of: f64) -> Self {
+        Self { of, wears: true }
+    }
+
+    pub(crate) fn times(self, factor: f64) -> Self {
+        Self { of: self.of * factor, ..self }
+    }
+
+    /// That of a term for an observation that had so much attention.
+    pub(crate) fn at(self, attention: u32) -> f64 {
+        if self.wears { self.of * WORN / (WORN + f64::from(attention)) } else { self.of }
+    }
+}
+
 /// A term of equation (1).
 pub(crate) fn value(shared: u32, attention: u32, probability: f64, weight: f64) -> f64 {
     f64::from(shared) * probability * weight / (1.0 + f64::from(attention))

@@ -93,7 +93,7 @@ impl Each {
                 self.of_primitive.entry(experience.primitive).or_default().insert(at);
                 let examples = &self.examples;
                 self.conditions.enter(at, |at| &examples[at].1);
-                self.facet.enter(examples, at);
+                self.facet.enter(examples, None, at);
             }
         }
         from..self.examples.len()

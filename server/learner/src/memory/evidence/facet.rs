@@ -219,7 +219,7 @@ impl Facet {
     pub(super) fn new(kinds: Vec<TypeId>, examples: Examples<'_>) -> Self {
         let company = kinds.iter().map(|kind| company(*kind, examples.all)).collect();
         let mut facet = Self { kinds, company, ..Self::default() };
-        (0..examples.all.len()).for_each(|at| facet.enter(examples.all, at));
+        (0..examples.all.len()).for_each(|at| facet.enter(examples.all, examples.key, at));
         facet.grow_all(examples);
         facet
     }
@@ -247,14 +247,22 @@ impl Facet {
     }
 
     /// Whether what it tells says what is recalled, so that it can't be told by that.
-    fn is_blind(&self, examples: Examples<'_>) -> bool {
-        examples.key.is_some_and(|key| self.kinds.binary_search(&key).is_ok())
+    fn is_blind(&self, key: Option<TypeId>) -> bool {
+        key.is_some_and(|key| self.kinds.binary_search(&key).is_ok())
     }
 
-    /// Enters the example `at` in the columns, anew if it was there.
-    pub(super) fn enter(&mut self, examples: &[(std::sync::Arc<Experience>, Scene)], at: usize) {
+    /// Enters the example `at` in the columns, anew if it was there. It shows in the type `key` how the body is; a change of that is not
+    /// told by what is recalled.
+    pub(super) fn enter(
+        &mut self,
+        examples: &[(std::sync::Arc<Experience>, Scene)],
+        key: Option<TypeId>,
+        at: usize,
+    ) {
         let Some((scene, after)) = self.enter_known(examples, at) else { return };
-        for change in scene.changes(&after, &self.kinds) {
+        let is_blind = self.is_blind(key);
+        let may_tell = |change: &Change| !(is_blind && change.sketches().any(Sketch::is_recalled));
+        for change in scene.changes(&after, &self.kinds).into_iter().filter(may_tell) {
             if self.changes.len() == CHANGES_MAX || self.changes.iter().any(|(known, _)| *known == change) {
                 continue;
             }
@@ -358,7 +366,7 @@ impl Facet {
         let ground = Ground {
             conditions: examples.conditions,
             changes: &self.changes,
-            is_blind: self.is_blind(examples),
+            is_blind: self.is_blind(examples.key),
             scene: &scene,
         };
         ground.grow(which)

@@ -241,7 +241,7 @@ impl Search<'_, '_> {
     }
 
     fn may_ask(&self, asked: &Asked) -> bool {
-        !(self.ground.is_blind && asked.condition.is_recalled())
+        !(self.ground.is_blind && asked.condition.rests_on_recall())
     }
 
     /// The conditions that part these examples, by tier and in order. Those that hold in the same of them are one choice, of the

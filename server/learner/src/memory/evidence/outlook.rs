@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::memory::evidence::columns::Column;
 use crate::memory::evidence::facet::{ANYTHING, Facet};
 use crate::memory::evidence::foretold::{Foretold, View};
-use crate::memory::evidence::novelty::newness;
 use crate::memory::evidence::pool::{Pool, relied};
 use crate::memory::evidence::{Evidence, action};
 use crate::nouns::claim::{Change, Claim, Condition, Sketch};
@@ -14,9 +13,6 @@ use crate::nouns::vocabulary::{BodyId, PrimitiveId, Vocabulary};
 
 /// Joint outcomes of one action that are looked at: the most probable.
 const OUTCOMES_MAX: usize = 32;
-
-/// How new a context is that is new as a whole, when each pair of its observations is familiar.
-const WHOLE: f64 = 0.5;
 
 /// What comes of itself and is less certain than this is left to chance.
 const SURE: f64 = 0.9;
@@ -199,8 +195,7 @@ impl Evidence {
                 unmet = pool.unmet(novelty, *primitive);
                 let matters = |at: usize| context.get(at).is_some_and(|o| steady.contains(&o.kind()));
                 met = pool.together(novelty, *primitive, matters);
-                let new = pool.newness(novelty, *primitive, false).max(WHOLE * newness(met.count()));
-                learnable = pool.surprise() * new;
+                learnable = pool.surprise() * pool.newness_of_all(novelty, *primitive, &met, false);
             }
             let of_pool = |facet: &Foretold| {
                 let known = pool?.facets.iter().find(|known| known.kinds == facet.kinds)?;

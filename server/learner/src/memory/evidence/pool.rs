@@ -7,7 +7,7 @@ use crate::memory::evidence::columns::{Column, Conditions};
 use crate::memory::evidence::each::{Each, Trial};
 use crate::memory::evidence::facet::{ANYTHING, Examples, Facet, Grown, Time, conditions, path};
 use crate::memory::evidence::foretold::{Foretold, InForce, Seen, Told, View, differs};
-use crate::memory::evidence::novelty::Novelty;
+use crate::memory::evidence::novelty::{Novelty, newness};
 use crate::memory::evidence::scene::{Scene, of_kind};
 use crate::nouns::claim::Claim;
 use crate::nouns::experience::{Experience, Recalled};
@@ -16,6 +16,8 @@ use crate::nouns::vocabulary::PrimitiveId;
 
 /// Experiences with one action that are kept. Beyond it the oldest of the claim with the most make room, a quarter at a time.
 const EXPERIENCES_MAX: usize = 1_024;
+/// How new a context is that is new as a whole, when each pair of its observations is familiar.
+const WHOLE: f64 = 0.5;
 /// Experiences that are looked at for what came of a context that was met often.
 const ALIKE_MAX: usize = 64;
 /// ln of the odds at which it is held that something differs or belongs together: 20 to 1, as an interval of 95 % says elsewhere.
@@ -297,7 +299,7 @@ impl Pool {
         let examples = &self.examples;
         self.conditions.enter(at, |at| &examples[at].1);
         for facet in self.facets.iter_mut().filter(|facet| !facet.is_singly) {
-            facet.enter(&self.examples, at);
+            facet.enter(&self.examples, self.key, at);
         }
     }
 
@@ -436,7 +438,9 @@ impl Pool {
     /// Scores what is foretold in a scene by what came, which was learnt from `already` or not.
     fn score_in(&mut self, scene: &Scene, experience: &Experience, already: bool) {
         let mut facets = std::mem::take(&mut self.facets);
-        let newness = self.newness(&self.novelty(&scene.context), experience.primitive, already);
+        let novelty = self.novelty(&scene.context);
+        let met = self.together(&novelty, experience.primitive, |_| true);
+        let newness = self.newness_of_all(&novelty, experience.primitive, &met, already);
         for facet in facets.iter_mut().filter(|facet| facet.is_told_by(experience)) {
             let after = facet.part(&experience.after);
             let views = self.told(facet, experience.primitive, scene, &after, already);
@@ -490,6 +494,19 @@ impl Pool {
     /// How new a primitive is there, from 0 to 1; or was, if what was tried there counts `already`.
     pub(super) fn newness(&self, novelty: &Novelty<'_>, primitive: PrimitiveId, already: bool) -> f64 {
         self.of_primitive.get(&primitive).map_or(1.0, |tried| novelty.of(tried, already))
+    }
+
+    /// The same, where the context counts as a whole too, in which it was `met`: pairs of observations that are all familiar may be together
+    /// for the first time, which counts for less.
+    pub(super) fn newness_of_all(
+        &self,
+        novelty: &Novelty<'_>,
+        primitive: PrimitiveId,
+        met: &Column,
+        already: bool,
+    ) -> f64 {
+        let whole = newness(met.count().saturating_sub(usize::from(already)));
+        self.newness(novelty, primitive, already).max(WHOLE * whole)
     }
 
     /// The experiences with a primitive in all of a context together, but for the observations that `matter` not.
