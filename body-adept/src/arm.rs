@@ -551,5 +551,7 @@ pub(crate) fn word(outcome: &Outcome) -> &'static str {
         Outcome::Refused(_) => "Refused",
         Outcome::Failed(_) => "Failed",
         Outcome::TimedOut => "TimedOut",
+        Outcome::EpisodeEnded => "EpisodeEnded",
+        Outcome::EpisodeCut => "EpisodeCut",
     }
 }

@@ -20,6 +20,11 @@ pub enum Outcome {
     Failed(String),
     /// Not completed in the time the body allows.
     TimedOut,
+    /// Not carried out, for the episode had ended: nothing leads on from the last frame, and this one begins a new episode.
+    EpisodeEnded,
+    /// Not carried out, for the episode was cut off from outside (a time limit, a person, others who changed the world): this frame begins
+    /// a new one.
+    EpisodeCut,
 }
 
 impl Outcome {

@@ -370,11 +370,14 @@ fn the_reason_of_an_outcome_arrives_cut_to_its_limit_and_only_as_text() {
         daemon.check(&raw).map(|frame| frame.report.unwrap().outcome)
     };
     let whole = |_: &mut RawFrame| ();
+    let without_reason = [Outcome::Done, Outcome::TimedOut, Outcome::EpisodeEnded, Outcome::EpisodeCut];
     for outcome in
-        [Outcome::refused("the lid is shut"), Outcome::failed(""), Outcome::Done, Outcome::TimedOut]
+        [Outcome::refused("the lid is shut"), Outcome::failed("")].into_iter().chain(without_reason)
     {
         assert_eq!(reported(outcome.clone(), whole), Ok(outcome));
     }
+    let unknown = reported(Outcome::Done, |raw| raw.header.outcome = 7);
+    assert_eq!(unknown, Err(Refusal::UnknownOutcome { found: 7 }));
     let cut = Outcome::failed("é".repeat(REASON_BYTES_MAX / 2));
     assert_eq!(reported(Outcome::failed("é".repeat(200)), whole), Ok(cut));
     let too_long = reported(Outcome::refused("why"), |raw| raw.reason.length = 257).unwrap_err();

@@ -313,7 +313,8 @@ impl Session {
     /// Keeps an outcome for the status if it is that of an order which the body did not carry out.
     fn count_failure(&mut self, outcome: &Outcome, step: u64) {
         let failed = match outcome {
-            Outcome::Done => return,
+            // That an episode is over is no failure of the body.
+            Outcome::Done | Outcome::EpisodeEnded | Outcome::EpisodeCut => return,
             Outcome::Refused(_) => FailedOutcome::Refused,
             Outcome::Failed(_) => FailedOutcome::Failed,
             Outcome::TimedOut => FailedOutcome::TimedOut,
@@ -368,6 +369,8 @@ fn outcome(reported: &Outcome) -> ActionOutcome {
         Outcome::Refused(_) => ActionOutcome::Refused,
         Outcome::Failed(_) => ActionOutcome::Failed,
         Outcome::TimedOut => ActionOutcome::TimedOut,
+        Outcome::EpisodeEnded => ActionOutcome::EpisodeEnded,
+        Outcome::EpisodeCut => ActionOutcome::EpisodeCut,
     }
 }
 

@@ -111,6 +111,14 @@ fn a_daemon_logs_the_reason_of_a_failing_body_and_steers_no_terminal_with_it() {
 }
 
 #[test]
+fn that_an_episode_is_over_is_no_failure() {
+    let outcomes = [Outcome::Done, Outcome::EpisodeEnded, Outcome::EpisodeCut];
+    let (status, log) = daemon_with(move |number| outcomes[number as usize % 3].clone());
+    assert_eq!((&status.bodies[0].last_failure, status.bodies[0].frames_refused), (&None, 0));
+    assert!(!log.contains("not carried out") && !log.contains("WARN"), "{log}");
+}
+
+#[test]
 fn a_body_with_a_new_reason_each_time_does_not_flood_the_log() {
     let begun = Instant::now();
     let (_, log) = daemon_with(|number| Outcome::refused(format_args!("reason {number}")));

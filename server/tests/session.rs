@@ -138,7 +138,9 @@ fn an_order_that_is_never_answered_for_is_not_forgotten() {
 
 #[test]
 fn an_action_that_was_not_carried_out_teaches_nothing_about_its_effect() {
-    for outcome in [Outcome::refused("why"), Outcome::failed("why"), Outcome::TimedOut] {
+    let episodes = [Outcome::EpisodeEnded, Outcome::EpisodeCut];
+    let failures = [Outcome::refused("why"), Outcome::failed("why"), Outcome::TimedOut];
+    for outcome in failures.into_iter().chain(episodes) {
         let mut learner = learner(setup(1, free()));
         let (mut session, _) = Session::attach(NUMBER, &hello(&Row::new("row")), &mut learner).unwrap();
         serve(&mut session, &mut learner, &frame(1, None, &[]));

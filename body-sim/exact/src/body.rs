@@ -11,8 +11,8 @@ use crate::world::Situation;
 
 /// A body that lives in an exact world.
 ///
-/// When others change the world, which they do in some worlds after every few actions, the body reports the action of that moment as
-/// failed: its senses show the changed world, and nothing of that came of the action.
+/// An episode that is over ends, and the next begins with the action after it. When others change the world, which they do in some worlds
+/// after every few actions, that cuts the episode off: the action of that moment is not carried out, and the senses show the changed world.
 ///
 /// ```
 /// use pschema_exact::ExactBody;
@@ -35,8 +35,6 @@ pub struct ExactBody {
     actions: Vec<ActionId>,
     /// Actions since others changed the world.
     since: usize,
-    /// Whether an action was carried out since the episode was over.
-    ended: bool,
 }
 
 impl ExactBody {
@@ -64,7 +62,7 @@ impl ExactBody {
             let values: Vec<_> = values.map(|(given, declared)| value(*given, declared)).collect();
             description.primitive(actions[primitive.action], &values[..]);
         }
-        Ok(Self { situation, description, senses, actions, since: 0, ended: false })
+        Ok(Self { situation, description, senses, actions, since: 0 })
     }
 
     /// The primitive that `action` is; none if it is none of this world.
@@ -102,19 +100,13 @@ impl Body for ExactBody {
             return Outcome::refused("no such action is in the repertoire");
         };
         if self.situation.is_over() {
-            // The action that changed nothing at the end taught that nothing leads on from there.
-            if self.ended {
-                self.ended = false;
-                self.situation.renew();
-                return Outcome::failed("the next episode has begun");
-            }
-            self.ended = true;
-            return Outcome::Done;
+            self.situation.renew();
+            return Outcome::EpisodeEnded;
         }
         if self.situation.spell().is_some_and(|spell| self.since >= spell) {
             self.since = 0;
             self.situation.renew();
-            return Outcome::failed("others changed the world meanwhile");
+            return Outcome::EpisodeCut;
         }
         self.since += 1;
         self.situation.act(&primitive);

@@ -55,6 +55,9 @@ pub trait Body {
 
     /// Carries `action` out, to its end, and says how it went. The action is one that the body declared, with one value for
     /// each parameter, of the declared kind and in the declared range.
+    ///
+    /// Where life comes in episodes, the last frame of one is reported like any other; the action after it is not carried out, begins the
+    /// next and is [`Outcome::EpisodeEnded`], or [`Outcome::EpisodeCut`] if something led on from there.
     fn act(&mut self, action: &Action) -> Outcome;
 
     /// The picture that the body saw when it last sensed, for people to look at; none if it has no eye, as most bodies. Asked

@@ -287,6 +287,8 @@ impl SessionChecks {
             outcome::REFUSED => Some(Outcome::Refused(reason()?)),
             outcome::FAILED => Some(Outcome::Failed(reason()?)),
             outcome::TIMED_OUT => Some(Outcome::TimedOut),
+            outcome::EPISODE_ENDED => Some(Outcome::EpisodeEnded),
+            outcome::EPISODE_CUT => Some(Outcome::EpisodeCut),
             found => return Err(Refusal::UnknownOutcome { found }),
         };
         match (outcome, self.ordered_at) {

@@ -202,6 +202,8 @@ fn outcome_number(from: &Outcome) -> u32 {
         Outcome::Refused(_) => outcome::REFUSED,
         Outcome::Failed(_) => outcome::FAILED,
         Outcome::TimedOut => outcome::TIMED_OUT,
+        Outcome::EpisodeEnded => outcome::EPISODE_ENDED,
+        Outcome::EpisodeCut => outcome::EPISODE_CUT,
     }
 }
 

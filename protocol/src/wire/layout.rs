@@ -60,6 +60,10 @@ pub mod outcome {
     pub const FAILED: u32 = 3;
     /// Not completed in time.
     pub const TIMED_OUT: u32 = 4;
+    /// Not carried out: the episode had ended, and this frame begins a new one.
+    pub const EPISODE_ENDED: u32 = 5;
+    /// Not carried out: the episode was cut off, and this frame begins a new one.
+    pub const EPISODE_CUT: u32 = 6;
 }
 
 /// Values of [`WireReply::kind`].

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 use common::free;
 use pschema_learner::decision::Role;
+use pschema_learner::effect::Effect;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
 use pschema_learner::parameters::Parameters;
@@ -141,4 +142,24 @@ fn a_decision_tells_of_curiosity_and_can_be_weighed_once_more() {
         pschema_learner::decision::Subject::Primitive(_) => None,
     });
     assert!(schemas.map(|id| why_not::weigh(memory, curriculum, &decision, id)).all(|told| told.is_ok()));
+}
+
+/// A body that refused an action some times and carries it out again: it was held to be unreliable for good.
+#[test]
+fn refusals_weigh_only_until_it_works_again() {
+    let attempts = |mechanisms, outcomes: &[bool]| {
+        let mut memory = Ring::new(1, mechanisms).learner.into_memory();
+        for carried_out in outcomes {
+            let attempted = Effect::Attempted { primitive: PrimitiveId(0), carried_out: *carried_out };
+            memory.apply(&attempted).unwrap();
+        }
+        let count = memory.content().attempts.iter().next().copied().unwrap();
+        (count.occurrences, count.trials)
+    };
+    let refused = [false; 8];
+    let again = [&refused[..], &[true; 4]].concat();
+    assert_eq!(attempts(Mechanisms::FULL, &refused), (0, 8), "what never works falls off");
+    assert_eq!(attempts(Mechanisms::FULL, &again), (4, 4));
+    assert_eq!(attempts(Mechanisms::PAPER, &again), (4, 12));
+    assert_eq!(attempts(Mechanisms { curiosity: false, ..Mechanisms::FULL }, &again), (4, 12));
 }

@@ -8,6 +8,7 @@ mod common;
 use common::free;
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
+use pschema_learner::item::Item;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Memory;
 use pschema_learner::observation::{Observation, PropertyId, TypeId, Value};
@@ -28,6 +29,8 @@ struct Rooms {
     changed: bool,
     /// Whether what is sensed has nothing to do with the rooms.
     coin: bool,
+    /// After how many actions an episode is cut off; the next begins in the left room.
+    episode: usize,
     random: Random,
     wrong: Vec<bool>,
 }
@@ -53,7 +56,16 @@ impl Rooms {
         };
         effects.extend(learner.declare(declaration).unwrap().1);
         let random = Random::from_seed(seed ^ 0x77);
-        Self { learner, effects, right: false, changed: false, coin, random, wrong: Vec::new() }
+        Self {
+            learner,
+            effects,
+            right: false,
+            changed: false,
+            coin,
+            episode: usize::MAX,
+            random,
+            wrong: Vec::new(),
+        }
     }
 
     fn sensed(&self) -> Observation {
@@ -75,11 +87,17 @@ impl Rooms {
         let frame = |outcome, sensed| Frame { body: BodyId(0), outcome, observations: vec![sensed] };
         self.effects.extend(self.learner.step(&frame(None, self.sensed())).effects);
         self.effects.extend(self.learner.set_held(true));
-        for _ in 0..actions {
+        for number in 1..=actions {
             let action = PrimitiveId(u32::try_from(self.random.below(3)).unwrap());
             let world =
                 self.learner.memory().content().perceived(BodyId(0), &WorldState::new([self.sensed()]));
             self.effects.push(common::lead(&mut self.learner, BodyId(0), action, world));
+            if number % self.episode == 0 {
+                (self.right, self.changed) = (false, false);
+                let step = self.learner.step(&frame(Some(ActionOutcome::EpisodeCut), self.sensed()));
+                self.effects.extend(step.effects);
+                continue;
+            }
             let foretold = self.foretold(action);
             let was = self.right;
             self.right = [false, true, was][action.0 as usize];
@@ -116,6 +134,18 @@ fn what_is_hidden_is_told_once_an_item_is_supposed() {
     }
 }
 
+/// An item would go on as it was in the episode before, where a new one always begins in the same room.
+#[test]
+fn what_is_hidden_where_an_episode_begins_is_found_out_like_all_else() {
+    for seed in 1..=5 {
+        let rooms = Rooms { episode: 7, ..Rooms::new(seed, Mechanisms::FULL, false) }.live(900);
+        assert_eq!(rooms.wrong(250), 0.0, "seed {seed}");
+        let items = &rooms.learner.memory().content().items.all;
+        let beginning = |item: &Item| item.updates.iter().any(|(event, _)| event.is_beginning());
+        assert!(items.iter().any(beginning), "seed {seed}: {items:?}");
+    }
+}
+
 /// Where nothing tells, nothing is supposed for long.
 #[test]
 fn a_coin_makes_no_items() {
@@ -144,9 +174,10 @@ fn items_follow_from_the_effects_and_a_restored_memory_goes_on_alike() {
 
 /// The same rooms with the same learner.
 fn again_of(rooms: &Rooms) -> Rooms {
-    let Rooms { learner, right, changed, coin, random, .. } = rooms;
+    let Rooms { learner, right, changed, coin, episode, random, .. } = rooms;
     let (learner, effects, wrong) = (learner.clone(), Vec::new(), Vec::new());
-    Rooms { learner, effects, right: *right, changed: *changed, coin: *coin, random: *random, wrong }
+    let (right, changed, coin, episode, random) = (*right, *changed, *coin, *episode, *random);
+    Rooms { learner, effects, right, changed, coin, episode, random, wrong }
 }
 
 #[test]

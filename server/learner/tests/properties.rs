@@ -265,6 +265,8 @@ fn wild_frame() -> impl Strategy<Value = Frame> {
         Some(ActionOutcome::Refused),
         Some(ActionOutcome::Failed),
         Some(ActionOutcome::TimedOut),
+        Some(ActionOutcome::EpisodeEnded),
+        Some(ActionOutcome::EpisodeCut),
     ]);
     let body = prop_oneof![9 => 0..2_u16, 1 => any::<u16>()];
     (body, outcome, crowd).prop_map(|(body, outcome, observations)| Frame {

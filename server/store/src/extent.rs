@@ -186,6 +186,9 @@ impl Extent {
 
     /// The same of a body's own experience, which is with one of the primitives.
     pub(crate) fn lived(&self, experience: &Experience) -> Checked {
+        if experience.is_beginning() {
+            return self.body(experience.body);
+        }
         self.primitive(experience.primitive)?;
         self.experience(experience)
     }
@@ -200,7 +203,7 @@ impl Extent {
         self.observation(&item.observation(true))?;
         within("property", usize::from(property.0), self.vocabulary.properties().len())?;
         limited("events of a synthetic item", updates.len(), EVENTS_MAX)?;
-        for (event, _) in updates {
+        for (event, _) in updates.iter().filter(|(event, _)| !event.is_beginning()) {
             self.primitive(event.primitive)?;
             event.after.iter().try_for_each(|one| self.observation(one))?;
         }

@@ -215,7 +215,7 @@ pub(crate) fn values_stay_within_what_is_declared(subject: &dyn Subject) {
     let mut wire = Wire::new(subject, 6);
     let mut random = SplitMix::new(6);
     let mut frame = wire.frame();
-    let mut outcomes = [0_usize; 4];
+    let mut outcomes = [0_usize; 5];
     for _ in 0..ACTIONS {
         let order = anything(wire.checks.description(), &mut random);
         frame = wire.order(&frame, &order);
@@ -225,6 +225,7 @@ pub(crate) fn values_stay_within_what_is_declared(subject: &dyn Subject) {
             Outcome::Refused(_) => 1,
             Outcome::Failed(_) => 2,
             Outcome::TimedOut => 3,
+            Outcome::EpisodeEnded | Outcome::EpisodeCut => 4,
         };
         outcomes[index] += 1;
         let again = format!("{:?}", frame.observations);
@@ -232,8 +233,8 @@ pub(crate) fn values_stay_within_what_is_declared(subject: &dyn Subject) {
         assert_eq!(distinct.len(), frame.observations.len(), "each observation once: {again}");
     }
     println!(
-        "done {}, refused {}, failed {}, timed out {}",
-        outcomes[0], outcomes[1], outcomes[2], outcomes[3]
+        "done {}, refused {}, failed {}, timed out {}, episodes {}",
+        outcomes[0], outcomes[1], outcomes[2], outcomes[3], outcomes[4]
     );
     assert!(outcomes[0] * 10 > ACTIONS * 8, "most of it is carried out: {outcomes:?}");
     // An arm may be stopped by its watchdog on a machine under load; anything more is a fault.

@@ -9,11 +9,16 @@ use crate::memory::{Content, Memory};
 use crate::nouns::claim::{Change, Condition, Expression, Reference, Sketch};
 use crate::nouns::effect::Effect;
 use crate::nouns::execution::Execution;
-use crate::nouns::experience::Experience;
+use crate::nouns::experience::{Experience, Recalled};
 use crate::nouns::observation::{Observation, Pattern, PropertyId, Term, TypeId, Value, Variable};
 use crate::nouns::schema::{Generalised, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
+
+/// How often it is taken in of a primitive that an episode ends in one and the same context: claims know it by then.
+const ENDS_KNOWN: usize = 16;
+/// Of how many primitives an episode's end is taken in at once: what it teaches must not take the place of all else that is known, nor long.
+const ENDS_AT_ONCE: usize = 16;
 
 /// The part of a world state that claims may ask for: what lasts and does not come from others.
 pub(crate) fn context(content: &Content, world: &WorldState) -> WorldState {
@@ -56,27 +61,80 @@ pub(crate) fn experience(
     after: &WorldState,
     lifted: &dyn Fn(TypeId) -> bool,
 ) -> Effect {
-    let vocabulary = &memory.content().vocabulary;
-    let types = 0..u16::try_from(vocabulary.types().len()).unwrap_or(u16::MAX);
-    let sensed = types.map(TypeId).filter(|kind| {
-        lifted(*kind) && !memory.rules().of(*kind).heard && memory.content().items.of_kind(*kind).is_none()
-    });
-    // What is supposed is not sensed: it may be a condition, and no outcome.
-    let items = &memory.content().items;
-    let after = after.filter(|o| !memory.rules().of(o.kind()).heard && items.of_kind(o.kind()).is_none());
-    let recalled = memory.content().mechanisms.recalls().then(|| {
-        let evidence = &memory.content().evidence;
-        evidence.recalled(vocabulary, body, execution.action, after.observations())
+    let content = memory.content();
+    let after = outcome(memory, after);
+    let recalled = content.mechanisms.recalls().then(|| {
+        content.evidence.recalled(&content.vocabulary, body, execution.action, after.observations())
     });
     Effect::Experienced(Box::new(Experience {
         body,
         recalled: recalled.flatten(),
         primitive: execution.action,
-        parameters: parameters(vocabulary, execution.action),
-        before: context(memory.content(), &execution.before).observations().into(),
+        parameters: parameters(&content.vocabulary, execution.action),
+        before: context(content, &execution.before).observations().into(),
         after: after.observations().into(),
-        sensed: sensed.collect(),
+        sensed: sensed(memory, lifted),
     }))
+}
+
+/// What it teaches that an episode had ended where an execution was decided, so that it was not carried out: nothing leads on from
+/// there, whatever is done. That is evidence for each primitive of the body until it is known well, the one that was sent first.
+pub(crate) fn end(
+    memory: &Memory,
+    body: BodyId,
+    execution: &Execution,
+    lifted: &dyn Fn(TypeId) -> bool,
+) -> Vec<Effect> {
+    let Content { vocabulary, evidence, .. } = memory.content();
+    let repertoire = vocabulary.bodies().get(usize::from(body.0)).map_or(&[][..], |known| &known.repertoire);
+    let before = context(memory.content(), &execution.before);
+    let after: Arc<[_]> = outcome(memory, &before).observations().into();
+    let sensed = sensed(memory, lifted);
+    let sent = repertoire.iter().position(|primitive| *primitive == execution.action).unwrap_or(0);
+    let (earlier, later) = repertoire.split_at(sent);
+    let ends = |primitive| evidence.ended(vocabulary, primitive, before.observations()).0;
+    let open = |primitive: &&PrimitiveId| ends(**primitive) < ENDS_KNOWN;
+    let experience = |primitive: &PrimitiveId| {
+        Effect::Experienced(Box::new(Experience {
+            body,
+            recalled: Some(Recalled { observations: Arc::clone(&after), age: 0 }),
+            primitive: *primitive,
+            parameters: parameters(vocabulary, *primitive),
+            before: before.observations().into(),
+            after: Arc::clone(&after),
+            sensed: Arc::clone(&sensed),
+        }))
+    };
+    later.iter().chain(earlier).filter(open).take(ENDS_AT_ONCE).map(experience).collect()
+}
+
+/// Whether an episode had ended whenever something was to be done in this world state, as far as is remembered; and that was so.
+pub(crate) fn ended(memory: &Memory, body: BodyId, world: &WorldState) -> bool {
+    let Content { vocabulary, evidence, mechanisms, .. } = memory.content();
+    let repertoire = vocabulary.bodies().get(usize::from(body.0)).map_or(&[][..], |known| &known.repertoire);
+    if !mechanisms.claims {
+        return false;
+    }
+    let context = context(memory.content(), world);
+    let ended = |primitive: &PrimitiveId| evidence.ended(vocabulary, *primitive, context.observations());
+    let (ends, all) = repertoire.iter().map(ended).fold((0, 0), |(e, a), (ends, all)| (e + ends, a + all));
+    all > 0 && ends == all
+}
+
+/// The part of a world state that comes of what was done: neither what comes from others, nor what is supposed, which is not sensed and may be
+/// a condition only.
+fn outcome(memory: &Memory, world: &WorldState) -> WorldState {
+    let items = &memory.content().items;
+    world.filter(|o| !memory.rules().of(o.kind()).heard && items.of_kind(o.kind()).is_none())
+}
+
+/// The types of which it is known whether anything was there.
+fn sensed(memory: &Memory, lifted: &dyn Fn(TypeId) -> bool) -> Arc<[TypeId]> {
+    let types = 0..u16::try_from(memory.content().vocabulary.types().len()).unwrap_or(u16::MAX);
+    let sensed = types.map(TypeId).filter(|kind| {
+        lifted(*kind) && !memory.rules().of(*kind).heard && memory.content().items.of_kind(*kind).is_none()
+    });
+    sensed.collect()
 }
 
 /// What claims say of an action in one world state.

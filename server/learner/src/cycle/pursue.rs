@@ -165,8 +165,7 @@ pub(crate) fn next(
         draft.emit(Effect::Pursuit(PursuitEffect::Planned(planned)));
     }
     let Some((mut execution, mut decision)) = chosen else {
-        draft.emit(Effect::Pursuit(PursuitEffect::Ended(Ending::NothingLeadsThere)));
-        return None;
+        return stand(draft, &situation).or_else(|| give_up(draft, Ending::NothingLeadsThere));
     };
     draft.emit(Effect::Pursuit(PursuitEffect::Acted));
     execution.for_goal = true;
@@ -182,6 +181,31 @@ pub(crate) fn next(
     Some((execution, decision))
 }
 
+/// The goal is over: there is nothing more to do for it.
+fn give_up<T>(draft: &mut Draft<'_>, ending: Ending) -> Option<T> {
+    draft.emit(Effect::Pursuit(PursuitEffect::Ended(ending)));
+    None
+}
+
+/// Where an episode is known to have ended nothing leads on, but a new one will begin, whatever is asked of the body. So the goal is not
+/// given up: anything is asked.
+fn stand(draft: &mut Draft<'_>, situation: &Situation<'_>) -> Option<(Execution, Decision)> {
+    let Situation { body, world, .. } = *situation;
+    let memory = draft.memory();
+    if !claims::ended(memory, body, world) {
+        return None;
+    }
+    let goal = memory.content().pursuit_of(body)?.goal.clone();
+    let known = memory.content().vocabulary.bodies().get(usize::from(body.0));
+    let action = *known?.repertoire.first()?;
+    let (mut execution, mut decision) = choice::carry_out(memory, situation, action);
+    draft.emit(Effect::Pursuit(PursuitEffect::Acted));
+    (execution.for_goal, decision.reason) = (true, Reason::Goal);
+    let course = vec![action];
+    decision.goal = Some(DecisionGoal { goal, chain: Vec::new(), at: 0, course, probability: 0.0 });
+    Some((execution, decision))
+}
+
 /// The same by a policy: that which was made last as long as what comes about is what it expects most, and it is not overdue; else by
 /// what is known by now.
 fn steer(
@@ -192,6 +216,10 @@ fn steer(
     before: &PreviousExecution<'_>,
 ) -> Option<(Execution, Decision)> {
     let memory = draft.memory();
+    let perceived = &PairCounts::new(world);
+    let curiosity = &Curiosity::new(memory, body, world);
+    let situation =
+        Situation { body, world, perceived, reach, unhabituated: &[], executable: &[], curiosity };
     let pursuit = memory.content().pursuit_of(body)?;
     let (goal, context) = (pursuit.goal.clone(), claims::context(memory.content(), world));
     let known = pursuit.plans.last().and_then(|plan| plan.policy.as_deref());
@@ -201,7 +229,14 @@ fn steer(
     });
     let done = before.outcome == Some(ActionOutcome::Done);
     let next = last.filter(|_| done).and_then(|(policy, last)| next_row(policy, last, &context));
+    // What a cut episode leaves is as good as it was, if it says what to do where the new one begins; one that ended taught something.
+    let cut = before.outcome == Some(ActionOutcome::EpisodeCut);
     let as_expected = |(policy, last): (&Policy, &PolicyRow)| {
+        if cut {
+            return policy.fits(&context)
+                && !policy.is_overdue(pursuit.actions)
+                && policy.row(&context).is_some();
+        }
         let most = last.leads.first().and_then(|lead| policy.rows.get(lead.to? as usize));
         policy.fits(&context)
             && !policy.is_overdue(pursuit.actions)
@@ -211,12 +246,12 @@ fn steer(
         let PolicySearch { policy, truncated } = policy::search(memory, body, world, &goal);
         let Some(policy) = policy else {
             let ending = if truncated { Ending::FurtherThanLooked } else { Ending::NothingLeadsThere };
-            draft.emit(Effect::Pursuit(PursuitEffect::Ended(ending)));
-            return None;
+            return stand(draft, &situation).or_else(|| give_up(draft, ending));
         };
         let after_actions = pursuit.actions;
         let policy = Arc::new(Policy { after_actions, ..policy });
-        let made = if next.is_some() {
+        let begins = before.outcome.is_some_and(ActionOutcome::begins_episode) && known.is_some();
+        let made = if next.is_some() || begins {
             PursuitEffect::Revised(policy)
         } else {
             let because = because(pursuit, before, last.is_some_and(|(_, last)| last.may_arrive()));
@@ -239,10 +274,6 @@ fn steer(
     let policy = pursuit.plans.last().and_then(|plan| plan.policy.as_ref())?;
     let at = policy.row(&context)?;
     let row = policy.rows.get(at)?;
-    let perceived = &PairCounts::new(world);
-    let curiosity = &Curiosity::new(memory, body, world);
-    let situation =
-        Situation { body, world, perceived, reach, unhabituated: &[], executable: &[], curiosity };
     let (mut execution, mut decision) = choice::carry_out(memory, &situation, row.action);
     execution.for_goal = true;
     decision.reason = Reason::Goal;
@@ -265,6 +296,7 @@ fn because(pursuit: &Pursuit, before: &PreviousExecution<'_>, was_last: bool) ->
     match before.outcome {
         _ if pursuit.plans_made == 0 => PlanCause::First,
         None => PlanCause::Interrupted,
+        Some(outcome) if outcome.begins_episode() => PlanCause::Interrupted,
         Some(ActionOutcome::Done) if was_last => PlanCause::NotReached,
         Some(ActionOutcome::Done) => PlanCause::NextNotAllowed,
         Some(_) => PlanCause::NotCarriedOut,

@@ -29,6 +29,7 @@ use crate::nouns::curriculum::Curriculum;
 use crate::nouns::decision::Decision;
 use crate::nouns::effect::Effect;
 use crate::nouns::execution::{ChainLink, Execution};
+use crate::nouns::experience::{Experience, NOTHING_DONE};
 use crate::nouns::frame::{ActionOutcome, Frame, Output, Step};
 use crate::nouns::observation::{Substitution, TypeId};
 use crate::nouns::progress::StageEffect;
@@ -129,6 +130,11 @@ fn end(
     lifted: &[bool],
 ) -> (Option<Novelty>, Vec<ChainLink>) {
     let learning = stages::present(draft.memory(), curriculum).learning;
+    if outcome.is_some_and(ActionOutcome::begins_episode) {
+        let ended = learning && outcome == Some(ActionOutcome::EpisodeEnded);
+        begin_episode(draft, body, execution, ended, lifted);
+        return (None, Vec::new());
+    }
     if let Some(outcome) = outcome.filter(|_| learning) {
         let carried_out = outcome == ActionOutcome::Done;
         draft.emit(Effect::Attempted { primitive: execution.action, carried_out });
@@ -154,6 +160,23 @@ fn end(
         draft.emit_all(supposed);
     }
     (Some(novelty), execution.chain.clone())
+}
+
+/// A new episode begins: of that before there is only to learn that it ended where an execution was decided, if it did. What was lived
+/// through, recalled and supposed in it is not of the new one.
+fn begin_episode(draft: &mut Draft<'_>, body: BodyId, execution: &Execution, ended: bool, lifted: &[bool]) {
+    let mechanisms = draft.memory().content().mechanisms;
+    if ended && mechanisms.claims && !draft.memory().is_full() {
+        let end = claims::end(draft.memory(), body, execution, &|kind| is_lifted(lifted, kind));
+        draft.emit_all(end);
+    }
+    if mechanisms.supposes() || mechanisms.recalls() {
+        draft.emit(Effect::Experienced(Box::new(Experience::beginning(body))));
+    }
+    if mechanisms.supposes() {
+        let on = supposing::follow(draft.memory(), body, NOTHING_DONE, &WorldState::new([]));
+        draft.emit(Effect::Followed { body, on });
+    }
 }
 
 /// The world state under the constraints of the present stage, with what is supposed, and which types it lifts.

@@ -256,7 +256,12 @@ impl Memory {
 
     fn attempt(&mut self, primitive: PrimitiveId, carried_out: bool) {
         let before = self.content.reliability(primitive);
+        let forgives = carried_out && self.content.mechanisms.is_curious();
         if let Some(count) = self.content.attempts.get_mut(primitive.0 as usize) {
+            // What is carried out again is soon tried as before, and what never is falls off.
+            if forgives {
+                count.trials = count.occurrences + (count.trials - count.occurrences) / 2;
+            }
             count.observe(carried_out);
         }
         if self.content.reliability(primitive) != before {

@@ -108,6 +108,9 @@ impl Check<'_> {
     fn experience(&self, experience: &Experience) -> Result<(), EffectError> {
         let Experience { body, primitive, parameters, before, after, sensed, recalled } = experience;
         self.body(*body)?;
+        if experience.is_beginning() {
+            return Ok(());
+        }
         self.primitive(*primitive)?;
         let recalled = recalled.as_ref().map_or(&[][..], |recalled| &recalled.observations);
         self.known(before.iter().chain(after.iter()).chain(recalled))?;
@@ -124,7 +127,7 @@ impl Check<'_> {
         let items = self.content.items.all.len();
         at_most("items", items + 1, ITEMS_MAX)?;
         at_most("events of an item", updates.len(), EVENTS_MAX)?;
-        for (event, _) in updates {
+        for (event, _) in updates.iter().filter(|(event, _)| !event.is_beginning()) {
             self.primitive(event.primitive)?;
             self.known(event.after.iter())?;
         }

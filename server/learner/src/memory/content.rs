@@ -30,7 +30,8 @@ pub struct Content {
     pub attention: Chunks<u32>,
     /// For each of them that is an event: before or after how many executions it was perceived.
     pub happened: Chunks<u32>,
-    /// For each primitive: how often it was asked for (trials), and how often carried out (occurrences).
+    /// For each primitive: how often it was carried out (occurrences), and how often it was asked for (trials); with curiosity the trials
+    /// at which it was not are halved whenever it is.
     pub attempts: Chunks<Count>,
     /// For each body, by number, the execution under way.
     pub pending: Vec<Option<Arc<Execution>>>,
@@ -99,7 +100,8 @@ impl Content {
     }
 
     /// w of equation (1), in 0..=1: the share of attempts at which the body carried the action out, counting one success in advance,
-    /// so that it is exactly 1 while the action never failed. It weighs down actions that the body refuses or fails to do.
+    /// so that it is exactly 1 while the action never failed. It weighs down actions that the body refuses or fails to do, with curiosity
+    /// as far as that was not made good since.
     #[must_use]
     pub(crate) fn reliability(&self, action: PrimitiveId) -> f64 {
         let attempts = self.attempts.get(action.0 as usize).copied().unwrap_or_default();

@@ -4,6 +4,7 @@ use std::borrow::{Borrow, Cow};
 use std::fmt::{self, Display, Formatter};
 
 use crate::memory::content::Content;
+use crate::nouns::experience::NOTHING_DONE;
 use crate::nouns::observation::{Observation, Pattern, PropertyId, SymbolId, Term, TypeId, Value, Variable};
 use crate::nouns::probability::Count;
 use crate::nouns::pursuit::Goal;
@@ -153,6 +154,9 @@ pub fn goal(vocabulary: &Vocabulary, goal: &Goal) -> String {
 /// A primitive: `move(j1=0.43, j2=0.84)`.
 #[must_use]
 pub fn primitive(vocabulary: &Vocabulary, id: PrimitiveId) -> String {
+    if id == NOTHING_DONE {
+        return "(new episode)".to_owned();
+    }
     let Some(primitive) = vocabulary.primitives().get(id.0 as usize) else {
         return format!("primitive{}", id.0);
     };

@@ -48,7 +48,8 @@ pub struct DecisionGoal {
     pub at: usize,
     /// The actions to the goal when all comes about that is most likely, the chosen one first; none but of a policy.
     pub course: Vec<PrimitiveId>,
-    /// The probability of the plan when it was made, in 0..=1 (II-A); of a policy, from where the body is.
+    /// The probability of the plan when it was made, in 0..=1 (II-A); of a policy, from where the body is. 0 where an episode had ended, so
+    /// that something is done for the next to begin.
     pub probability: f64,
 }
 

@@ -28,6 +28,18 @@ pub enum ActionOutcome {
     Failed,
     /// Not completed in time.
     TimedOut,
+    /// Not carried out: the episode had ended, so that nothing leads on from the frame before, and this frame begins a new one.
+    EpisodeEnded,
+    /// Not carried out: the episode was cut off from outside (a time limit, a person), and this frame begins a new one.
+    EpisodeCut,
+}
+
+impl ActionOutcome {
+    /// Whether the frame begins a new episode: nothing in it came of what was done before.
+    #[must_use]
+    pub fn begins_episode(self) -> bool {
+        matches!(self, Self::EpisodeEnded | Self::EpisodeCut)
+    }
 }
 
 /// The result of a step: the next action of the body, and every change of memory.

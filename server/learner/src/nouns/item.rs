@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::nouns::experience::Experience;
+use crate::nouns::experience::{Experience, NOTHING_DONE};
 use crate::nouns::observation::{Observation, PropertyId, TypeId, Value};
 use crate::nouns::vocabulary::PrimitiveId;
 use crate::nouns::world_state::WorldState;
@@ -63,6 +63,14 @@ pub struct Item {
     pub updates: Box<[(Event, Update)]>,
     /// Whether no claim asked for it, so that it is kept no longer.
     pub dropped: bool,
+}
+
+impl Event {
+    /// Whether it is that a new episode begins.
+    #[must_use]
+    pub fn is_beginning(&self) -> bool {
+        self.primitive == NOTHING_DONE && self.after.is_empty()
+    }
 }
 
 impl Item {

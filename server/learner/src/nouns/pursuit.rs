@@ -69,7 +69,7 @@ pub enum PlanCause {
     NextNotAllowed,
     /// The body did not carry out the action.
     NotCarriedOut,
-    /// The execution under way was dropped: the learner was held, or the body was away.
+    /// The execution under way was dropped: the learner was held, the body was away, or a new episode began.
     Interrupted,
 }
 

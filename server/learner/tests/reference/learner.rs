@@ -81,7 +81,9 @@ impl Reference {
         if pending.is_none() && student {
             self.arranged(frame.outcome);
         }
-        if let (Some(execution), Some(outcome)) = (pending, frame.outcome) {
+        // Of what another episode began with, nothing came of what was done.
+        let ended = frame.outcome.filter(|outcome| !outcome.begins_episode());
+        if let (Some(execution), Some(outcome)) = (pending, ended) {
             let carried_out = outcome == ActionOutcome::Done;
             let learning = self.stage().learning;
             if learning {

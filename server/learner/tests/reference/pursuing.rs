@@ -181,7 +181,9 @@ impl Reference {
             next = self.next_in_chain(&way, world);
             let because = match outcome {
                 _ if pursuit.plans_made == 0 => PlanCause::First,
-                None => PlanCause::Interrupted,
+                None | Some(ActionOutcome::EpisodeEnded | ActionOutcome::EpisodeCut) => {
+                    PlanCause::Interrupted
+                }
                 Some(ActionOutcome::Done) if chain.is_empty() => PlanCause::NotReached,
                 Some(ActionOutcome::Done) => PlanCause::NextNotAllowed,
                 Some(_) => PlanCause::NotCarriedOut,

@@ -151,8 +151,13 @@ impl World {
         let outcome = match failed {
             None => None,
             Some(false) => Some(ActionOutcome::Done),
-            Some(true) => [None, Some(ActionOutcome::Refused), Some(ActionOutcome::Failed)]
-                [self.random.below(3)]
+            Some(true) => [
+                None,
+                Some(ActionOutcome::Refused),
+                Some(ActionOutcome::Failed),
+                Some(ActionOutcome::EpisodeEnded),
+                Some(ActionOutcome::EpisodeCut),
+            ][self.random.below(5)]
             .or((self.random.below(2) == 0).then_some(ActionOutcome::TimedOut)),
         };
         if self.happens(chances.displaced) {

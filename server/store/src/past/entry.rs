@@ -173,6 +173,8 @@ impl Wording {
                     ActionOutcome::Refused => "refused",
                     ActionOutcome::Failed => "failed",
                     ActionOutcome::TimedOut => "timed_out",
+                    ActionOutcome::EpisodeEnded => "episode_ended",
+                    ActionOutcome::EpisodeCut => "episode_cut",
                 });
                 let perceived = observations.iter().map(|one| self.observation(one)).collect();
                 BatchCause::Frame { body: self.body(body), outcome, perceived }
@@ -276,6 +278,13 @@ impl Wording {
                 format!("body {} describes itself: {}", self.body(*body), text.trim_end().replace('\n', "; "))
             }
             Effect::Mechanisms(mechanisms) => format!("the learner has the profile {}", profile(*mechanisms)),
+            Effect::Experienced(one) if one.is_beginning() => {
+                format!("a new episode begins for body {}", self.body(one.body))
+            }
+            Effect::Experienced(one) if one.is_end() => {
+                let action = notation::primitive(&self.0, one.primitive);
+                format!("evidence is taken in that {action} leads nowhere where the episode ended")
+            }
             Effect::Experienced(experience) => {
                 let action = notation::primitive(&self.0, experience.primitive);
                 format!("evidence is taken in of {action}")

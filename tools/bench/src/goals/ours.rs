@@ -3,6 +3,7 @@
 use pschema_exact::World;
 use pschema_exact::declaration::Observation;
 use pschema_exact::tables::Table;
+use pschema_learner::ActionOutcome;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_tools::kit::Failure;
 
@@ -18,22 +19,21 @@ pub(crate) fn live(
 ) -> Result<Student, Failure> {
     let mut student = Student::new(&table.declaration(), seed, false, mechanisms)?;
     let mut walk = Walk::begin(table, seed);
-    let mut carried_out = false;
+    let mut outcome = None;
     for _ in 0..actions {
         let world = student.lexicon.world_state(&table.percept(&walk.state));
-        let chosen = student.step(&world, carried_out);
+        let chosen = student.perceive(&world, outcome);
         let Some(action) = chosen.and_then(|number| student.lexicon.primitive(number)) else {
             return Err(Failure::Failed(format!("{}: the learner holds still", table.source)));
         };
         walk.act(action.action);
-        carried_out = true;
+        outcome = Some(ActionOutcome::Done);
         if walk.is_over() {
-            // It may try one more action, which changes nothing: so it learns that nothing leads on from there. Then the next episode begins.
+            // It sees where that led. What it does there is not carried out: the next episode begins.
             let world = student.lexicon.world_state(&table.percept(&walk.state));
-            student.step(&world, true);
-            student.step(&world, true);
+            student.perceive(&world, outcome);
             walk.again();
-            carried_out = false;
+            outcome = Some(ActionOutcome::EpisodeEnded);
         }
     }
     Ok(student)

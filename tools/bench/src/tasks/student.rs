@@ -64,8 +64,16 @@ impl Student {
     /// Perceives `world`, and learns from the action that led there if one was `carried_out`. Returns the action that it chooses; none
     /// when it is led.
     pub(crate) fn step(&mut self, world: &WorldState, carried_out: bool) -> Option<PrimitiveId> {
+        self.perceive(world, carried_out.then_some(ActionOutcome::Done))
+    }
+
+    /// The same where what came of the action is this; none if there was none.
+    pub(crate) fn perceive(
+        &mut self,
+        world: &WorldState,
+        outcome: Option<ActionOutcome>,
+    ) -> Option<PrimitiveId> {
         let observations = world.observations().to_vec();
-        let outcome = carried_out.then_some(ActionOutcome::Done);
         let frame = Frame { body: self.body, outcome, observations };
         let began = Instant::now();
         let step = self.learner.step(&frame);

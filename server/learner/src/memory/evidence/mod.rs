@@ -86,13 +86,16 @@ pub(crate) fn parameters(vocabulary: &Vocabulary, primitive: PrimitiveId) -> Arc
 impl Evidence {
     /// Takes an experience in.
     pub fn experience(&mut self, vocabulary: &Vocabulary, experience: &Experience, recalls: bool) {
+        if experience.is_beginning() {
+            self.recollections.remove(&experience.body);
+        }
         let Some(action) = action(vocabulary, experience.primitive) else { return };
         let pool = Arc::make_mut(self.pools.entry(action).or_default());
         pool.experience(Arc::new(experience.clone()), recalls);
         let anything =
             Experience { primitive: ANYTHING, parameters: [].into(), recalled: None, ..experience.clone() };
         Arc::make_mut(&mut self.background).experience(Arc::new(anything), false);
-        if recalls {
+        if recalls && !experience.is_end() {
             let keys: BTreeSet<_> = self.pools.values().filter_map(|pool| pool.key()).collect();
             let recollections = self.recollections.entry(experience.body).or_default();
             recollections.note(keys, &experience.after);
@@ -193,6 +196,18 @@ impl Evidence {
     pub(crate) fn in_force(&self, vocabulary: &Vocabulary, experience: &Experience) -> Vec<InForce<'_>> {
         let pool = action(vocabulary, experience.primitive).and_then(|action| self.pools.get(&action));
         pool.map_or_else(Vec::new, |pool| pool.in_force(experience))
+    }
+
+    /// How often an episode had ended where a primitive was to be carried out in a context of lasting observations in canonical order, and how
+    /// often it was carried out there or that was so, among the experiences that are kept.
+    pub(crate) fn ended(
+        &self,
+        vocabulary: &Vocabulary,
+        primitive: PrimitiveId,
+        context: &[Observation],
+    ) -> (usize, usize) {
+        let pool = action(vocabulary, primitive).and_then(|action| self.pools.get(&action));
+        pool.map_or((0, 0), |pool| pool.ended(primitive, context))
     }
 
     /// Whether any claim asks for an observation of this type.

@@ -190,12 +190,18 @@ impl Evidence {
             let action = action(vocabulary, *primitive);
             let pool = action.and_then(|action| self.pools.get(&action));
             let (mut unmet, mut learnable, mut met) = (1.0, 1.0, Column::default());
+            let mut over = false;
             if let Some(pool) = pool {
                 let novelty = novelties.entry(action).or_insert_with(|| pool.novelty(context));
                 unmet = pool.unmet(novelty, *primitive);
                 let matters = |at: usize| context.get(at).is_some_and(|o| steady.contains(&o.kind()));
                 met = pool.together(novelty, *primitive, matters);
                 learnable = pool.surprise() * pool.newness_of_all(novelty, *primitive, &met, false);
+                over = pool.is_over(&met, &plain, &steady);
+            }
+            // The body said so: no claim need be grown of it.
+            if over {
+                return Prospect { outcomes: vec![(context.to_vec(), 1.0)], open: 0.0, learnable: 0.0 };
             }
             let of_pool = |facet: &Foretold| {
                 let known = pool?.facets.iter().find(|known| known.kinds == facet.kinds)?;

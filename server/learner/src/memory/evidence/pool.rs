@@ -65,6 +65,11 @@ pub(super) fn room(primitives: usize) -> usize {
     EXPERIENCES_MAX.max(2 * primitives)
 }
 
+/// Whether an experience began with this context, of these types.
+fn is_alike(experience: &Experience, context: &[Observation], kinds: &BTreeSet<TypeId>) -> bool {
+    experience.before.iter().filter(|o| kinds.contains(&o.kind())).eq(context)
+}
+
 /// The experiences with one action, with the claims about each facet of what it changes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Pool {
@@ -83,6 +88,8 @@ pub(super) struct Pool {
     brought: BTreeMap<PrimitiveId, BTreeMap<Observation, (usize, bool)>>,
     /// The experiences with each primitive in the very same context.
     alike: BTreeMap<PrimitiveId, BTreeMap<Arc<[Observation]>, Vec<usize>>>,
+    /// How many of the experiences with each primitive are that an episode had ended.
+    ends: BTreeMap<PrimitiveId, usize>,
     pub(super) facets: Vec<Facet>,
     /// The claims about each observation by itself of a type that is told so.
     pub(super) singly: BTreeMap<TypeId, Each>,
@@ -155,6 +162,12 @@ impl Pool {
         if primitive == ANYTHING {
             return;
         }
+        let alike = self.alike.entry(primitive).or_default();
+        alike.entry(experience.before.clone()).or_default().push(at);
+        if experience.is_end() {
+            *self.ends.entry(primitive).or_default() += 1;
+            return;
+        }
         // What comes with a crowd that is new is not what the primitive brings about.
         let new = |o: &&Observation| experience.before.binary_search(o).is_err();
         if experience.after.iter().filter(new).take(BROUGHT_MAX + 1).count() <= BROUGHT_MAX {
@@ -166,8 +179,21 @@ impl Pool {
                 *was_new |= new(&observation);
             }
         }
-        let alike = self.alike.entry(primitive).or_default();
-        alike.entry(experience.before.clone()).or_default().push(at);
+    }
+
+    /// Whether all of these experiences that began with this context, of these types, are that an episode had ended; and some did.
+    pub(super) fn is_over(&self, met: &Column, context: &[Observation], kinds: &BTreeSet<TypeId>) -> bool {
+        let experiences = met.iter().filter_map(|at| self.examples.get(at)).map(|(one, _)| one);
+        let mut alike = experiences.take(ALIKE_MAX).filter(|one| is_alike(one, context, kinds)).peekable();
+        alike.peek().is_some() && alike.all(|one| one.is_end())
+    }
+
+    /// How many of the experiences with a primitive in this very context are that an episode had ended, and how many there are.
+    pub(super) fn ended(&self, primitive: PrimitiveId, context: &[Observation]) -> (usize, usize) {
+        let alike =
+            self.alike.get(&primitive).and_then(|alike| alike.get(context)).map_or(&[][..], Vec::as_slice);
+        let ends = |at: &&usize| self.examples.get(**at).is_some_and(|(experience, _)| experience.is_end());
+        (alike.iter().filter(ends).count(), alike.len())
     }
 
     fn learn(&mut self, experience: Arc<Experience>) {
@@ -307,7 +333,9 @@ impl Pool {
     fn own_effect(&self, primitive: PrimitiveId) -> Vec<Observation> {
         let Some(tries) = self.of_primitive.get(&primitive).map(Column::count) else { return Vec::new() };
         let Some(came) = self.brought.get(&primitive) else { return Vec::new() };
-        let others = self.examples.len() - tries;
+        // Where an episode had ended it was not carried out.
+        let tries = tries - self.ends.get(&primitive).copied().unwrap_or(0);
+        let others = self.examples.len() - self.ends.values().sum::<usize>() - tries;
         let price = libm::log(came.values().filter(|(_, new)| *new).count() as f64);
         let own = |observation: &Observation, times: usize| {
             let elsewhere = self.came.get(observation).copied().unwrap_or(0) - times;
@@ -630,10 +658,7 @@ impl Pool {
         if facet.is_singly {
             return Vec::new();
         }
-        let is_alike = |experience: &&Arc<Experience>| {
-            let of_kinds = experience.before.iter().filter(|o| kinds.contains(&o.kind()));
-            of_kinds.eq(context) && facet.is_told_by(experience)
-        };
+        let is_alike = |one: &&Arc<Experience>| is_alike(one, context, kinds) && facet.is_told_by(one);
         let experiences = met.iter().filter_map(|at| self.examples.get(at)).map(|(one, _)| one);
         let mut outcomes: Vec<(Vec<Observation>, u32)> = Vec::new();
         for experience in experiences.take(ALIKE_MAX).filter(is_alike) {

@@ -66,5 +66,7 @@ mirror! {
         Refused,
         Failed,
         TimedOut,
+        EpisodeEnded,
+        EpisodeCut,
     }
 }
