@@ -36,8 +36,8 @@ struct Declared {
     session: Session,
     /// The number of its last frame.
     sequence: u64,
-    /// Whether the last reply asked for something, whose outcome the next frame brings.
-    asked: bool,
+    /// The number of the frame whose reply asked for something, if its outcome is still to come.
+    asked: Option<u64>,
 }
 
 /// A learner in this process. It decides as a daemon's learner does that is sent the same frames, and its memory has the same digest.
@@ -154,7 +154,7 @@ impl Learner {
         let (session, _) = Session::attach(session, &hello, &mut self.learner)
             .map_err(|problem| refused(format!("body {}: {problem}", description.name)))?;
         let senses = SenseTable::of(&description, py);
-        self.bodies.push(Declared { description, senses, session, sequence: 0, asked: false });
+        self.bodies.push(Declared { description, senses, session, sequence: 0, asked: None });
         Ok(number)
     }
 
@@ -172,19 +172,22 @@ impl Learner {
         let mut senses = Senses::default();
         at.senses.read(observations, |sense, values| senses.observe(sense, values))?;
         let outcome = match kind {
-            None if at.asked => Some(Outcome::Done),
+            None if at.asked.is_some() => Some(Outcome::Done),
             None => None,
             Some(kind) => {
                 let outcome = of_kind(kind, reason);
                 Some(outcome.ok_or_else(|| PyValueError::new_err(format!("there is no outcome {kind:?}")))?)
             }
         };
-        if outcome.is_some() && !at.asked {
-            return Err(FrameError::new_err(
-                "an outcome is given of an action that the learner did not ask for: leave it out",
-            ));
-        }
-        let report = outcome.map(|outcome| OrderReport { outcome, answers: at.sequence });
+        let report = match (outcome, at.asked) {
+            (Some(outcome), Some(answers)) => Some(OrderReport { outcome, answers }),
+            (None, _) => None,
+            (Some(_), None) => {
+                return Err(FrameError::new_err(
+                    "an outcome is given of an action that the learner did not ask for: leave it out",
+                ));
+            }
+        };
         at.sequence = at.sequence.saturating_add(1);
         let frame = senses.into_frame(at.session.number(), at.sequence, report.as_ref());
         let served = py.detach(|| at.session.frame(learner, &frame, words, false));
@@ -194,7 +197,12 @@ impl Learner {
                 *decision = step.decision;
             }
         }
-        at.asked = matches!(served.reply, Reply::Act(_) | Reply::Arrange(_));
+        at.asked = match served.reply {
+            Reply::Act(_) | Reply::Arrange(_) => Some(at.sequence),
+            Reply::Wait { .. } | Reply::Detach => None,
+            // The outcome was not taken, and comes with the next frame.
+            Reply::Refused { .. } => at.asked,
+        };
         let asked = |order: &description::Action, scene| {
             let declared = if scene { &at.description.scene_commands } else { &at.description.actions };
             Ok(Some(Action::of(order, declared, scene)))

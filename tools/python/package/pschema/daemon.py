@@ -40,6 +40,9 @@ class Daemon:
         with pschema.Daemon("lamp"):
             pschema.run(Lamp(), "lamp")
 
+    It ends when this program does, however that ends. The kernel sees to it by the thread: start it in one that lives as long, as the main
+    thread does.
+
     Args:
         name: of the learner; 1 to 32 of ``a-z 0-9 _ -``.
         data: the directory that memory is kept in; without it, memory ends with the daemon.

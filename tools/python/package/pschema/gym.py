@@ -697,7 +697,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         with connect(given.name):
             daemon = None
     except NoDaemonError:
-        daemon = Daemon(given.name, seed=given.seed, data=given.data)
+        daemon = Daemon(given.name, seed=given.seed, data=given.data, arguments=["--quiet"])
     try:
         return _live(given, options)
     except Error as error:
