@@ -7,8 +7,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use pschema_protocol::body::{BodyLoop, RunEnding, RunSummary, run};
+use pschema_protocol::body::{Body, BodyLoop, Outcome, RunEnding, RunSummary, Senses, run};
 use pschema_protocol::client::{Client, ClientError};
+use pschema_protocol::description::{Action, Description};
 use pschema_protocol::domain::{DomainError, OwnedDomain};
 use pschema_protocol::limits::{ANSWER_BYTES_MAX, PAGE_BYTES};
 use pschema_protocol::transport::TransportError;
@@ -59,6 +60,44 @@ fn a_body_goes_on_with_the_next_daemon() {
     let seen = daemon.stop();
     assert_eq!(seen.gone, [(seen.sessions[0], true)]);
     assert_swept(&runtime.path(), &seen.prefix);
+}
+
+/// A body that can't sense to the end has reported a part of the world, and the rest would be learnt to be gone.
+#[test]
+fn a_body_that_is_stopped_while_it_senses_sends_no_frame() {
+    struct Unsure {
+        counter: Counter,
+        sensed: u64,
+        stop: Arc<AtomicBool>,
+    }
+    impl Body for Unsure {
+        fn describe(&self) -> Description {
+            self.counter.describe()
+        }
+
+        fn sense(&mut self, frame: &mut Senses) {
+            self.sensed += 1;
+            if self.sensed == 4 {
+                self.stop.store(true, Ordering::Relaxed);
+            } else {
+                self.counter.sense(frame);
+            }
+        }
+
+        fn act(&mut self, action: &Action) -> Outcome {
+            self.counter.act(action)
+        }
+    }
+    let runtime = Runtime::new();
+    let place = runtime.place("unsure");
+    let daemon = Daemon::start(place.clone(), u64::MAX, echo);
+    let options = options(&place);
+    let body = Unsure { counter: Counter::new(), sensed: 0, stop: options.stop.clone() };
+    let summary = run(body, &options).unwrap();
+    assert_eq!((summary.ending, summary.frames), (RunEnding::Stopped, 3));
+    until("the farewell", || daemon.gone.load(Ordering::Relaxed) == 1);
+    let seen = daemon.stop();
+    assert_eq!((seen.frames, seen.gone), (3, vec![(seen.sessions[0], true)]));
 }
 
 #[test]

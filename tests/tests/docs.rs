@@ -19,9 +19,11 @@ const BINARY: &str = env!("CARGO_BIN_EXE_pschema-under-test");
 const GRID_WORLD: &str = env!("CARGO_BIN_EXE_pschema-grid-world");
 const LAMP: &str = env!("CARGO_BIN_EXE_pschema-lamp");
 
-/// Commands that need a build of their own, a person, an arm, or half an hour, which a test does not have.
-const NOT_RUN: [&str; 8] = [
+/// Commands that need a build of their own, Python, a person, an arm, or half an hour, which a test does not have.
+const NOT_RUN: [&str; 10] = [
     "cargo ",
+    "pip install ",
+    "python ",
     "export PATH=",
     "pschema watch ",
     "pschema view ",

@@ -52,8 +52,10 @@ pub mod kit {
     pub use crate::commands::server::serve;
     pub use crate::failure::Failure;
     pub use crate::output::show;
+    pub use crate::past::MemoryOnDisk;
     pub use crate::program::{check_usage, program};
     pub use crate::render::explanation::explanation;
+    pub use crate::render::graph::svg::svg as graph_svg;
     pub use crate::render::schema::wrapped;
     pub use crate::render::statistics::{Summary, interval, percentile, summary};
     pub use crate::render::table::Columns;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use pschema_inspect::{GraphQuery, Question, Request, SchemaSort, StatusQuery};
-use pschema_server::inspect::Inspect;
+use pschema_server::inspect::{Inspect, reply};
 use pschema_server::view::View;
 use pschema_store::past::{Moment, Past, PastError};
 
@@ -93,14 +93,17 @@ fn decision_asked(question: &impl Inspect) -> Option<u64> {
 
 /// A memory on disk, as it was at one moment.
 #[derive(Debug)]
-pub(crate) struct MemoryOnDisk {
+pub struct MemoryOnDisk {
     past: Past,
     until: Option<u64>,
 }
 
 impl MemoryOnDisk {
     /// The memory in `directory`, as it was after step `until`.
-    pub(crate) fn open(directory: &Path, until: Option<u64>) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// When there is no memory, or its manifest can't be read.
+    pub fn open(directory: &Path, until: Option<u64>) -> Result<Self, Failure> {
         Ok(Self { past: Past::open(directory)?, until })
     }
 
@@ -111,11 +114,18 @@ impl MemoryOnDisk {
 
     /// The moment of the past that a question is about.
     pub(crate) fn moment(&self, question: &impl Inspect) -> Result<Moment, Failure> {
-        Ok(match question.clone().into() {
-            Request::Question(Question::Explain(explain)) => self.past.decision(explain.step, self.until)?,
-            Request::Question(Question::WhyNot(why_not)) => self.past.decision(why_not.step, self.until)?,
-            Request::Question(Question::Status(_)) => self.past.moment_with_decision(self.until)?,
-            Request::Question(Question::Schemas(query)) if query.sort == SchemaSort::Excitation => {
+        match question.clone().into() {
+            Request::Question(question) => self.moment_of(&question),
+            Request::Order(_) => Ok(self.past.moment(self.until)?),
+        }
+    }
+
+    fn moment_of(&self, question: &Question) -> Result<Moment, Failure> {
+        Ok(match question {
+            Question::Explain(explain) => self.past.decision(explain.step, self.until)?,
+            Question::WhyNot(why_not) => self.past.decision(why_not.step, self.until)?,
+            Question::Status(_) => self.past.moment_with_decision(self.until)?,
+            Question::Schemas(query) if query.sort == SchemaSort::Excitation => {
                 self.past.moment_with_decision(self.until)?
             }
             _ => self.past.moment(self.until)?,
@@ -124,19 +134,20 @@ impl MemoryOnDisk {
 
     /// The answer to a question about a moment.
     pub(crate) fn answer<Q: Inspect>(&self, moment: Moment, question: &Q) -> Result<Q::Answer, Failure> {
-        let of_the_world = match question.clone().into() {
-            Request::Question(Question::Predict(_) | Question::Plan(_)) => true,
-            Request::Question(Question::Graph(GraphQuery { goal, .. })) => !goal.is_empty(),
-            _ => false,
-        };
-        if moment.perceived.is_none() && of_the_world {
-            let step = moment.step();
-            return Err(Failure::Failed(format!(
-                "nothing is known of what was perceived up to step {step}, so nothing can be said of the world as it was: \
-                 name a later step with --until, or ask the running learner"
-            )));
+        if let Request::Question(question) = question.clone().into() {
+            check_perceived(&moment, &question)?;
         }
         question.answer(&self.view(moment)).map_err(Failure::of)
+    }
+
+    /// The reply to a question, as the bytes that a daemon sends.
+    ///
+    /// # Errors
+    /// When there is nothing to make the reply of: the step is not kept, a file is damaged, or what was perceived is not known.
+    pub fn reply(&self, question: &Question) -> Result<Vec<u8>, Failure> {
+        let moment = self.moment_of(question)?;
+        check_perceived(&moment, question)?;
+        Ok(reply(&self.view(moment), question))
     }
 
     /// Everything there is to ask of a moment.
@@ -144,6 +155,23 @@ impl MemoryOnDisk {
         let Moment { learner, decision, perceived, .. } = moment;
         View::alone(self.past.learner(), &learner, self.past.seed(), decision, perceived)
     }
+}
+
+/// A failure when a question is about the world as it was, and nothing is known of what was perceived.
+fn check_perceived(moment: &Moment, question: &Question) -> Result<(), Failure> {
+    let of_the_world = match question {
+        Question::Predict(_) | Question::Plan(_) => true,
+        Question::Graph(GraphQuery { goal, .. }) => !goal.is_empty(),
+        _ => false,
+    };
+    if moment.perceived.is_none() && of_the_world {
+        let step = moment.step();
+        return Err(Failure::Failed(format!(
+            "nothing is known of what was perceived up to step {step}, so nothing can be said of the world as it was: \
+             name a later step with --until, or ask the running learner"
+        )));
+    }
+    Ok(())
 }
 
 impl Asks for MemoryOnDisk {

@@ -223,6 +223,11 @@ impl<B: Body> Run<'_, B> {
                 return Ok(ControlFlow::Break(RunEnding::Stopped));
             }
             self.driver.next_frame();
+            if self.stopped() {
+                // A body that could not sense to the end raises the flag: what it has reported by then is not how the world is.
+                link.detach();
+                return Ok(ControlFlow::Break(RunEnding::Stopped));
+            }
             if link.is_watched()
                 && let Some(picture) = self.driver.picture()
             {

@@ -51,8 +51,11 @@ impl Senses {
         Observations::of(&self.records)
     }
 
-    /// The frame that says all of it. Of too many observations all are counted, so that the frame is refused and not cut.
-    pub(super) fn into_frame(self, session: u64, sequence: u64, report: Option<&OrderReport>) -> RawFrame {
+    /// The frame that says all of it, for a host that has the learner in its own process. Of too many observations all are counted, so that
+    /// the frame is refused and not cut.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn into_frame(self, session: u64, sequence: u64, report: Option<&OrderReport>) -> RawFrame {
         let observation_count = u32::try_from(self.count).unwrap_or(u32::MAX);
         let header = FrameHeader { session, sequence, observation_count, ..FrameHeader::default() };
         encode::frame(header, report, self.records)

@@ -205,7 +205,10 @@ pub fn order(place: &str, action: &Action, declared: &[ActionType]) -> Result<()
 }
 
 /// Checks one value against its property. `place` is called only for a refusal.
-pub(crate) fn value(place: &dyn Fn() -> String, property: &Property, given: &Value) -> Result<(), Refusal> {
+///
+/// # Errors
+/// That it is of another kind, or outside its limits.
+pub fn value(place: &dyn Fn() -> String, property: &Property, given: &Value) -> Result<(), Refusal> {
     let outside = |value: String, allowed: String| {
         Err(Refusal::ValueRange { place: format!("{} {}", place(), property.name), value, allowed })
     };

@@ -74,8 +74,9 @@ impl<'a> Graph<'a> {
         // Those that only a feature brings are declared too.
         let declared = list(&package["dependencies"]).iter().filter(|used| used["kind"].is_null());
         let foreign = declared.map(|used| text(&used["name"]).replace('-', "_")).collect();
-        let is_shipped =
-            |target: &&Value| list(&target["kind"]).iter().any(|kind| kind == "lib" || kind == "bin");
+        let is_shipped = |target: &&Value| {
+            list(&target["kind"]).iter().any(|kind| kind == "lib" || kind == "bin" || kind == "cdylib")
+        };
         let roots =
             list(&package["targets"]).iter().filter(is_shipped).map(|target| text(&target["src_path"]));
         Member {

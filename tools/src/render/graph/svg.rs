@@ -15,7 +15,8 @@ const HEAD: f64 = 92.0;
 const WIDTH_MIN: f64 = 1_240.0;
 
 /// The picture, with its style and its script.
-pub(crate) fn svg(graph: &Graph) -> String {
+#[must_use]
+pub fn svg(graph: &Graph) -> String {
     drawn(graph, &format!("<style>{STYLE}</style>\n"), &format!("<script>{SCRIPT}</script>\n"))
 }
 

@@ -1,0 +1,69 @@
+"""pschema: a long-lived learning daemon for embodied agents, from Python.
+
+* :class:`Body` and :func:`run`: a body that a learner lives in.
+* :func:`connect`: look into a running learner, and give it orders.
+* :class:`Learner`: a learner in this process, without a daemon.
+* ``pschema.gym``: a Gymnasium environment as a body.
+
+The package brings the ``pschema`` command: ``pschema server`` is the daemon.
+"""
+
+from __future__ import annotations
+
+from ._native import Action, Stop, __version__
+from .body import Body, Summary, run
+from .client import Client, Past, connect
+from .daemon import Daemon, program
+from .declare import (
+    ActionType,
+    Description,
+    Observation,
+    Outcome,
+    Sense,
+    Value,
+    Values,
+    action,
+    boolean,
+    event,
+    integer,
+    real,
+    state,
+    symbol,
+)
+from .errors import AnswerError, DeclarationError, Error, FrameError, NoDaemonError, RefusedError
+from .learner import Learner
+
+__all__ = [
+    "Action",
+    "ActionType",
+    "AnswerError",
+    "Body",
+    "Client",
+    "Daemon",
+    "DeclarationError",
+    "Description",
+    "Error",
+    "FrameError",
+    "Learner",
+    "NoDaemonError",
+    "Observation",
+    "Outcome",
+    "Past",
+    "RefusedError",
+    "Sense",
+    "Stop",
+    "Summary",
+    "Value",
+    "Values",
+    "__version__",
+    "action",
+    "boolean",
+    "connect",
+    "event",
+    "integer",
+    "program",
+    "real",
+    "run",
+    "state",
+    "symbol",
+]

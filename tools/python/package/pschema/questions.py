@@ -1,0 +1,135 @@
+"""What can be asked of a learner, whether it is a daemon's, on disk, or in this process.
+
+Answers are dicts, with the fields that ``pschema --json`` prints; ``docs/CLI.md`` links to the JSON Schema of each.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Optional
+
+from . import _native
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["Answer", "Explanation", "Graph", "Questions"]
+
+#: An answer, field by field.
+Answer = dict[str, Any]
+
+#: How many schemas are asked for at a time.
+_PAGE = 100
+
+
+class Explanation(Answer):
+    """Why an action was chosen. A notebook shows it in the words of ``pschema explain``, and so does ``print``."""
+
+    def __str__(self) -> str:
+        return _native.explanation(json.dumps(self).encode())
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(str(self))}</pre>"
+
+
+class Graph(Answer):
+    """The network of schemas. A notebook shows it as the picture of ``pschema graph``; :attr:`svg` is its text."""
+
+    @property
+    def svg(self) -> str:
+        """The picture, as SVG."""
+        return _native.graph_svg(json.dumps(self).encode())
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+
+class Questions:
+    """The questions. Each raises an :class:`pschema.AnswerError` where the learner has no answer, with the reason."""
+
+    def _asked(self, kind: str, question: dict[str, Any]) -> Any:
+        raise NotImplementedError
+
+    def status(self) -> Answer:
+        """How the learner is: step, stage, schemas, bodies, latencies in µs."""
+        return self._answer("status", {})
+
+    def _answer(self, kind: str, question: dict[str, Any]) -> Answer:
+        answer: Answer = self._asked(kind, question)
+        return answer
+
+    def schemas(
+        self,
+        *,
+        action: Optional[str] = None,
+        pre: Optional[str] = None,
+        post: Optional[str] = None,
+        generalised: bool = False,
+        sort: str = "age",
+        limit: Optional[int] = None,
+    ) -> Iterator[Answer]:
+        """The schemas, one after another; they are asked for page by page.
+
+        Args:
+            action: only those with this action, by its name.
+            pre: only those with a pre-condition that this pattern matches: ``"object{colour=blue}"``.
+            post: the same of a post-condition.
+            generalised: only generalised ones.
+            sort: ``age``, ``uses``, ``probability`` or ``excitation``.
+            limit: at most so many.
+        """
+        question: dict[str, Any] = {"generalised": generalised, "sort": sort}
+        question.update({"action": action, "pre": pre, "post": post})
+        told = 0
+        while limit is None or told < limit:
+            page = _PAGE if limit is None else min(_PAGE, limit - told)
+            listed = self._asked("schemas", {**question, "limit": page, "offset": told})["schemas"]
+            yield from listed
+            told += len(listed)
+            if len(listed) < page:
+                return
+
+    def schemas_frame(self, **filters: Any) -> pandas.DataFrame:
+        """The same as a pandas ``DataFrame``, a row for each schema, with its number as the index; pandas has to be installed."""
+        import pandas
+
+        frame = pandas.DataFrame(list(self.schemas(**filters)))
+        return frame.set_index("id") if "id" in frame else frame
+
+    def show(self, schema: int) -> Answer:
+        """One schema whole: statistics for each observation, examples, counter-examples, lineage."""
+        return self._answer("show", {"id": schema})
+
+    def claims(self, action: Optional[str] = None, *, limit: int = 0) -> Answer:
+        """Under the profile ``full``: what the learner holds to be so of an action, or of each."""
+        return self._answer("claims", {"action": action, "limit": limit})
+
+    def explain(self, step: Optional[int] = None, *, candidates: int = 5) -> Explanation:
+        """Why the action of a step was chosen, term by term; of the last decision if no step is named."""
+        return Explanation(self._answer("explain", {"step": step, "candidates_max": candidates}))
+
+    def why_not(self, schema: int, step: Optional[int] = None) -> Answer:
+        """What stood in the way of a schema."""
+        return self._answer("why-not", {"schema": schema, "step": step})
+
+    def predict(self, action: str) -> Answer:
+        """What an action, as it prints (``"move(reach=0.4)"``), would do in the world as it is; nothing is done."""
+        return self._answer("predict", {"action": action})
+
+    def plan(self, *goal: str) -> Answer:
+        """How a goal could be brought about from here; nothing is done."""
+        return self._answer("plan", {"goal": list(goal)})
+
+    def pursuit(self) -> Answer:
+        """How the goal is doing that is pursued, or was the last to be: ``state``, ``achieved``, ``actions``, ``plans``."""
+        return self._answer("pursuit", {})
+
+    def report(self) -> Answer:
+        """What the curriculum has done so far."""
+        return self._answer("report", {})
+
+    def graph(self, *, around: Optional[int] = None, depth: int = 0, goal: Optional[list[str]] = None, limit: int = 0) -> Graph:
+        """The network of schemas: all of it, what is tied to one within ``depth`` ties, or the chain to a goal."""
+        return Graph(self._answer("graph", {"around": around, "depth": depth, "goal": goal or [], "limit": limit}))

@@ -1,0 +1,239 @@
+"""Looking into a learner that runs, and giving it orders."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from pathlib import Path
+from typing import Any, Optional
+
+import pschema
+import pytest
+
+from .conftest import Lamp, Sandbox, running, steps, until
+
+
+def test_everything_that_can_be_asked(sandbox: Sandbox) -> None:
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client, running(Lamp(), "lamp"):
+        steps(client, 50)
+        status = client.status()
+        assert (status["name"], status["profile"]) == ("lamp", "full")
+        listed = list(client.schemas())
+        assert [schema["id"] for schema in listed] == list(range(len(listed)))
+        assert list(client.schemas(limit=1)) == [listed[0]] or client.status()["step"] > status["step"]
+        assert all(schema["action"].startswith("press") for schema in client.schemas(action="press"))
+        used = [schema["executions"] for schema in client.schemas(sort="uses")]
+        assert used
+        assert client.show(0)["id"] == 0
+        assert client.claims("press")
+        assert client.explain()["step"] > 0
+        assert client.why_not(0)["schema"] == 0
+        assert client.predict("press()")["outcomes"]
+        assert client.graph()["nodes"]
+        assert client.graph(around=0)["around"] == 0
+        assert "stages" in client.report() or client.report()["step"]
+
+
+def test_schemas_are_told_page_by_page(sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pschema.questions._PAGE", 1)
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        with running(Lamp(), "lamp"):
+            steps(client, 100)
+        listed = list(client.schemas())
+        assert len(listed) == client.status()["schemas_total"] > 1
+        assert list(client.schemas(limit=2)) == listed[:2]
+
+
+def test_schemas_as_a_table_and_as_a_network(sandbox: Sandbox) -> None:
+    pytest.importorskip("pandas")
+    pytest.importorskip("networkx")
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        assert client.schemas_frame().empty
+        with running(Lamp(), "lamp"):
+            steps(client, 100)
+        frame = client.schemas_frame(sort="uses")
+        assert frame.index.name == "id"
+        assert frame.loc[0, "executions"] >= 0
+        network = client.network()
+        assert network.number_of_nodes() == len(frame)
+        assert network.nodes[0]["schema"]["id"] == 0
+
+
+def test_a_notebook_shows_them(sandbox: Sandbox) -> None:
+    from xml.etree import ElementTree
+
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        assert ElementTree.fromstring(client.excitation()._repr_svg_()).tag.endswith("svg")
+        with running(Lamp(), "lamp"):
+            steps(client, 300)
+        explained = client.explain()
+        assert explained["action"] in str(explained)
+        assert explained._repr_html_().startswith("<pre>")
+        assert ElementTree.fromstring(client.graph()._repr_svg_()).tag.endswith("svg")
+        curve = client.excitation(100)
+        assert curve[-1][0] - curve[0][0] <= 100
+        assert 50 < len(curve) <= 100
+        picture = ElementTree.fromstring(curve._repr_svg_())
+        (line,) = picture.iter("{http://www.w3.org/2000/svg}polyline")
+        assert len(line.attrib["points"].split()) == len(curve)
+        changed = type(explained)({"step": 1})
+        with pytest.raises(ValueError, match="another answer"):
+            str(changed)
+
+
+def test_a_goal_is_achieved_and_told(sandbox: Sandbox) -> None:
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client, running(Lamp(), "lamp"):
+        steps(client, 100)
+        assert client.plan("lamp{lit=true}")
+        told: list[Any] = []
+        end = client.achieve("lamp{lit=true}", actions_max=10, seen=told.append)
+        assert end["achieved"]
+        assert told[-1]["state"] == end["state"] == "achieved"
+        with pytest.raises(pschema.AnswerError, match="lampe"):
+            client.achieve("lampe{}")
+
+
+def test_a_goal_is_called_off(sandbox: Sandbox) -> None:
+    class Slow(Lamp):
+        def act(self, action: pschema.Action) -> Optional[pschema.Outcome]:
+            time.sleep(0.1)
+            return super().act(action)
+
+    def fails(_: Any) -> None:
+        raise ZeroDivisionError
+
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client, running(Slow(), "lamp"):
+        steps(client, 3)
+        end = client.achieve("lamp{lit=true}", wait_s=0)
+        assert not end["achieved"]
+        assert end["state"] != "pursued"
+        with pytest.raises(ZeroDivisionError):
+            client.achieve("lamp{lit=true}", seen=fails)
+        assert client.pursuit()["state"] != "pursued"
+
+
+def test_orders(sandbox: Sandbox) -> None:
+    with sandbox.daemon("lamp") as daemon, pschema.connect("lamp") as client, running(Lamp(), "lamp"):
+        steps(client, 20)
+        assert client.stage("hold")["stage_state"] == "held"
+        before = client.status()["step"]
+        client.say("light")
+        client.stage("step")
+        steps(client, before)
+        until("it is heard", lambda: "'light'" in str(client.explain()["world"]) or None)
+        client.stage("resume")
+        assert client.stage()["stage"] == "free"
+        client.stage("free")
+        with pytest.raises(pschema.AnswerError, match="nowhere"):
+            client.stage("nowhere")
+        with pytest.raises(pschema.AnswerError, match="is no word"):
+            client.say("two words")
+        client.shutdown()
+        daemon._process.wait(60)
+        assert daemon._process.returncode == 0
+
+
+def test_steps_are_watched_until_the_daemon_ends(sandbox: Sandbox) -> None:
+    with sandbox.daemon("lamp") as daemon, pschema.connect("lamp") as client, running(Lamp(), "lamp"):
+        steps(client, 5)
+        seen = []
+        for record in client.watch(rate=100):
+            seen.append(record["step"])
+            if len(seen) == 50:
+                daemon.end()
+        assert len(seen) >= 50
+        assert seen == list(range(seen[0], seen[0] + len(seen)))
+
+
+def test_the_past(sandbox: Sandbox, tmp_path: Path) -> None:
+    data = tmp_path / "memory"
+    with sandbox.daemon("lamp", data=data), pschema.connect("lamp") as client:
+        with running(Lamp(), "lamp"):
+            steps(client, 120)
+        now = client.status()["step"]
+        assert client.past(50).status()["step"] == 50
+        assert client.explain(step=10)["step"] == 10
+        with pytest.raises(pschema.AnswerError):
+            client.explain(step=now + 1_000_000)
+    memory = pschema.Past(data)
+    assert memory.status()["step"] == now
+    assert pschema.Past(data, 50).explain()["step"] == 50
+    assert list(memory.schemas())
+    assert memory.predict("press()")["outcomes"]
+    with pytest.raises(pschema.AnswerError, match="nowhere"):
+        pschema.Past(tmp_path / "nowhere").status()
+    with pytest.raises(pschema.AnswerError):
+        pschema.Past(data, 10**9).status()
+
+
+def test_there_is_no_daemon(sandbox: Sandbox) -> None:
+    with pytest.raises(pschema.NoDaemonError, match="nobody"):
+        pschema.connect("nobody")
+    with pytest.raises(ValueError, match="Not A Name"):
+        pschema.connect("Not A Name")
+    with pytest.raises(ValueError, match="is no time to wait"):
+        pschema.connect("nobody", timeout_s=-1)
+
+
+def test_a_memory_in_ram_has_no_past(sandbox: Sandbox) -> None:
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        with pytest.raises(pschema.AnswerError, match="in RAM only"):
+            client.past()
+        client.close()
+        with pytest.raises(pschema.AnswerError, match="was closed"):
+            client.status()
+
+
+def test_several_threads_ask(sandbox: Sandbox) -> None:
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client, running(Lamp(), "lamp"):
+        steps(client, 50)
+        answers: list[Any] = []
+
+        def ask(number: int) -> None:
+            answers.extend((number, client.show(number)["id"]) for _ in range(25))
+
+        threads = [threading.Thread(target=ask, args=(number,)) for number in (0, 1)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert len(answers) == 50
+        assert all(asked == told for asked, told in answers)
+
+
+def test_a_question_that_is_not_known_is_refused(sandbox: Sandbox) -> None:
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        with pytest.raises(ValueError, match="no request"):
+            client._asked("status", {"more": 1})
+        with pytest.raises(pschema.AnswerError, match="there is no schema 7"):
+            client.show(7)
+        with pytest.raises(ValueError, match="no request"):
+            client.show("x" * 10_000_000)  # type: ignore[arg-type]
+
+
+def test_a_child_connects_by_itself(sandbox: Sandbox) -> None:
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        reader, writer = os.pipe()
+        child = os.fork()
+        if child == 0:
+            try:
+                client.status()
+            except RuntimeError as error:
+                os.write(writer, str(error).encode())
+            finally:
+                os._exit(0)
+        os.close(writer)
+        told = os.read(reader, 1000).decode()
+        os.close(reader)
+        os.waitpid(child, 0)
+        assert "connect again in the child" in told
+        assert client.status()["step"] == 0
+
+
+def test_the_daemon_could_not_be_started(sandbox: Sandbox, capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(pschema.Error, match="ended with exit code"):
+        pschema.Daemon("lamp", curriculum="nowhere")
+    assert "nowhere" in capfd.readouterr().err
+    with sandbox.daemon("lamp"), pytest.raises(pschema.Error, match="ended with exit code"):
+        pschema.Daemon("lamp")

@@ -1,0 +1,72 @@
+"""Declarations, and mistakes in them: each is refused where it is made, with its place."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Callable
+
+import pytest
+
+import pschema
+from pschema import action, boolean, event, integer, real, state, symbol
+
+
+def described(*senses: Any, actions: Any = ()) -> pschema.Description:
+    return pschema.Description("body", senses=senses, actions=actions)
+
+
+@pytest.mark.parametrize(
+    ("declare", "told"),
+    [
+        (lambda: described(state("x", at=integer(9, 0))), "observation type x: property at: its minimum 9 is above its maximum 0"),
+        (lambda: described(state("x", at=real(0, math.nan, 1))), "observation type x: property at: its limits 0..=NaN"),
+        (lambda: described(state("x", at=real(0, 1, 0))), "its resolution 0 is not above zero"),
+        (lambda: described(state("x", at=symbol())), "observation type x: property at: it declares no symbols"),
+        (lambda: described(state("x", at=symbol("a", "a"))), 'the name "a" is used twice'),
+        (lambda: described(state("x", at=symbol("{"))), "holds '{'"),
+        (lambda: described(state("x" * 33)), "has 33 bytes, at most 32 are allowed"),
+        (lambda: described(state("x" * 1_000_000)), "at most 32 are allowed"),
+        (lambda: described(state("x"), state("x")), 'the name "x" is used twice'),
+        (lambda: described(*[state(f"s{n}") for n in range(33)]), "observation types: 33, at most 32 are allowed"),
+        (lambda: described(state("x", {f"p{n}": boolean() for n in range(9)})), "x: properties: 9, at most 8 are allowed"),
+        (lambda: described("x"), "senses[0]: 'x' is none of them; give state(…) or event(…)"),
+        (lambda: described(action("x")), "senses[0]: ActionType"),
+        (lambda: described(actions=[state("x")]), "actions[0]: Sense"),
+        (lambda: state("x", at=3), "sense x: property at: 3 says nothing of its values"),  # type: ignore[arg-type]
+        (lambda: state("x", {"at": boolean()}, at=boolean()), "sense x: a property is given twice"),
+        (lambda: integer(0, 1.5), "integer(0, 1.5): 1.5 is no whole number"),  # type: ignore[arg-type]
+        (lambda: integer(0, True), "True is no whole number"),
+        (lambda: integer(0, 2**64), "does not fit into 64 bits"),
+        (lambda: real(0, "1", 1), "'1' is no number"),  # type: ignore[arg-type]
+        (lambda: symbol(["a"]), "['a'] is no text"),  # type: ignore[arg-type]
+        (lambda: described(actions=[action("go", by=integer(0, 5000))]), "primitives in the repertoire"),
+        (lambda: described(actions=[action("go", by=integer(0, 5), primitives=[(6,)])]), "go): parameter by = 6 is outside 0..=5"),
+        (
+            lambda: described(actions=[action("go", by=integer(0, 5), primitives=[("a",)])]),
+            "go: primitive 0: parameter by: 'a' (str) given",
+        ),
+        (lambda: described(actions=[action("go", by=integer(0, 5), primitives=[{}])]), "go: primitive 0: {} should have the parameters by"),
+        (lambda: described(actions=[action("go", by=integer(0, 5), primitives=[(1, 2)])]), "it has 2 values, and the action 1 parameters"),
+        (lambda: pschema.Description(""), "the body's name: it is empty"),
+        (lambda: pschema.Description(3), "the body's name 3 is no text"),  # type: ignore[arg-type]
+    ],
+)
+def test_a_mistake_is_refused_with_its_place(declare: Callable[[], object], told: str) -> None:
+    with pytest.raises(pschema.DeclarationError) as refused:
+        declare()
+    assert told in str(refused.value)
+    assert len(str(refused.value)) < 2_000 or "x" * 100 in str(refused.value)
+
+
+def test_everything_that_can_be_declared() -> None:
+    description = pschema.Description(
+        "cart",
+        senses=[
+            state("place", {"x y": integer(-5, 5, unit="cm")}, own=True),
+            event("bump", side=symbol("left", "right"), hard=boolean(), at=real(0, 1, 0.1, unit="m")),
+        ],
+        actions=[action("go", by=integer(-1, 1)), action("turn", to=real(0, 3, 1), primitives=[(1.5,), {"to": 2}])],
+        scene_commands=[action("place", x=integer(0, 3))],
+        kind="wheels",
+    )
+    assert repr(description) == "<Description cart: senses place, bump; actions go, turn>"

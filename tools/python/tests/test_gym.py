@@ -1,0 +1,253 @@
+"""Gymnasium's environments as bodies."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from typing import Any, Optional
+
+import pschema
+import pytest
+
+from .conftest import DEADLINE_S, Sandbox, finished
+
+gymnasium = pytest.importorskip("gymnasium")
+numpy = pytest.importorskip("numpy")
+pytest.importorskip("minigrid")
+import pschema.gym  # noqa: E402
+
+ENVIRONMENTS = [
+    "FrozenLake-v1",
+    "Taxi-v4",
+    "CliffWalking-v1",
+    "Blackjack-v1",
+    "CartPole-v1",
+    "MountainCar-v0",
+    "Pendulum-v1",
+    "Acrobot-v1",
+    "MiniGrid-Empty-5x5-v0",
+    "MiniGrid-DoorKey-5x5-v0",
+    "MiniGrid-FourRooms-v0",
+]
+
+
+def lived(body: pschema.gym.EnvironmentBody, steps: int) -> tuple[pschema.Learner, list[Any]]:
+    """Lets a learner in this process live in an environment; returns what was sensed."""
+    learner = pschema.Learner(1, profile="paper")
+    learner.declare(body.describe())
+    frames: list[Any] = []
+    outcome: Optional[pschema.Outcome] = None
+    for _ in range(steps):
+        frames.append(list(body.sense()))
+        action = learner.step(frames[-1], outcome)
+        assert action is not None
+        outcome = body.act(action)
+    return learner, frames
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_an_environment_attaches_without_options(sandbox: Sandbox, name: str) -> None:
+    with sandbox.daemon("gym", arguments=["--set", 'learner.profile="paper"']), pschema.connect("gym") as client:
+        stop, acted = pschema.Stop(), 0
+        env = gymnasium.make(name)
+
+        class Enough(pschema.gym.EnvironmentBody):
+            def act(self, action: pschema.Action) -> Optional[pschema.Outcome]:
+                nonlocal acted
+                acted += 1
+                if acted == 30:
+                    stop.set()
+                return super().act(action)
+
+        summary = pschema.run(Enough(env, "gym", 1), "gym", stop=stop)
+        env.close()
+        assert summary.orders == 30
+        assert summary.refused == 0
+        assert client.status()["step"] >= 30
+
+
+def body_of(space: Any, action_space: Any = None, **options: Any) -> pschema.gym.EnvironmentBody:
+    """A body in an environment that shows samples of a space."""
+
+    class Samples(gymnasium.Env):  # type: ignore[misc, name-defined]
+        observation_space = space
+        steps = 0
+
+        def __init__(self) -> None:
+            self.action_space = action_space or gymnasium.spaces.Discrete(2)
+            self.taken: list[Any] = []
+
+        def reset(self, *, seed: Optional[int] = None, options: Any = None) -> Any:
+            super().reset(seed=seed)
+            if seed is not None:
+                space.seed(seed)
+            return space.sample(), {}
+
+        def step(self, action: Any) -> Any:
+            assert self.action_space.contains(action), action
+            self.taken.append(action)
+            self.steps += 1
+            return space.sample(), 0.5, self.steps % 5 == 0, self.steps % 7 == 0, {}
+
+    return pschema.gym.EnvironmentBody(Samples(), seed=3, **options)
+
+
+S = gymnasium.spaces
+
+
+@pytest.mark.parametrize(
+    ("space", "senses"),
+    [
+        (S.Discrete(5, start=-2), ["state"]),
+        (S.MultiDiscrete([3, 4]), ["state-0", "state-1"]),
+        (S.MultiBinary(3), ["state-0", "state-1", "state-2"]),
+        (S.Tuple([S.Discrete(3), S.MultiBinary(2)]), ["state-0", "state-1-0", "state-1-1"]),
+        (S.Dict({"a b": S.Discrete(3), "of": S.Dict({"x": S.Box(0, 1)})}), ["a-b", "of-x"]),
+        (S.Box(-1.0, 1.0, (3,)), ["state-0", "state-1", "state-2"]),
+        (S.Box(-numpy.inf, numpy.inf, (2,)), ["state-0", "state-1"]),
+        (S.Box(0, 9, (2, 2), numpy.int64), ["state-0", "state-1", "state-2", "state-3"]),
+        (S.Text(8, charset="ab "), ["state"]),
+    ],
+)
+def test_each_space_is_sensed(space: Any, senses: list[str]) -> None:
+    body = body_of(space)
+    learner, _ = lived(body, 60)
+    assert [sense.name for sense in body.describe().senses] == [*senses, "reward", "end"]
+    assert learner.steps == 60
+
+
+@pytest.mark.parametrize(
+    "space",
+    [
+        S.Discrete(3, start=1),
+        S.Discrete(40),
+        S.MultiDiscrete([3, 4]),
+        S.MultiBinary(3),
+        S.Box(-2.0, 2.0, (2,)),
+        S.Tuple([S.Discrete(2), S.MultiBinary(2)]),
+        S.Dict({"a": S.Discrete(2), "b c": S.Box(-1.0, 1.0, (1,))}),
+    ],
+)
+def test_each_action_space_is_acted_in(space: Any) -> None:
+    body = body_of(S.Discrete(2), space)
+    lived(body, 40)
+    assert len(body.env.taken) == 30
+
+
+def test_an_image_is_refused_with_a_way_out() -> None:
+    with pytest.raises(pschema.DeclarationError, match=r"an image of 8×8×3 numbers.*observe="):
+        body_of(S.Box(0, 255, (8, 8, 3), numpy.uint8))
+    with pytest.raises(pschema.DeclarationError, match="both, or neither"):
+        body_of(S.Discrete(2), senses=[])
+    with pytest.raises(pschema.DeclarationError, match="no bounds"):
+        body_of(S.Discrete(2), S.Box(-numpy.inf, numpy.inf, (1,)))
+
+    def bright(seen: Any) -> Iterator[pschema.Observation]:
+        if seen.mean() > 100:
+            yield "bright"
+
+    body = body_of(S.Box(0, 255, (8, 8, 3), numpy.uint8), senses=[pschema.state("bright")], observe=bright)
+    _, frames = lived(body, 5)
+    assert frames[0] == ["bright"]
+
+
+def test_an_episode_ends_and_the_next_begins() -> None:
+    body = body_of(S.Discrete(100))
+    learner, frames = lived(body, 14)
+    ends = [[one for one in frame if one[0] == "end"] for frame in frames]
+    # Each fifth step terminates and each seventh is cut off; the frame after such a one begins an episode, in which nothing was done.
+    steps = body.env.steps
+    assert [end[0][1][0] for end in ends if end] == ["terminated", "truncated", "terminated"]
+    assert steps == 14 - 3
+    assert all(not any(one[0] == "reward" for one in frames[at + 1]) for at, end in enumerate(ends[:-1]) if end)
+    assert body.done == 3
+    assert learner.steps == 14
+
+
+def test_events_are_told_once() -> None:
+    body = body_of(S.Discrete(3))
+    learner = pschema.Learner(1)
+    learner.declare(body.describe())
+    action = learner.step(body.sense())
+    assert action is not None
+    body.act(action)
+    assert [one[0] for one in body.sense()] == ["state", "reward"]
+    assert [one[0] for one in body.sense()] == ["state"]
+
+
+def test_the_same_seed_is_the_same_life() -> None:
+    lives = [lived(pschema.gym.EnvironmentBody(gymnasium.make("Blackjack-v1"), seed=seed), 100) for seed in (4, 4, 5)]
+    assert lives[0][0].digest == lives[1][0].digest != lives[2][0].digest
+
+
+def test_minigrid_shows_things() -> None:
+    body = pschema.gym.EnvironmentBody(gymnasium.make("MiniGrid-DoorKey-5x5-v0"), seed=1)
+    names = [sense.name for sense in body.describe().senses]
+    assert names == ["thing", "door", "wall", "carried", "direction", "reward", "end"]
+    assert [one.name for one in body.describe().actions] == ["left", "right", "forward", "pickup", "drop", "toggle", "done"]
+    seen = list(body.sense())
+    # In the first episode of this seed a key is ahead and a locked door at the left, both yellow.
+    assert ("thing", ("key", "yellow", 1, 0)) in seen
+    assert ("door", ("locked", "yellow", 0, -1)) in seen
+    lived(body, 300)
+
+
+def test_vector_environments_are_several_bodies(sandbox: Sandbox) -> None:
+    env = gymnasium.vector.SyncVectorEnv([lambda: gymnasium.make("FrozenLake-v1")] * 3)
+    with sandbox.daemon("gym"), pschema.connect("gym") as client:
+        summary = pschema.gym.attach(env, "gym", seed=1, episodes=2)
+        assert summary.sessions == 3
+        assert {body["name"] for body in client.status()["bodies"]} == {f"FrozenLake-v1-{number}" for number in range(3)}
+    env.close()
+
+
+def test_a_game_has_a_body_for_each_player(sandbox: Sandbox) -> None:
+    pytest.importorskip("pettingzoo")
+    with sandbox.daemon("game", arguments=["--set", 'learner.profile="paper"']), pschema.connect("game") as client:
+        summary = pschema.gym.attach("pettingzoo:classic/tictactoe-v3", "game", seed=1, episodes=3)
+        assert summary.sessions == 2
+        assert summary.refused == 0
+        bodies = client.status()["bodies"]
+        assert {body["name"] for body in bodies} == {"player_1", "player_2"}
+        assert all(body["frames_refused"] == 0 for body in bodies)
+        # Moves onto marks that are there were not made, and were said to be refused.
+        reasons = {body["last_failure"]["reason"] for body in bodies if body["last_failure"]}
+        assert reasons <= {"the rules of the game do not allow it here", "the next episode has begun"}
+        assert summary.orders >= 3 * 5
+
+
+def test_from_an_environment_to_a_goal_in_one_command(sandbox: Sandbox) -> None:
+    command = [sys.executable, "-m", "pschema.gym", "FrozenLake-v1", "--name", "lake", "--seed", "1", "--set", "is_slippery=False"]
+    command += ["--episodes", "60", "--goal", "field{field=4}"]
+    told = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+    assert told.returncode == 0, told.stdout + told.stderr
+    assert "Goal field{field=4}: achieved" in told.stdout
+    # The daemon that it started is gone.
+    with pytest.raises(pschema.NoDaemonError):
+        pschema.connect("lake")
+
+
+def test_minigrid_is_found_by_its_id(sandbox: Sandbox) -> None:
+    text = """
+        import pschema.gym
+        print(pschema.gym.attach("MiniGrid-Empty-5x5-v0", "grid", seed=1, episodes=1, max_episode_steps=20))
+    """
+    with sandbox.daemon("grid"):
+        out, _ = finished(sandbox.python(text))
+    assert "sessions=1" in out
+
+
+def test_a_game_by_the_command(sandbox: Sandbox) -> None:
+    pytest.importorskip("pettingzoo")
+    command = [sys.executable, "-m", "pschema.gym", "pettingzoo:classic/tictactoe-v3", "--episodes", "1", "--seed", "1"]
+    told = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+    assert told.returncode == 0, told.stdout + told.stderr
+    assert "2 players" in told.stdout
+
+
+def test_the_command_says_what_is_wrong(sandbox: Sandbox) -> None:
+    command = [sys.executable, "-m", "pschema.gym", "FrozenLake-v1", "--goal", "x{}"]
+    told = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+    assert told.returncode == 2
+    assert "--episodes" in told.stderr

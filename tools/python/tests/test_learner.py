@@ -1,0 +1,178 @@
+"""A learner in this process: the same as a daemon's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pschema
+import pytest
+
+from .conftest import Lamp, Sandbox, running, until
+
+
+def lived(learner: pschema.Learner, steps: int, lamp: Any = None) -> list[str]:
+    """Lets a lamp live so many steps; returns what it was asked for."""
+    lamp = lamp or Lamp()
+    learner.declare(lamp.describe())
+    asked = []
+    for _ in range(steps):
+        action = learner.step(lamp.sense())
+        assert action is not None
+        asked.append(repr(action))
+        lamp.act(action)
+    return asked
+
+
+def test_the_same_seed_is_the_same_life() -> None:
+    learners = [pschema.Learner(seed) for seed in (7, 7, 8)]
+    one, same, other = [lived(learner, 200) for learner in learners]
+    assert one == same
+    assert one != other
+    assert learners[0].digest == learners[1].digest != learners[2].digest
+    assert learners[0].steps == 200
+
+
+@pytest.mark.parametrize("profile", ["full", "paper"])
+def test_a_daemon_has_the_same_digest_for_the_same_frames(sandbox: Sandbox, profile: str) -> None:
+    class Finite(Lamp):
+        """A lamp that leaves after so many frames."""
+
+        frames = 0
+
+        def sense(self) -> Any:
+            self.frames += 1
+            if self.frames > 300:
+                raise SystemExit
+            return super().sense()
+
+    settings = ["--set", f'learner.profile="{profile}"']
+    with sandbox.daemon("twin", seed=5, arguments=settings), pschema.connect("twin") as client:
+        with pytest.raises(SystemExit), running(Finite(), "twin"):
+            until("the lamp has left", lambda: client.status()["step"] >= 300 or None)
+            until("it is said", lambda: client.status()["bodies"][0]["state"] != "attached" or None)
+        there = client.report()["memory_digest"] or client.status()["memory_digest"]
+    here = pschema.Learner(5, profile=profile)
+    lived(here, 300)
+    assert here.digest == there
+
+
+def test_what_is_saved_is_loaded_and_goes_on_alike(tmp_path: Path, sandbox: Sandbox) -> None:
+    path = tmp_path / "lamp.jsonl"
+    learner = pschema.Learner(3)
+    lived(learner, 150)
+    learner.save(path)
+    again = [pschema.Learner.load(path) for _ in range(2)]
+    assert [one.digest for one in again] == [learner.digest] * 2
+    assert lived(again[0], 50) == lived(again[1], 50)
+    assert again[0].steps == 200
+    made = sandbox.command("import", str(path), "--data", str(tmp_path / "data"))
+    assert made.returncode == 0, made.stderr
+    assert learner.digest in made.stdout
+    path.write_text(path.read_text().replace('"format":1', '"format":99', 1))
+    with pytest.raises(pschema.Error, match=r"lamp\.jsonl"):
+        pschema.Learner.load(path)
+    with pytest.raises(OSError, match="cannot read"):
+        pschema.Learner.load(tmp_path / "nowhere")
+    with pytest.raises(OSError, match="cannot write"):
+        learner.save(tmp_path / "no" / "folder")
+
+
+def test_a_goal_is_achieved() -> None:
+    learner, lamp = pschema.Learner(1), Lamp()
+    lived(learner, 100, lamp)
+    wanted = str(not lamp.lit).lower()
+    assert learner.plan(f"lamp{{lit={wanted}}}")["probability"] > 0.5
+    learner.achieve(f"lamp{{lit={wanted}}}", actions_max=5)
+    for _ in range(6):
+        action = learner.step(lamp.sense())
+        if learner.pursuit()["state"] != "pursued":
+            break
+        assert action is not None
+        lamp.act(action)
+    assert learner.pursuit()["achieved"]
+    assert str(lamp.lit).lower() == wanted
+    with pytest.raises(pschema.AnswerError, match="lamp"):
+        learner.achieve("lampe{}")
+    with pytest.raises(pschema.AnswerError):
+        learner.cancel()
+
+
+def test_it_can_be_asked() -> None:
+    learner = pschema.Learner(1, profile="paper")
+    lived(learner, 60)
+    assert learner.status()["step"] == 60
+    schemas = list(learner.schemas())
+    assert schemas
+    assert learner.show(schemas[0]["id"])["id"] == schemas[0]["id"]
+    assert learner.explain()["step"] == 60
+    assert learner.predict("press()")["outcomes"]
+    assert learner.graph()["nodes"]
+    with pytest.raises(pschema.AnswerError, match="there is no schema 9999"):
+        learner.show(9999)
+
+
+def test_a_frame_that_is_wrong_changes_nothing() -> None:
+    learner, lamp = pschema.Learner(1), Lamp()
+    with pytest.raises(pschema.DeclarationError, match="declare"):
+        learner.step(lamp.sense())
+    lived(learner, 5, lamp)
+    before = learner.digest
+    for wrong in ([("lamp", {"lit": 1.5})], [("lamp", (True, True))], [("lump", (True,))], ["lamp"], 3, None, [b"lamp"]):
+        with pytest.raises(pschema.FrameError):
+            learner.step(wrong)  # type: ignore[arg-type]
+    assert learner.digest == before
+    assert learner.step(lamp.sense()) is not None
+
+
+def test_an_outcome_is_of_an_action() -> None:
+    learner, lamp = pschema.Learner(1), Lamp()
+    learner.declare(lamp.describe())
+    with pytest.raises(pschema.FrameError, match="did not ask for"):
+        learner.step(lamp.sense(), pschema.Outcome.done())
+    for outcome in (
+        pschema.Outcome.refused("no"),
+        pschema.Outcome.failed("x" * 1_000_000),
+        pschema.Outcome.timed_out(),
+        pschema.Outcome.episode_ended(),
+        pschema.Outcome.episode_cut(),
+        pschema.Outcome.done(),
+    ):
+        learner.step(lamp.sense())
+        learner.step(lamp.sense(), outcome)
+    assert learner.steps == 12
+
+
+def test_two_bodies_of_one_learner() -> None:
+    learner, one, other = pschema.Learner(1), Lamp("one"), Lamp("other")
+    learner.declare(one.describe())
+    learner.declare(other.describe())
+    with pytest.raises(ValueError, match="say which one is meant"):
+        learner.step(one.sense())
+    for _ in range(20):
+        for lamp in (one, other):
+            action = learner.step(lamp.sense(), body=lamp.name)
+            assert action is not None
+            lamp.act(action)
+    assert learner.steps == 40
+
+
+def test_words_are_heard() -> None:
+    learner, lamp = pschema.Learner(1), Lamp()
+    lived(learner, 5, lamp)
+    learner.say("light")
+    learner.step(lamp.sense())
+    assert {"type": "word", "properties": {"text": "light"}} in learner.explain()["world"]
+    with pytest.raises(ValueError, match="is no word"):
+        learner.say("two words")
+
+
+def test_what_there_is_not_is_refused() -> None:
+    with pytest.raises(ValueError, match='no profile "half"'):
+        pschema.Learner(profile="half")
+    with pytest.raises(ValueError, match="nowhere"):
+        pschema.Learner(curriculum="nowhere")
+    with pytest.raises(ValueError, match="sure"):
+        pschema.Learner(settings=["learner.sure=1"])
+    with pytest.raises(OverflowError):
+        pschema.Learner(-1)

@@ -1,0 +1,48 @@
+"""What is installed: the command, the types, and how soon it is there."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pschema
+
+from .conftest import Sandbox
+
+
+def test_the_command_comes_with_the_package(sandbox: Sandbox) -> None:
+    assert Path(pschema.program()).parent == Path(sys.executable).parent
+    told = sandbox.command("--version")
+    assert told.stdout.split() == ["pschema", pschema.__version__]
+
+
+def test_the_demo_runs(sandbox: Sandbox) -> None:
+    told = sandbox.command("demo", "--json")
+    assert told.returncode == 0, told.stderr
+    assert '"placements"' in told.stdout
+
+
+def test_it_is_typed() -> None:
+    assert (Path(pschema.__file__).parent / "py.typed").exists()
+
+
+def test_import_takes_no_time() -> None:
+    def took(text: str) -> float:
+        began = time.perf_counter()
+        subprocess.run([sys.executable, "-I", "-c", text], check=True)
+        return time.perf_counter() - began
+
+    took("import pschema")
+    with_it, without = [min(took(text) for _ in range(5)) for text in ("import pschema", "pass")]
+    assert with_it - without < 0.3
+    text = "import pschema, sys; print('numpy' in sys.modules or 'gymnasium' in sys.modules)"
+    told = subprocess.run([sys.executable, "-I", "-c", text], check=True, capture_output=True, text=True, env={**os.environ})
+    assert told.stdout.strip() == "False"
+
+
+def test_everything_public_is_documented() -> None:
+    bare = [name for name in pschema.__all__ if name[0] != "_" and not getattr(getattr(pschema, name), "__doc__", None)]
+    assert [name for name in bare if name not in ("Observation", "Value")] == []
