@@ -8,8 +8,9 @@ import signal
 import time
 from typing import Any, Callable, Optional
 
-import pschema
 import pytest
+
+import pschema
 
 from .conftest import Lamp, Sandbox, finished, running, steps, until
 

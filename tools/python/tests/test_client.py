@@ -8,8 +8,9 @@ import time
 from pathlib import Path
 from typing import Any, Optional
 
-import pschema
 import pytest
+
+import pschema
 
 from .conftest import Lamp, Sandbox, running, steps, until
 

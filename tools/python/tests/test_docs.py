@@ -6,8 +6,9 @@ import re
 from pathlib import Path
 from typing import Any
 
-import pschema
 import pytest
+
+import pschema
 
 from .conftest import Sandbox, finished, steps
 

@@ -7,8 +7,9 @@ import sys
 from collections.abc import Iterator
 from typing import Any, Optional
 
-import pschema
 import pytest
+
+import pschema
 
 from .conftest import DEADLINE_S, Sandbox, finished
 

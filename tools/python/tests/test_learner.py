@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import pschema
 import pytest
+
+import pschema
 
 from .conftest import Lamp, Sandbox, running, until
 
