@@ -324,6 +324,26 @@ fn a_learner_that_is_put_back_in_the_middle_of_a_pursuit_goes_on_as_if_nothing_h
     }
 }
 
+/// One of two goes on; the other is put back before each step, and has nothing at hand of what its searches foretold before.
+#[test]
+fn what_earlier_searches_foretold_is_used_only_where_it_would_be_foretold_again() {
+    for (seed, slips, lamps) in [(1, 0.0, 0), (2, 0.3, 1)] {
+        let [mut one, mut other] = [(); 2].map(|()| Field::new(seed, 5, slips, lamps));
+        for step in 0..600 {
+            if step % 100 == 50 {
+                let goal = if one.at.0 > 2 { Field::goal(0, 4) } else { Field::goal(4, 0) };
+                let [a, b] = [&mut one, &mut other].map(|field| field.learner.pursue(BODY, goal.clone(), 40));
+                assert_eq!(a, b);
+            }
+            let nobody = Learner::new(seed, Parameters::default(), free()).unwrap();
+            let memory = std::mem::replace(&mut other.learner, nobody).into_memory();
+            other.learner = Learner::resume(memory, free()).unwrap();
+            assert_eq!(one.step(), other.step(), "seed {seed}, step {step}");
+        }
+        assert_eq!(digest(one.learner.memory().content()), digest(other.learner.memory().content()));
+    }
+}
+
 /// FrozenLake's map of four by four: safe fields, holes that end a try, and a goal. Each action slips to either side as often as not.
 const LAKE: [&str; 4] = ["SFFF", "FHFH", "FFFH", "HFFG"];
 

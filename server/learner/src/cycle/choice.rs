@@ -13,6 +13,7 @@ use crate::cycle::frontier::{self, Frontier};
 use crate::cycle::goals;
 use crate::cycle::match_cache::MatchCache;
 use crate::memory::Memory;
+use crate::memory::evidence::Foresight;
 use crate::memory::instance::Instance;
 use crate::nouns::decision::{CANDIDATES_KEPT_MAX, Candidate, Decision, Reason, Role, Subject};
 use crate::nouns::execution::{ChainLink, Execution};
@@ -84,7 +85,12 @@ impl Situation<'_> {
 
 impl Choice {
     /// Scores everything that could be done.
-    pub(crate) fn new(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCache) -> Self {
+    pub(crate) fn new(
+        memory: &Memory,
+        situation: &Situation<'_>,
+        matched: &mut MatchCache,
+        foresight: &mut Foresight,
+    ) -> Self {
         let mut concrete = concrete(memory, situation);
         let generalised = generalised(memory, situation, matched);
         let primitives = primitives(memory, situation);
@@ -101,7 +107,7 @@ impl Choice {
         let Situation { body, world, curiosity, .. } = *situation;
         // Where nothing drives it, it is drawn nowhere.
         if drive > 0.0 {
-            choice.frontier = frontier::search(memory, body, world, curiosity, choice.top / drive);
+            choice.frontier = frontier::search(memory, body, world, curiosity, choice.top / drive, foresight);
             choice.top = choice
                 .frontier
                 .as_ref()

@@ -10,6 +10,7 @@ use rustc_hash::FxHashMap;
 
 use crate::cycle::claims;
 use crate::cycle::curiosity::Curiosity;
+use crate::memory::evidence::Foresight;
 use crate::memory::{Content, Memory};
 use crate::nouns::observation::TypeId;
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
@@ -76,8 +77,10 @@ struct Search<'a> {
     content: &'a Content,
     body: BodyId,
     repertoire: &'a [PrimitiveId],
-    kinds: BTreeSet<TypeId>,
+    foresight: &'a mut Foresight,
     nodes: Vec<Node>,
+    /// Those that were looked at, in this order.
+    looked_at: Vec<usize>,
     known: FxHashMap<WorldState, usize>,
     /// What waits to be looked at: how much draws there by the likeliest way, for each unit that may be learnt; the number of the context
     /// and the probability of that way with the actions that it takes.
@@ -93,6 +96,7 @@ pub(crate) fn search(
     world: &WorldState,
     curiosity: &Curiosity,
     least: f64,
+    foresight: &mut Foresight,
 ) -> Option<Frontier> {
     let content = memory.content();
     let vocabulary = &content.vocabulary;
@@ -102,12 +106,14 @@ pub(crate) fn search(
         return None;
     }
     let kinds = (0..u16::try_from(vocabulary.types().len()).unwrap_or(u16::MAX)).map(TypeId).collect();
+    foresight.begin(body, &kinds, &BTreeSet::new());
     let mut search = Search {
         content,
         body,
         repertoire,
-        kinds,
+        foresight,
         nodes: Vec::new(),
+        looked_at: Vec::new(),
         known: FxHashMap::default(),
         waiting: BinaryHeap::new(),
         rate: least,
@@ -149,9 +155,10 @@ impl Search<'_> {
     fn look(&mut self, at: usize, context: &WorldState, [likely, far]: [f64; 2], depth: u32) {
         let Self { content, body, repertoire, .. } = *self;
         let about = context.observations();
-        let none = BTreeSet::new();
-        let vocabulary = &content.vocabulary;
-        let outlook = content.evidence.outlook(vocabulary, (body, repertoire), about, &self.kinds, &none);
+        let outlook =
+            self.foresight.outlook(&content.evidence, &content.vocabulary, (body, repertoire), about);
+        // Where something is that was never there when anything was done, nobody knows what leads on.
+        let is_met = depth == 0 || about.iter().all(|o| content.evidence.is_met(o));
         let mut new: Option<(PrimitiveId, f64)> = None;
         let mut moves = Vec::with_capacity(repertoire.len());
         for (action, prospect) in repertoire.iter().zip(outlook.prospects) {
@@ -161,13 +168,17 @@ impl Search<'_> {
                 new = Some((*action, learnable));
             }
             let (mut stays, mut outcomes) = (1.0 - reliability, Vec::new());
-            for (after, share) in prospect.outcomes {
-                let next = claims::context_after(content, about, *action, &WorldState::new(after));
+            for (after, share) in &prospect.outcomes {
+                let after = WorldState::new(after.iter().cloned());
+                let next = claims::context_after(content, about, *action, &after);
                 match next == *context {
                     true => stays += share * reliability,
                     false if share * reliability >= LIKELY => outcomes.push((next, share * reliability)),
                     false => (),
                 }
+            }
+            if !is_met {
+                continue;
             }
             let tries = 1.0 / (1.0 - stays).max(LIKELY);
             let offer = |(next, share)| {
@@ -182,6 +193,7 @@ impl Search<'_> {
         // The likeliest way is one way.
         self.rate = new.map_or(self.rate, |(_, most)| self.rate.max(most * likely / (far + 1.0)));
         (self.nodes[at].new, self.nodes[at].moves) = (new, moves);
+        self.looked_at.push(at);
     }
 
     /// What is best to do in a context when each action costs the present rate, and its worth; none where nothing is worth it.
@@ -202,7 +214,7 @@ impl Search<'_> {
         for _ in 0..SWEEPS_MAX {
             let mut most: f64 = 0.0;
             // From the end backwards, as contexts were reached forwards.
-            for at in (0..self.nodes.len()).rev() {
+            for at in self.looked_at.iter().copied().rev() {
                 let value = self.turn(at).map_or(0.0, |(_, value)| value);
                 most = most.max((value - self.nodes[at].value).abs());
                 self.nodes[at].value = value;
@@ -218,7 +230,7 @@ impl Search<'_> {
         let mut expected = vec![(0.0, 0.0); self.nodes.len()];
         for _ in 0..SWEEPS_MAX {
             let mut most: f64 = 0.0;
-            for at in (0..self.nodes.len()).rev() {
+            for at in self.looked_at.iter().copied().rev() {
                 let node = &self.nodes[at];
                 let of = match turns[at] {
                     None => (0.0, 0.0),

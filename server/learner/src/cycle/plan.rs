@@ -9,6 +9,7 @@ use crate::cycle::chaining::{Access, Reach};
 use crate::cycle::goals::{best_match, fits, foretell, holds, in_use};
 use crate::cycle::policy;
 use crate::memory::Memory;
+use crate::memory::evidence::Foresight;
 use crate::memory::evidence::Foretold;
 use crate::memory::instance::Instance;
 use crate::nouns::execution::ChainLink;
@@ -77,7 +78,8 @@ impl Plan {
 #[must_use]
 pub fn plan(memory: &Memory, body: BodyId, world: &WorldState, goal: &Goal) -> PlanSearch {
     if memory.content().mechanisms.makes_policies() && !holds(goal, &world.lasting(memory.rules())) {
-        let policy::PolicySearch { policy, truncated } = policy::search(memory, body, world, goal);
+        let policy::PolicySearch { policy, truncated } =
+            policy::search(memory, body, world, goal, &mut Foresight::default());
         return PlanSearch { plan: policy.map(|policy| by_policy(memory, body, world, policy)), truncated };
     }
     plan_along(memory, body, world, goal, &Reach::search(memory, body, world))

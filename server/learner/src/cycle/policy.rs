@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 use crate::cycle::claims;
 use crate::cycle::goals::holds;
 use crate::cycle::valuation::{DISCOUNT, Graph, Move, NEGLIGIBLE, Node, Stop, arrivals, tried, visits};
-use crate::memory::evidence::{Outlook, Prospect};
+use crate::memory::evidence::{Foresight, Outlook, Prospect};
 use crate::memory::{Content, Memory};
 use crate::nouns::observation::{Observation, TypeId};
 use crate::nouns::policy::{Lead, POLICY_ROWS_MAX, Policy, PolicyRow, of_kinds};
@@ -39,8 +39,7 @@ struct Search<'a> {
     content: &'a Content,
     body: BodyId,
     goal: &'a Goal,
-    /// The types that the goal speaks of.
-    wanted: BTreeSet<TypeId>,
+    foresight: &'a mut Foresight,
     /// The types on which it depends.
     kinds: BTreeSet<TypeId>,
     /// Those of them that are left to chance.
@@ -58,18 +57,25 @@ struct Search<'a> {
 }
 
 /// Looks for a policy that brings `goal`, which does not hold, about from `world`.
-pub(crate) fn search(memory: &Memory, body: BodyId, world: &WorldState, goal: &Goal) -> PolicySearch {
+pub(crate) fn search(
+    memory: &Memory,
+    body: BodyId,
+    world: &WorldState,
+    goal: &Goal,
+    foresight: &mut Foresight,
+) -> PolicySearch {
     let content = memory.content();
     let vocabulary = &content.vocabulary;
     let repertoire = vocabulary.bodies().get(usize::from(body.0)).map_or(&[][..], |body| &body.repertoire);
     let wanted: BTreeSet<_> = goal.iter().map(|pattern| pattern.kind()).collect();
     let surest = content.evidence.surest(vocabulary, repertoire, &wanted);
     let kinds = depends_on(content, repertoire, wanted.clone());
+    foresight.begin(body, &kinds, &wanted);
     let mut search = Search {
         content,
         body,
         goal,
-        wanted,
+        foresight,
         kinds,
         chance: BTreeSet::new(),
         repertoire,
@@ -164,20 +170,19 @@ impl Search<'_> {
             return false;
         }
         self.looks = looks;
-        let evidence = &self.content.evidence;
-        let bodys = (self.body, self.repertoire);
+        let Content { evidence, vocabulary, .. } = self.content;
         let Outlook { prospects, chance } =
-            evidence.outlook(&self.content.vocabulary, bodys, &context, &self.kinds, &self.wanted);
+            self.foresight.outlook(evidence, vocabulary, (self.body, self.repertoire), &context);
         self.chance.extend(chance);
         let moves = self.repertoire.iter().zip(prospects);
-        let moves = moves.filter_map(|(action, prospect)| self.look(at, *action, prospect));
+        let moves = moves.filter_map(|(action, prospect)| self.look(at, *action, &prospect));
         let moves: Vec<_> = moves.collect();
         self.graph.nodes[at].moves = Some(moves.into());
         true
     }
 
     /// An action in a context, with what is foretold of it; none if it neither changes anything nor reaches the goal.
-    fn look(&mut self, at: usize, action: PrimitiveId, prospect: Prospect) -> Option<Move> {
+    fn look(&mut self, at: usize, action: PrimitiveId, prospect: &Prospect) -> Option<Move> {
         let Prospect { outcomes: foretold, open, .. } = prospect;
         let Node { reached, depth, ref context, .. } = self.graph.nodes[at];
         let context = context.clone();
@@ -186,7 +191,7 @@ impl Search<'_> {
         let mut outcomes: Vec<(Box<[Observation]>, f64)> = Vec::new();
         for (after, likely) in foretold {
             let likely = likely * reliability;
-            let after = WorldState::new(after);
+            let after = WorldState::new(after.iter().cloned());
             if holds(self.goal, &after) {
                 arrives += likely;
                 continue;

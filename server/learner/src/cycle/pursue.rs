@@ -15,6 +15,7 @@ use crate::cycle::policy::{self, PolicySearch};
 use crate::cycle::stages;
 use crate::memory::Memory;
 use crate::memory::draft::Draft;
+use crate::memory::evidence::Foresight;
 use crate::memory::notation;
 use crate::nouns::curriculum::Curriculum;
 use crate::nouns::decision::{Decision, DecisionGoal, Reason};
@@ -134,12 +135,13 @@ pub(crate) fn next(
     body: BodyId,
     world: &WorldState,
     reach: &Reach,
+    foresight: &mut Foresight,
     before: &PreviousExecution<'_>,
 ) -> Option<(Execution, Decision)> {
     let perceived = &PairCounts::new(world);
     let memory = draft.memory();
     if memory.content().mechanisms.makes_policies() {
-        return steer(draft, body, world, reach, before);
+        return steer(draft, body, world, reach, foresight, before);
     }
     let curiosity = &Curiosity::new(memory, body, world);
     let situation =
@@ -213,6 +215,7 @@ fn steer(
     body: BodyId,
     world: &WorldState,
     reach: &Reach,
+    foresight: &mut Foresight,
     before: &PreviousExecution<'_>,
 ) -> Option<(Execution, Decision)> {
     let memory = draft.memory();
@@ -243,7 +246,7 @@ fn steer(
             && most.is_some_and(|most| next.is_some_and(|next| next.context == most.context))
     };
     if !last.is_some_and(as_expected) {
-        let PolicySearch { policy, truncated } = policy::search(memory, body, world, &goal);
+        let PolicySearch { policy, truncated } = policy::search(memory, body, world, &goal, foresight);
         let Some(policy) = policy else {
             let ending = if truncated { Ending::FurtherThanLooked } else { Ending::NothingLeadsThere };
             return stand(draft, &situation).or_else(|| give_up(draft, ending));

@@ -24,6 +24,7 @@ use crate::cycle::stages::{self, Demand, Novelty, is_lifted};
 use crate::cycle::supposing;
 use crate::memory::Memory;
 use crate::memory::draft::Draft;
+use crate::memory::evidence::Foresight;
 use crate::memory::instance::Instance;
 use crate::nouns::curriculum::Curriculum;
 use crate::nouns::decision::Decision;
@@ -46,6 +47,9 @@ pub(crate) struct Caches {
     reach: Option<Reach>,
     /// The last matches of laws.
     matched: MatchCache,
+    /// What the last search for something new, and the last for a way to a goal, foretold.
+    to_new: Foresight,
+    to_goal: Foresight,
 }
 
 /// One step. The numbers are those of the cycle in `docs/LEARNING.md`.
@@ -82,7 +86,7 @@ pub(crate) fn step(memory: &mut Memory, curriculum: &Curriculum, caches: &mut Ca
     let sent = pending.as_ref().filter(|_| for_goal).map(|execution| &execution.before);
     let outcome = outcome.filter(|_| for_goal);
     let before = pursue::PreviousExecution { outcome, chain: &chain, world: sent };
-    let turn = pursue(&mut draft, &mut caches.reach, body, &world, &before).unwrap_or_else(|| {
+    let turn = pursue(&mut draft, caches, body, &world, &before).unwrap_or_else(|| {
         let chain = if for_goal { &[][..] } else { &chain };
         choose(&mut draft, curriculum, caches, frame, novelty, chain)
     });
@@ -291,7 +295,7 @@ impl Turn {
 /// Steps 9 and 10 in pursuit of a goal; none when there is none, or when it is given up.
 fn pursue(
     draft: &mut Draft<'_>,
-    reach: &mut Option<Reach>,
+    caches: &mut Caches,
     body: BodyId,
     world: &WorldState,
     before: &pursue::PreviousExecution<'_>,
@@ -300,9 +304,9 @@ fn pursue(
     if memory.content().progress.held || memory.content().pursuit_of(body).is_none() {
         return None;
     }
-    let reach = Reach::renew(reach, memory, body, world);
+    let reach = Reach::renew(&mut caches.reach, memory, body, world);
     let random = memory.content().random;
-    let next = pursue::next(draft, body, world, reach, before)?;
+    let next = pursue::next(draft, body, world, reach, &mut caches.to_goal, before)?;
     Some(Turn::acting(next, random))
 }
 
@@ -331,7 +335,8 @@ fn choose(
         }
         let (world, _) = lift(draft.memory(), curriculum, frame);
         let memory = draft.memory();
-        let reach = Reach::renew(&mut caches.reach, memory, body, &world);
+        let Caches { reach, matched, to_new, .. } = &mut *caches;
+        let reach = Reach::renew(reach, memory, body, &world);
         let perceived = PairCounts::new(&world);
         let executable = executable(memory, body, &memory.index().known_ids(&world));
         let wanting = |memory: &Memory| {
@@ -353,10 +358,9 @@ fn choose(
         };
         // Scored only where that decides anything: a chain goes on whatever else there is.
         let mut scored: Option<Choice> = None;
-        let matched = &mut caches.matched;
         if let Some(novelty) = acted.take() {
             // Only the first turn follows an action; a stage entered here starts its own count.
-            let top = |memory: &Memory| scored.insert(Choice::new(memory, &situation, matched)).top;
+            let top = |memory: &Memory| scored.insert(Choice::new(memory, &situation, matched, to_new)).top;
             if stages::saturate(draft, curriculum, novelty, top, |memory| !wanting(memory).is_empty()) {
                 continue;
             }
@@ -367,7 +371,7 @@ fn choose(
         let memory = draft.memory();
         let on = (entered(draft) == at_first).then(|| choice::continue_chain(memory, &situation, chain));
         let next = on.flatten().or_else(|| {
-            let scored = scored.unwrap_or_else(|| Choice::new(memory, &situation, &mut caches.matched));
+            let scored = scored.unwrap_or_else(|| Choice::new(memory, &situation, matched, to_new));
             scored.decide(memory, &situation, &mut random)
         });
         return match next {

@@ -192,11 +192,14 @@ impl Conditions {
         self.met.get(at).map_or(&[], Vec::as_slice)
     }
 
-    /// Enters the example `at`, anew if it was there; `scene` gives the scene of each that was entered. What changes by it is put in
-    /// order by [`Conditions::put_in_order`], which must come before the conditions are gone through.
-    pub(super) fn enter<'a>(&mut self, at: usize, scene: impl Fn(usize) -> &'a Scene) {
+    /// Enters the example `at`, anew if it was there; `scene` gives the scene of each that was entered, of which `twin` has the same. What
+    /// changes by it is put in order by [`Conditions::put_in_order`], which must come before the conditions are gone through.
+    pub(super) fn enter<'a>(&mut self, at: usize, twin: Option<usize>, scene: impl Fn(usize) -> &'a Scene) {
         if self.met.len() <= at {
             self.met.resize(at + 1, Vec::new());
+        }
+        if let Some(twin) = twin.filter(|_| self.met[at].is_empty()) {
+            return self.enter_like(at, twin);
         }
         let before = std::mem::take(&mut self.met[at]);
         before.iter().for_each(|number| self.change(*number, |column| column.remove(at)));
@@ -246,6 +249,19 @@ impl Conditions {
         for number in before {
             if self.all[number].by.contains(at) && !asked.contains(&number) {
                 self.ask_no_more(number, at);
+            }
+        }
+    }
+
+    /// Enters a new example that meets the conditions, and asks for those, that another meets and asks for.
+    fn enter_like(&mut self, at: usize, twin: usize) {
+        if self.crowded.contains(twin) {
+            self.crowded.insert(at);
+        }
+        for number in self.met[twin].clone() {
+            self.meet(number, at);
+            if self.all[number].by.contains(twin) {
+                self.all[number].by.insert(at);
             }
         }
     }

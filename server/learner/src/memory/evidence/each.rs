@@ -55,8 +55,9 @@ impl Each {
         }
         let from = from.max(examples.all.len().saturating_sub(EXAMPLES_MAX / known.len() / 2));
         let mut each = Self::entered(kind, from, known.into_iter().cloned().collect(), examples);
-        let Self { facet, examples, conditions, of_primitive, .. } = &mut each;
-        facet.grow_all(Examples { all: examples, conditions, of_primitive, key: None });
+        let mut facet = std::mem::take(&mut each.facet);
+        facet.grow_all(each.examples());
+        each.facet = facet;
         Some(each)
     }
 
@@ -87,13 +88,15 @@ impl Each {
     fn enter(&mut self, experience: &Arc<Experience>, scene: &Scene) -> std::ops::Range<usize> {
         let from = self.examples.len();
         if self.facet.is_told_by(experience) {
-            for one in &self.known {
+            for one in 0..self.known.len() {
                 let at = self.examples.len();
-                self.examples.push((experience.clone(), scene.of(one)));
+                self.examples.push((experience.clone(), scene.of(&self.known[one])));
                 self.of_primitive.entry(experience.primitive).or_default().insert(at);
                 let examples = &self.examples;
-                self.conditions.enter(at, |at| &examples[at].1);
-                self.facet.enter(examples, None, at);
+                self.conditions.enter(at, None, |at| &examples[at].1);
+                let mut facet = std::mem::take(&mut self.facet);
+                facet.enter(self.examples(), at);
+                self.facet = facet;
             }
         }
         from..self.examples.len()
@@ -113,12 +116,18 @@ impl Each {
         }
         let entered = self.enter(experience, scene);
         self.conditions.put_in_order();
-        let Self { facet, examples, conditions, of_primitive, .. } = self;
-        let examples = Examples { all: examples, conditions, of_primitive, key: None };
+        let mut facet = std::mem::take(&mut self.facet);
         let particular = experience.primitive != ANYTHING;
-        entered.for_each(|at| facet.count(examples, at, particular));
-        facet.seek(examples, experience.primitive, time);
+        entered.for_each(|at| facet.count(self.examples(), at, particular));
+        facet.seek(self.examples(), experience.primitive, time);
+        self.facet = facet;
         true
+    }
+
+    /// Its examples.
+    pub(super) fn examples(&self) -> Examples<'_> {
+        let Self { examples, conditions, of_primitive, .. } = self;
+        Examples { all: examples, conditions, of_primitive, alike: None, key: None }
     }
 
     fn grown(&self, view: View, primitive: PrimitiveId) -> Option<&Grown> {

@@ -1,10 +1,12 @@
 //! A facet: types of observations that change together, with the claims about them.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::memory::evidence::columns::{Column, Conditions};
 use crate::memory::evidence::growth::{Ground, Growth, Place};
 use crate::memory::evidence::novelty::Surprise;
+use crate::memory::evidence::outcomes::Outcomes;
 use crate::memory::evidence::scene::{Scene, of_kind};
 use crate::nouns::claim::{Change, Claim, Condition, Sketch};
 use crate::nouns::experience::Experience;
@@ -125,11 +127,27 @@ pub(super) fn conditions<'a>(claim: &'a Claim, path: &[usize]) -> impl Iterator<
 /// The examples of a pool, as its facets need them.
 #[derive(Clone, Copy)]
 pub(super) struct Examples<'a> {
-    pub(super) all: &'a [(std::sync::Arc<Experience>, Scene)],
+    pub(super) all: &'a [(Arc<Experience>, Scene)],
     pub(super) conditions: &'a Conditions,
     pub(super) of_primitive: &'a BTreeMap<PrimitiveId, Column>,
+    /// Those with each primitive in the very same context; none where they are of single observations.
+    pub(super) alike: Option<&'a Alike>,
     /// The type in which it shows how the body is.
     pub(super) key: Option<TypeId>,
+}
+
+/// The examples with each primitive in the very same context, in order.
+pub(super) type Alike = BTreeMap<PrimitiveId, BTreeMap<Arc<[Observation]>, Vec<usize>>>;
+
+impl<'a> Examples<'a> {
+    /// The first of the examples before this one whose scene is the same and that is `like` it besides, among those with the same
+    /// primitive. What holds in one holds in the other, and is looked at once.
+    pub(super) fn twin(self, at: usize, like: impl Fn(usize) -> bool) -> Option<usize> {
+        let (experience, scene) = self.all.get(at)?;
+        let alike = self.alike?.get(&experience.primitive)?.get(&experience.before)?;
+        let twin = alike.iter().copied().take_while(|other| *other < at).find(|other| like(*other))?;
+        self.all.get(twin).filter(|(_, other)| other == scene).map(|_| twin)
+    }
 }
 
 /// How much more may be sought in one step. Claims that wait for another step are sought then.
@@ -160,7 +178,7 @@ impl Time {
 }
 
 /// The types of what was there before the first experience with observations of `kind`, in order.
-pub(super) fn company(kind: TypeId, examples: &[(std::sync::Arc<Experience>, Scene)]) -> Vec<TypeId> {
+pub(super) fn company(kind: TypeId, examples: &[(Arc<Experience>, Scene)]) -> Vec<TypeId> {
     let has = |observations: &[Observation]| !of_kind(observations, kind).is_empty();
     let first = examples.iter().find(|(e, _)| has(&e.before) || has(&e.after));
     let mut company: Vec<_> = first
@@ -188,6 +206,8 @@ pub(crate) struct Facet {
     pub(super) company: Vec<Vec<TypeId>>,
     /// The examples that tell whether any of them were there.
     pub(super) sensed: Column,
+    /// What came in each of these.
+    pub(super) outcomes: Outcomes,
     /// The changes seen, in all wordings, each with the examples that it makes.
     pub(super) changes: Vec<(Change, Column)>,
     /// The claims about the action, whatever its parameters.
@@ -206,12 +226,12 @@ pub(crate) struct Facet {
 
 impl Facet {
     /// The facet of this type, with no claims yet.
-    pub(super) fn of(kind: TypeId, examples: &[(std::sync::Arc<Experience>, Scene)]) -> Self {
+    pub(super) fn of(kind: TypeId, examples: &[(Arc<Experience>, Scene)]) -> Self {
         Self { kinds: vec![kind], company: vec![company(kind, examples)], ..Self::default() }
     }
 
     /// The same, of whose type each observation is told by itself.
-    pub(super) fn singly(kind: TypeId, examples: &[(std::sync::Arc<Experience>, Scene)]) -> Self {
+    pub(super) fn singly(kind: TypeId, examples: &[(Arc<Experience>, Scene)]) -> Self {
         Self { is_singly: true, ..Self::of(kind, examples) }
     }
 
@@ -219,7 +239,7 @@ impl Facet {
     pub(super) fn new(kinds: Vec<TypeId>, examples: Examples<'_>) -> Self {
         let company = kinds.iter().map(|kind| company(*kind, examples.all)).collect();
         let mut facet = Self { kinds, company, ..Self::default() };
-        (0..examples.all.len()).for_each(|at| facet.enter(examples.all, examples.key, at));
+        (0..examples.all.len()).for_each(|at| facet.enter(examples, at));
         facet.grow_all(examples);
         facet
     }
@@ -251,23 +271,18 @@ impl Facet {
         key.is_some_and(|key| self.kinds.binary_search(&key).is_ok())
     }
 
-    /// Enters the example `at` in the columns, anew if it was there. It shows in the type `key` how the body is; a change of that is not
-    /// told by what is recalled.
-    pub(super) fn enter(
-        &mut self,
-        examples: &[(std::sync::Arc<Experience>, Scene)],
-        key: Option<TypeId>,
-        at: usize,
-    ) {
+    /// Enters the example `at` in the columns, anew if it was there. A change of the type in which it shows how the body is, is not told by
+    /// what is recalled.
+    pub(super) fn enter(&mut self, examples: Examples<'_>, at: usize) {
         let Some((scene, after)) = self.enter_known(examples, at) else { return };
-        let is_blind = self.is_blind(key);
+        let is_blind = self.is_blind(examples.key);
         let may_tell = |change: &Change| !(is_blind && change.sketches().any(Sketch::is_recalled));
         for change in scene.changes(&after, &self.kinds).into_iter().filter(may_tell) {
             if self.changes.len() == CHANGES_MAX || self.changes.iter().any(|(known, _)| *known == change) {
                 continue;
             }
             let mut makes = Column::default();
-            for (at, (experience, scene)) in examples.iter().enumerate() {
+            for (at, (experience, scene)) in examples.all.iter().enumerate() {
                 if self.sensed.contains(at)
                     && scene.makes(&change, &self.part(&experience.after), &self.kinds)
                 {
@@ -279,22 +294,26 @@ impl Facet {
     }
 
     /// Enters the example `at` in the columns of the changes that are known. Returns its scene and what was there afterwards, if it
-    /// tells of these types.
+    /// tells of these types and is not the same as one that was entered before.
     pub(super) fn enter_known<'a>(
         &mut self,
-        examples: &'a [(std::sync::Arc<Experience>, Scene)],
+        examples: Examples<'a>,
         at: usize,
     ) -> Option<(&'a Scene, Vec<Observation>)> {
-        let (experience, scene) = examples.get(at).filter(|(experience, _)| self.is_told_by(experience))?;
-        self.sensed.insert(at);
+        let told = examples.all.get(at).filter(|(experience, _)| self.is_told_by(experience));
+        let (experience, scene) = told?;
         let after = self.part(&experience.after);
+        let number = self.outcomes.enter(at, &after);
+        let is_like = |other: usize| self.sensed.contains(other) && self.outcomes.of(other) == Some(number);
+        let twin = examples.twin(at, is_like);
+        self.sensed.insert(at);
         for (change, makes) in &mut self.changes {
             makes.remove(at);
-            if scene.makes(change, &after, &self.kinds) {
+            if twin.map_or_else(|| scene.makes(change, &after, &self.kinds), |twin| makes.contains(twin)) {
                 makes.insert(at);
             }
         }
-        Some((scene, after))
+        twin.is_none().then_some((scene, after))
     }
 
     /// Whether an experience tells which observations of its types were there.

@@ -4,22 +4,27 @@
 mod columns;
 mod each;
 mod facet;
+mod foresight;
 mod foretold;
 mod found;
 mod growth;
 mod novelty;
+mod outcomes;
 mod outlook;
 mod pool;
 pub(crate) mod price;
 mod recollections;
 mod restoring;
 mod scene;
+mod scoring;
+mod telling;
 #[cfg(test)]
 mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+pub(crate) use foresight::Foresight;
 pub(crate) use foretold::InForce;
 pub use foretold::{Foretold, Part, View};
 pub use found::{Found, FoundClaim, FoundClaims, FoundEach, FoundFacet, FoundPlace, FoundTrial, OwnEffect};

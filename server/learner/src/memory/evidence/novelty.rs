@@ -69,7 +69,7 @@ pub(super) fn newness(count: usize) -> f64 {
 }
 
 /// The examples in whose context an observation was; none if it is in no context.
-fn met<'a>(conditions: &'a Conditions, observation: &Observation) -> Option<&'a Column> {
+pub(super) fn met<'a>(conditions: &'a Conditions, observation: &Observation) -> Option<&'a Column> {
     let given = |(property, value): &(_, _)| (*property, Expression::Constant(*value));
     let properties = observation.properties().iter().map(given).collect();
     let known = conditions.find(&Condition::Observed(Sketch { kind: observation.kind(), properties }));

@@ -1,11 +1,14 @@
 //! What claims foretell to who looks ahead: of the types that matter alone, each outcome with its probability.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-use crate::memory::evidence::columns::Column;
 use crate::memory::evidence::facet::{ANYTHING, Facet};
+use crate::memory::evidence::foresight::Foreseen;
 use crate::memory::evidence::foretold::{Foretold, View};
-use crate::memory::evidence::pool::{Pool, relied};
+use crate::memory::evidence::novelty::{Novelty, met};
+use crate::memory::evidence::pool::Pool;
+use crate::memory::evidence::telling::relied;
 use crate::memory::evidence::{Evidence, action};
 use crate::nouns::claim::{Change, Claim, Condition, Sketch};
 use crate::nouns::observation::{Observation, TypeId};
@@ -20,13 +23,14 @@ const SURE: f64 = 0.9;
 /// What the actions of a body may make of a context.
 pub(crate) struct Outlook {
     /// What is foretold of each primitive.
-    pub(crate) prospects: Vec<Prospect>,
+    pub(crate) prospects: Vec<Arc<Prospect>>,
     /// The types that are left to chance: they change by themselves, nobody can say how, and the goal does not speak of them. They are
     /// taken to stay as they are.
     pub(crate) chance: Vec<TypeId>,
 }
 
 /// What a primitive may make of a context.
+#[derive(Debug)]
 pub(crate) struct Prospect {
     /// The observations of the types that were looked at, each with its probability. They may add up to less than 1: what never came
     /// may come.
@@ -149,6 +153,12 @@ impl Evidence {
         }
     }
 
+    /// Whether any action was carried out where this was, among the experiences that are kept.
+    pub(crate) fn is_met(&self, observation: &Observation) -> bool {
+        let pools = self.pools.values().chain([&self.background]);
+        pools.into_iter().any(|pool| met(&pool.conditions, observation).is_some_and(|met| !met.is_empty()))
+    }
+
     /// At most so probable is it, whatever the context, that one of these primitives makes of these types what is wanted, repeated as often
     /// as it takes.
     pub(crate) fn surest(
@@ -168,83 +178,113 @@ impl Evidence {
     }
 
     /// What each of a body's primitives makes of a context of lasting observations in canonical order: of the types `kinds`, and of those
-    /// that change with them. The goal speaks of the types `goal`. What is foretold of different types is taken as independent.
-    pub(crate) fn outlook(
+    /// that change with them. The goal speaks of the types `goal`. What is foretold of different types is taken as independent. What was
+    /// `foreseen` of that context before is found anew only where more is known by now.
+    pub(super) fn outlook(
         &self,
         vocabulary: &Vocabulary,
         (body, primitives): (BodyId, &[PrimitiveId]),
         context: &[Observation],
-        kinds: &BTreeSet<TypeId>,
-        goal: &BTreeSet<TypeId>,
+        (kinds, goal): (&BTreeSet<TypeId>, &BTreeSet<TypeId>),
+        foreseen: &mut Vec<Foreseen>,
     ) -> Outlook {
         let wanted = |of_facet: &[TypeId]| of_facet.iter().any(|kind| kinds.contains(kind));
-        let foretell =
-            |primitive: &PrimitiveId| self.foretell_of(vocabulary, Some(body), *primitive, context, &wanted);
-        let foretold: Vec<_> = primitives.iter().map(foretell).collect();
-        let chance = self.chance(context, &foretold, goal);
+        foreseen.resize_with(primitives.len(), Foreseen::default);
+        for (primitive, foreseen) in primitives.iter().zip(&mut *foreseen) {
+            let pool = action(vocabulary, *primitive).and_then(|action| self.pools.get(&action));
+            if !foreseen.is_of(pool) {
+                let foretold = self.foretell_of(vocabulary, Some(body), *primitive, context, &wanted);
+                *foreseen = Foreseen::new(pool, foretold);
+            }
+        }
+        let chance = self.chance(context, foreseen, goal);
         let steady: BTreeSet<_> = kinds.iter().filter(|kind| !chance.contains(kind)).copied().collect();
         let plain: Vec<_> = context.iter().filter(|o| steady.contains(&o.kind())).cloned().collect();
+        let around = Around { context, chance: &chance, steady: &steady, plain: &plain };
         let mut novelties = BTreeMap::new();
-        let prospects = primitives.iter().zip(foretold).map(|(primitive, mut foretold)| {
-            foretold.retain(|facet| !facet.kinds.iter().any(|kind| chance.contains(kind)));
+        let prospects = primitives.iter().zip(foreseen).map(|(primitive, foreseen)| {
             let action = action(vocabulary, *primitive);
             let pool = action.and_then(|action| self.pools.get(&action));
-            let (mut unmet, mut learnable, mut met) = (1.0, 1.0, Column::default());
-            let mut over = false;
-            if let Some(pool) = pool {
-                let novelty = novelties.entry(action).or_insert_with(|| pool.novelty(context));
-                unmet = pool.unmet(novelty, *primitive);
-                let matters = |at: usize| context.get(at).is_some_and(|o| steady.contains(&o.kind()));
-                met = pool.together(novelty, *primitive, matters);
-                learnable = pool.surprise() * pool.newness_of_all(novelty, *primitive, &met, false);
-                over = pool.is_over(&met, &plain, &steady);
-            }
-            // The body said so: no claim need be grown of it.
-            if over {
-                return Prospect { outcomes: vec![(context.to_vec(), 1.0)], open: 0.0, learnable: 0.0 };
-            }
-            let of_pool = |facet: &Foretold| {
-                let known = pool?.facets.iter().find(|known| known.kinds == facet.kinds)?;
-                Some((pool?, known))
-            };
-            let trust = |facet: &Foretold| Some(1.0 - of_pool(facet)?.1.surprise.of_new() * unmet);
-            let trusted: f64 = foretold.iter().filter_map(trust).product();
-            let alike = |facet: &Foretold| {
-                let of_pool = of_pool(facet).filter(|_| facet.view != View::Remembered);
-                of_pool.map_or_else(Vec::new, |(pool, known)| pool.alike_in(known, &met, &plain, &steady))
-            };
-            let foretold: Vec<_> =
-                foretold.iter().map(|facet| (facet, shares(facet, alike(facet)))).collect();
-            Prospect { outcomes: together(context, &foretold, trusted), open: 1.0 - trusted, learnable }
+            foreseen.prospect(&chance, |foretold| match pool {
+                None => around.unknown(),
+                Some(pool) => {
+                    let novelty = novelties.entry(action).or_insert_with(|| pool.novelty(context));
+                    around.prospect(pool, novelty, *primitive, foretold)
+                }
+            })
         });
         Outlook { prospects: prospects.collect(), chance }
     }
 
     /// The types of which no action is the cause in a context, and nobody can say what becomes of them.
-    fn chance(
-        &self,
-        context: &[Observation],
-        foretold: &[Vec<Foretold>],
-        goal: &BTreeSet<TypeId>,
-    ) -> Vec<TypeId> {
+    fn chance(&self, context: &[Observation], foreseen: &[Foreseen], goal: &BTreeSet<TypeId>) -> Vec<TypeId> {
+        let all = || foreseen.iter().map(|foreseen| &foreseen.foretold);
         let is_open = |facet: &&Foretold| {
             let most = facet.outcomes.first().map_or(0, |(_, count)| *count);
             probability(most, facet.trials, facet.outcomes.len()) < SURE
                 && !facet.kinds.iter().any(|kind| goal.contains(kind))
         };
-        let open: BTreeSet<_> =
-            foretold.iter().flatten().filter(is_open).flat_map(|facet| &facet.kinds).collect();
+        let open = all().flat_map(|facets| facets.iter()).filter(is_open);
+        let open: BTreeSet<_> = open.flat_map(|facet| &facet.kinds).collect();
         if open.is_empty() {
             return Vec::new();
         }
         let anyway = self.background.foretell(ANYTHING, &[], context, &|_| None, &|_| true);
         let is_caused = |kind: &TypeId| {
-            foretold.iter().any(|facets| {
+            all().any(|facets| {
                 let mut of_kind = facets.iter().filter(|facet| facet.kinds.contains(kind));
                 of_kind.any(|facet| facet.is_attributed(&anyway, facets.len()))
             })
         };
         open.into_iter().copied().filter(|kind| !is_caused(kind)).collect()
+    }
+}
+
+/// A context that is looked ahead from.
+struct Around<'a> {
+    context: &'a [Observation],
+    /// The types that are left to chance.
+    chance: &'a [TypeId],
+    /// Those that are looked at, but for these.
+    steady: &'a BTreeSet<TypeId>,
+    /// The observations of these.
+    plain: &'a [Observation],
+}
+
+impl Around<'_> {
+    /// Of a primitive whose action was never carried out: everything may be learnt.
+    fn unknown(&self) -> Prospect {
+        Prospect { outcomes: vec![(self.context.to_vec(), 1.0)], open: 0.0, learnable: 1.0 }
+    }
+
+    /// Of a primitive, of which this is foretold here.
+    fn prospect(
+        &self,
+        pool: &Pool,
+        novelty: &Novelty<'_>,
+        primitive: PrimitiveId,
+        foretold: &[Foretold],
+    ) -> Prospect {
+        let Self { context, chance, steady, plain } = *self;
+        let matters = |at: usize| context.get(at).is_some_and(|o| steady.contains(&o.kind()));
+        let met = pool.together(novelty, primitive, matters);
+        // The body said so: no claim need be grown of it.
+        if pool.is_over(&met, plain, steady) {
+            return Prospect { outcomes: vec![(context.to_vec(), 1.0)], open: 0.0, learnable: 0.0 };
+        }
+        let unmet = pool.unmet(novelty, primitive);
+        let learnable = pool.surprise() * pool.newness_of_all(novelty, primitive, &met, false);
+        let is_told = |facet: &&Foretold| !facet.kinds.iter().any(|kind| chance.contains(kind));
+        let of_facet = |facet: &Foretold| pool.facets.iter().find(|known| known.kinds == facet.kinds);
+        let told = || foretold.iter().filter(is_told);
+        let trust = |facet: &Foretold| Some(1.0 - of_facet(facet)?.surprise.of_new() * unmet);
+        let trusted: f64 = told().filter_map(trust).product();
+        let alike = |facet: &Foretold| {
+            let known = of_facet(facet).filter(|_| facet.view != View::Remembered);
+            known.map_or_else(Vec::new, |known| pool.alike_in(known, &met, plain, steady))
+        };
+        let shares: Vec<_> = told().map(|facet| (facet, shares(facet, alike(facet)))).collect();
+        Prospect { outcomes: together(context, &shares, trusted), open: 1.0 - trusted, learnable }
     }
 }
 

@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use crate::memory::evidence::columns::{Column, Conditions};
 use crate::memory::evidence::each::{Each, Trial};
-use crate::memory::evidence::facet::{ANYTHING, Examples, Facet, Grown, Time, conditions, path};
-use crate::memory::evidence::foretold::{Foretold, InForce, Seen, Told, View, differs};
+use crate::memory::evidence::facet::{ANYTHING, Alike, Examples, Facet, Time, path};
+use crate::memory::evidence::foretold::{InForce, differs};
 use crate::memory::evidence::novelty::{Novelty, newness};
 use crate::memory::evidence::scene::{Scene, of_kind};
 use crate::nouns::claim::Claim;
 use crate::nouns::experience::{Experience, Recalled};
-use crate::nouns::observation::{Observation, TypeId, Value};
+use crate::nouns::observation::{Observation, TypeId};
 use crate::nouns::vocabulary::PrimitiveId;
 
 /// Experiences with one action that are kept. Beyond it the oldest of the claim with the most make room, a quarter at a time.
@@ -19,11 +19,9 @@ const EXPERIENCES_MAX: usize = 1_024;
 /// How new a context is that is new as a whole, when each pair of its observations is familiar.
 const WHOLE: f64 = 0.5;
 /// Experiences that are looked at for what came of a context that was met often.
-const ALIKE_MAX: usize = 64;
+pub(super) const ALIKE_MAX: usize = 64;
 /// ln of the odds at which it is held that something differs or belongs together: 20 to 1, as an interval of 95 % says elsewhere.
 pub(super) const CERTAIN: f64 = 2.995_732_273_553_991;
-/// How far an earlier success of a view at foretelling counts, at each experience since.
-const SCORE_KEPT: f64 = 0.97;
 /// Primitives whose own effect is looked at again with each experience of another.
 const DOUBTS_MAX: usize = 4;
 /// What a primitive brings about of itself may change again when it was tried so much more often, as one part in so many.
@@ -45,29 +43,16 @@ const KEY_OPEN: usize = 8;
 /// The share of a primitive's experiences in which an observation must come about to be an effect of its own.
 const EFFECT_SHARE: (usize, usize) = (3, 4);
 
-/// What is relied on of what the general claims, the particular ones and the memory of the very same context say, by their scores: the
-/// general unless the others are certainly better. Where the context is not remembered, the particular claims say it.
-pub(super) fn relied<T>(scores: [f64; 3], says: impl Fn(View) -> Option<T>) -> Option<T> {
-    let [general, particular, remembered] = scores;
-    let claims = [(View::General, general), (View::Particular, particular)];
-    let order = if particular > general + CERTAIN { [claims[1], claims[0]] } else { claims };
-    match order.into_iter().find_map(|(view, score)| Some((says(view)?, score))) {
-        Some((claimed, score)) if remembered <= score + CERTAIN => Some(claimed),
-        claimed => {
-            let said = says(View::Remembered).or_else(|| says(View::Particular));
-            said.or(claimed.map(|(claimed, _)| claimed))
-        }
-    }
-}
-
 /// How many experiences a pool keeps that are with so many primitives.
 pub(super) fn room(primitives: usize) -> usize {
     EXPERIENCES_MAX.max(2 * primitives)
 }
 
 /// Whether an experience began with this context, of these types.
-fn is_alike(experience: &Experience, context: &[Observation], kinds: &BTreeSet<TypeId>) -> bool {
-    experience.before.iter().filter(|o| kinds.contains(&o.kind())).eq(context)
+pub(super) fn is_alike(experience: &Experience, context: &[Observation], kinds: &BTreeSet<TypeId>) -> bool {
+    let of_kinds = || experience.before.iter().filter(|o| kinds.contains(&o.kind()));
+    // Most that differ have more.
+    of_kinds().count() == context.len() && of_kinds().eq(context)
 }
 
 /// The experiences with one action, with the claims about each facet of what it changes.
@@ -87,7 +72,7 @@ pub(super) struct Pool {
     /// The same for each primitive, with whether it was ever not there before.
     brought: BTreeMap<PrimitiveId, BTreeMap<Observation, (usize, bool)>>,
     /// The experiences with each primitive in the very same context.
-    alike: BTreeMap<PrimitiveId, BTreeMap<Arc<[Observation]>, Vec<usize>>>,
+    pub(super) alike: Alike,
     /// How many of the experiences with each primitive are that an episode had ended.
     ends: BTreeMap<PrimitiveId, usize>,
     pub(super) facets: Vec<Facet>,
@@ -159,11 +144,11 @@ impl Pool {
     pub(super) fn note(&mut self, experience: &Experience) {
         let (at, primitive) = (self.examples.len(), experience.primitive);
         self.of_primitive.entry(primitive).or_default().insert(at);
+        let alike = self.alike.entry(primitive).or_default();
+        alike.entry(experience.before.clone()).or_default().push(at);
         if primitive == ANYTHING {
             return;
         }
-        let alike = self.alike.entry(primitive).or_default();
-        alike.entry(experience.before.clone()).or_default().push(at);
         if experience.is_end() {
             *self.ends.entry(primitive).or_default() += 1;
             return;
@@ -280,7 +265,7 @@ impl Pool {
     }
 
     /// The claims about each observation of the type of a facet, if each is told by itself.
-    fn each_of(&self, facet: &Facet) -> Option<&Each> {
+    pub(super) fn each_of(&self, facet: &Facet) -> Option<&Each> {
         if facet.is_singly { self.singly.get(facet.kinds.first()?) } else { None }
     }
 
@@ -312,8 +297,8 @@ impl Pool {
     }
 
     pub(super) fn examples(&self) -> Examples<'_> {
-        let Self { examples, conditions, of_primitive, .. } = self;
-        Examples { all: examples, conditions, of_primitive, key: self.key }
+        let Self { examples, conditions, of_primitive, alike, key, .. } = self;
+        Examples { all: examples, conditions, of_primitive, alike: Some(alike), key: *key }
     }
 
     pub(super) fn effect(&self, primitive: PrimitiveId) -> &[Observation] {
@@ -322,11 +307,12 @@ impl Pool {
 
     /// Enters the example `at` in all columns; conditions are to be put in order before claims are sought.
     fn enter(&mut self, at: usize) {
+        let twin = self.examples().twin(at, |_| true);
         let examples = &self.examples;
-        self.conditions.enter(at, |at| &examples[at].1);
-        for facet in self.facets.iter_mut().filter(|facet| !facet.is_singly) {
-            facet.enter(&self.examples, self.key, at);
-        }
+        self.conditions.enter(at, twin, |at| &examples[at].1);
+        let mut facets = std::mem::take(&mut self.facets);
+        facets.iter_mut().filter(|facet| !facet.is_singly).for_each(|facet| facet.enter(self.examples(), at));
+        self.facets = facets;
     }
 
     /// What a primitive brings about of itself, by its experiences.
@@ -419,96 +405,6 @@ impl Pool {
         false
     }
 
-    /// Each view of each facet is scored by what it foretold of this experience, before it is learnt from; and what is tried out.
-    fn score(&mut self, experience: &Experience) {
-        let scene = self.scene(experience, self.effect(experience.primitive));
-        self.score_trials(&scene, experience);
-        if experience.primitive != ANYTHING {
-            self.score_in(&scene, experience, false);
-        }
-    }
-
-    /// Compares what is foretold of each observation by itself with what is foretold of all together, where both are.
-    fn score_trials(&mut self, scene: &Scene, experience: &Experience) {
-        for number in 0..self.facets.len() {
-            let facet = &self.facets[number];
-            let &[kind] = &facet.kinds[..] else { continue };
-            if !facet.is_told_by(experience) {
-                continue;
-            }
-            let Some(mut trial) = self.trials.remove(&kind) else { continue };
-            let after = facet.part(&experience.after);
-            let [general, particular, _] = self.told(facet, experience.primitive, scene, &after, false);
-            let together = [general, particular].map(|told| told.map(|told| told.probability));
-            let together = together.map(|told| told.unwrap_or_else(|| facet.of_nothing()));
-            trial.score(together, experience.primitive, scene, &after);
-            match trial.verdict(CERTAIN) {
-                None => drop(self.trials.insert(kind, trial)),
-                Some(false) => (),
-                Some(true) => {
-                    self.facets[number] = Facet::singly(kind, &self.examples);
-                    self.singly.insert(kind, trial.each);
-                }
-            }
-        }
-    }
-
-    /// Each view is scored by what it would have foretold of each example if that had not been among those that it was learnt from.
-    fn score_anew(&mut self) {
-        let examples = std::mem::take(&mut self.examples);
-        for (experience, scene) in examples.iter().filter(|(experience, _)| experience.primitive != ANYTHING)
-        {
-            self.score_in(scene, experience, true);
-        }
-        self.examples = examples;
-    }
-
-    /// Scores what is foretold in a scene by what came, which was learnt from `already` or not.
-    fn score_in(&mut self, scene: &Scene, experience: &Experience, already: bool) {
-        let mut facets = std::mem::take(&mut self.facets);
-        let novelty = self.novelty(&scene.context);
-        let met = self.together(&novelty, experience.primitive, |_| true);
-        let newness = self.newness_of_all(&novelty, experience.primitive, &met, already);
-        for facet in facets.iter_mut().filter(|facet| facet.is_told_by(experience)) {
-            let after = facet.part(&experience.after);
-            let views = self.told(facet, experience.primitive, scene, &after, already);
-            // Where a view says nothing, it is as if it had said anything alike.
-            let nothing = facet.of_nothing();
-            let scores = facet.scores.entry(experience.primitive).or_default();
-            let surprise = relied(*scores, |view| views[view as usize]).is_none_or(|told| told.surprises);
-            facet.surprise.note(newness, surprise);
-            for (score, told) in scores.iter_mut().zip(views) {
-                *score = *score * SCORE_KEPT + told.map_or(nothing, |told| told.probability);
-            }
-        }
-        self.facets = facets;
-    }
-
-    /// How each view told what came, which was learnt from `already` or not.
-    fn told(
-        &self,
-        facet: &Facet,
-        primitive: PrimitiveId,
-        scene: &Scene,
-        after: &[Observation],
-        already: bool,
-    ) -> [Option<Told>; 3] {
-        let told = |seen: Seen| {
-            let seen = if already { seen.without_one() } else { seen };
-            (seen.trials > 0).then(|| Told::of(seen, facet.changes.len()))
-        };
-        let claimed = |grown: &Grown| Seen::of_claim(grown, scene, after, facet).and_then(told);
-        let (general, particular) = match self.each_of(facet) {
-            Some(each) => {
-                let told = |view: View| each.told(view, primitive, scene, after, already);
-                (told(View::General), told(View::Particular))
-            }
-            None => (claimed(&facet.general), facet.particular.get(&primitive).and_then(claimed)),
-        };
-        let remembered = self.seen_alike(facet, primitive, scene, after).and_then(told);
-        [general, particular, remembered.or(particular)]
-    }
-
     /// How much what is new surprises, in the facet of which most may be learnt; from 0 to 1, and 1 of what nothing is known of.
     pub(super) fn surprise(&self) -> f64 {
         self.facets.iter().map(|facet| facet.surprise.of_new()).fold(0.0, f64::max)
@@ -551,172 +447,6 @@ impl Pool {
     /// The share of a context in which the primitive was never carried out.
     pub(super) fn unmet(&self, novelty: &Novelty<'_>, primitive: PrimitiveId) -> f64 {
         self.of_primitive.get(&primitive).map_or(1.0, |tried| novelty.unmet(tried))
-    }
-
-    /// How often `after` came of a primitive in the very same context.
-    fn seen_alike(
-        &self,
-        facet: &Facet,
-        primitive: PrimitiveId,
-        scene: &Scene,
-        after: &[Observation],
-    ) -> Option<Seen> {
-        if facet.is_singly {
-            return None;
-        }
-        let mut seen = Seen::default();
-        for at in self.alike.get(&primitive)?.get(&scene.context[..])? {
-            let Some((experience, _)) = self.examples.get(*at) else { continue };
-            if facet.is_told_by(experience) {
-                seen.trials += 1;
-                seen.came += u32::from(facet.part(&experience.after) == after);
-            }
-        }
-        (seen.trials > 0).then_some(seen)
-    }
-
-    /// What is foretold in a scene of the types of a facet.
-    fn foretold(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
-        let scores = facet.scores.get(&primitive).copied().unwrap_or_default();
-        relied(scores, |view| self.view(facet, view, primitive, scene))
-    }
-
-    fn view(&self, facet: &Facet, view: View, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
-        match (self.each_of(facet), view) {
-            (_, View::Remembered) => self.remembered(facet, primitive, scene),
-            (Some(each), view) => each.foretold(view, primitive, scene),
-            (None, View::General) => self.claimed(facet, &facet.general, scene, view),
-            (None, View::Particular) => self.claimed(facet, facet.particular.get(&primitive)?, scene, view),
-        }
-    }
-
-    fn claimed(&self, facet: &Facet, grown: &Grown, scene: &Scene, view: View) -> Option<Foretold> {
-        let (at, claim) = path(&grown.claim, scene);
-        let conditions: Vec<_> = conditions(&grown.claim, &at).cloned().collect();
-        let mut relied_on: Vec<_> =
-            conditions.iter().filter_map(|condition| scene.relied_on(condition)).cloned().collect();
-        if let Some((change, _)) = claim.outcomes.first() {
-            relied_on.extend(scene.named_in(change));
-        }
-        let most = claim.outcomes.first().map(|(change, _)| (conditions, change.clone()));
-        let mut outcomes: Vec<(Vec<Observation>, u32)> = Vec::new();
-        for (change, count) in &claim.outcomes {
-            let Some(after) = scene.after(change, &facet.kinds) else { continue };
-            match outcomes.iter_mut().find(|(known, _)| *known == after) {
-                Some((_, known)) => *known += count,
-                None => outcomes.push((after, *count)),
-            }
-        }
-        outcomes.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-        let (kinds, trials) = (facet.kinds.clone(), claim.trials);
-        (trials > 0).then_some(Foretold {
-            kinds,
-            outcomes,
-            trials,
-            view,
-            relied_on,
-            claim: most,
-            attributed: true,
-            is_of_each: false,
-            parts: Vec::new(),
-        })
-    }
-
-    /// The outcomes of a primitive in the very same context, each with how often it came to that.
-    pub(super) fn alike(
-        &self,
-        facet: &Facet,
-        primitive: PrimitiveId,
-        context: &[Observation],
-    ) -> Vec<(Vec<Observation>, u32)> {
-        let mut outcomes: Vec<(Vec<Observation>, u32)> = Vec::new();
-        // Each by itself is told of contexts that were never met as a whole.
-        let alike = self.alike.get(&primitive).filter(|_| !facet.is_singly);
-        for at in alike.and_then(|alike| alike.get(context)).into_iter().flatten() {
-            let Some((experience, _)) = self.examples.get(*at) else { continue };
-            if !facet.is_told_by(experience) {
-                continue;
-            }
-            let after = facet.part(&experience.after);
-            match outcomes.iter_mut().find(|(known, _)| *known == after) {
-                Some((_, count)) => *count += 1,
-                None => outcomes.push((after, 1)),
-            }
-        }
-        outcomes
-    }
-
-    /// The same in contexts of which those observations that are of `kinds` are just these. They are looked for among the experiences `met`,
-    /// and so many of them tell enough.
-    pub(super) fn alike_in(
-        &self,
-        facet: &Facet,
-        met: &Column,
-        context: &[Observation],
-        kinds: &BTreeSet<TypeId>,
-    ) -> Vec<(Vec<Observation>, u32)> {
-        if facet.is_singly {
-            return Vec::new();
-        }
-        let is_alike = |one: &&Arc<Experience>| is_alike(one, context, kinds) && facet.is_told_by(one);
-        let experiences = met.iter().filter_map(|at| self.examples.get(at)).map(|(one, _)| one);
-        let mut outcomes: Vec<(Vec<Observation>, u32)> = Vec::new();
-        for experience in experiences.take(ALIKE_MAX).filter(is_alike) {
-            let after = facet.part(&experience.after);
-            match outcomes.iter_mut().find(|(known, _)| *known == after) {
-                Some((_, count)) => *count += 1,
-                None => outcomes.push((after, 1)),
-            }
-        }
-        outcomes
-    }
-
-    fn remembered(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
-        let mut outcomes = self.alike(facet, primitive, &scene.context);
-        let trials = outcomes.iter().map(|(_, count)| count).sum();
-        outcomes.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-        (trials > 0).then(|| Foretold {
-            kinds: facet.kinds.clone(),
-            outcomes,
-            trials,
-            view: View::Remembered,
-            relied_on: scene.context.to_vec(),
-            claim: None,
-            attributed: true,
-            is_of_each: false,
-            parts: Vec::new(),
-        })
-    }
-
-    /// What is foretold of the types that are wanted.
-    pub(super) fn foretell(
-        &self,
-        primitive: PrimitiveId,
-        parameters: &[Option<Value>],
-        context: &[Observation],
-        recall: &dyn Fn(&Observation) -> Option<Recalled>,
-        is_wanted: &dyn Fn(&[TypeId]) -> bool,
-    ) -> Vec<Foretold> {
-        let scene = Scene::new(context, parameters, self.effect(primitive));
-        let foretell = |facet: &Facet, scene: &Scene| self.foretold(facet, primitive, scene);
-        let facets = || self.facets.iter().filter(|facet| is_wanted(&facet.kinds));
-        let Some(key) = self.key else {
-            return facets().filter_map(|facet| foretell(facet, &scene)).collect();
-        };
-        let blind = |facet: &&Facet| facet.kinds.contains(&key);
-        let told: Vec<_> = facets().filter(blind).filter_map(|facet| foretell(facet, &scene)).collect();
-        // How the body will be most likely, and what was there when it was so.
-        let most = told.iter().find_map(|facet| facet.outcomes.first()).map(|(after, _)| of_kind(after, key));
-        let recalled = most.and_then(|most| match most {
-            [one] if of_kind(context, key).first() == Some(one) => {
-                Some(Recalled { observations: context.into(), age: 0 })
-            }
-            [one] => recall(one),
-            _ => None,
-        });
-        let seeing = scene.clone().recalling(recalled, key);
-        let others = facets().filter(|facet| !blind(facet));
-        told.into_iter().chain(others.filter_map(|facet| foretell(facet, &seeing))).collect()
     }
 
     /// Forgets the oldest experiences of the claim in force in most of them, a quarter of all; the newest of each primitive stays.

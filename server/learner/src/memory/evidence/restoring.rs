@@ -10,6 +10,7 @@ use crate::memory::evidence::found::{
 };
 use crate::memory::evidence::growth::{DEPTH_MAX, Place};
 use crate::memory::evidence::novelty::Surprise;
+use crate::memory::evidence::outcomes::Outcomes;
 use crate::memory::evidence::pool::Pool;
 use crate::memory::evidence::scene::Scene;
 use crate::nouns::claim::{Change, Claim};
@@ -58,9 +59,12 @@ impl Pool {
             let scene = pool.scene(&experience, effect);
             pool.examples.push((Arc::new(experience), scene));
         }
-        let Self { examples, conditions, .. } = &mut pool;
-        (0..examples.len()).for_each(|at| conditions.enter(at, |at| &examples[at].1));
-        conditions.put_in_order();
+        for at in 0..pool.examples.len() {
+            let twin = pool.examples().twin(at, |_| true);
+            let Self { examples, conditions, .. } = &mut pool;
+            conditions.enter(at, twin, |at| &examples[at].1);
+        }
+        pool.conditions.put_in_order();
         found.facets.into_iter().for_each(|facet| pool.restore(facet));
         pool
     }
@@ -77,10 +81,10 @@ impl Pool {
         let (kind, company) = (found.kinds.first().copied(), companies(&found.kinds, &self.examples));
         let each = found.each.take().map(|each| Each::restored(each, self.examples()));
         let trial = found.trial.take().map(|trial| Trial::restored(trial, self.examples()));
-        let mut facet = Facet::restored(found, company, &self.examples);
+        let mut facet = Facet::restored(found, company, self.examples());
         if each.is_some() {
             // Where each is told by itself nothing is counted of all together.
-            (facet.is_singly, facet.sensed) = (true, Column::default());
+            (facet.is_singly, facet.sensed, facet.outcomes) = (true, Column::default(), Outcomes::default());
         }
         self.singly.extend(kind.zip(each));
         self.trials.extend(kind.zip(trial));
@@ -142,7 +146,7 @@ impl Facet {
     }
 
     /// The facet of these examples, of which this was found; the claims about single observations left out.
-    fn restored(found: FoundFacet, company: Vec<Vec<TypeId>>, examples: &[(Arc<Experience>, Scene)]) -> Self {
+    fn restored(found: FoundFacet, company: Vec<Vec<TypeId>>, examples: Examples<'_>) -> Self {
         let FoundFacet { kinds, changes, surprise: [one, of, other, of_other], grown, places, .. } = found;
         let mut facet = Self {
             company,
@@ -164,7 +168,7 @@ impl Facet {
                 }
             }
         }
-        (0..examples.len()).for_each(|at| drop(facet.enter_known(examples, at)));
+        (0..examples.all.len()).for_each(|at| drop(facet.enter_known(examples, at)));
         facet
     }
 
@@ -205,7 +209,7 @@ impl Each {
         let mut each = Self::entered(kind, from, known, examples);
         // What came with the type at first is known of all examples of the pool.
         let company = std::mem::take(&mut each.facet.company);
-        each.facet = Facet::restored(*facet, company, &each.examples);
+        each.facet = Facet::restored(*facet, company, each.examples());
         each
     }
 }

@@ -162,7 +162,7 @@ fn claims_grow_as_a_plain_search_finds_them() {
         let made =
             |change: &Change, at: usize| scenes[at].after(change, &kinds) == Some(bell(&experiences[at]));
         let mut conditions = Conditions::default();
-        (0..scenes.len()).for_each(|at| conditions.enter(at, |at| &scenes[at]));
+        (0..scenes.len()).for_each(|at| conditions.enter(at, None, |at| &scenes[at]));
         conditions.put_in_order();
         let of_change = |change: &Change| {
             let mut column = Column::default();
@@ -222,6 +222,32 @@ fn a_pool_forgets_the_oldest_and_stays_what_its_experiences_make_of_it() {
         let rings = bell.outcomes.iter().find(|(after, _)| !after.is_empty()).map_or(0, |(_, count)| *count);
         assert!(f64::from(rings) > 0.75 * f64::from(bell.trials), "{at}: {rings} of {}", bell.trials);
     }
+}
+
+/// What holds in an example is what holds in its scene, though it was taken over from another with the same.
+#[test]
+fn examples_with_the_same_scene_are_entered_as_if_each_were_the_first() {
+    let (mut random, mut pool) = (Random::from_seed(5), Pool::default());
+    let few: Vec<_> = (0..40).map(|_| experience(&mut random, 3)).collect();
+    let mut taken_over = 0;
+    for _ in 0..400 {
+        pool.experience(Arc::new(few[random.below(few.len())].clone()), false);
+        let at = pool.experiences().count() - 1;
+        taken_over += usize::from(pool.examples().twin(at, |_| true).is_some());
+    }
+    for (at, (experience, scene)) in pool.examples.iter().enumerate() {
+        for asked in pool.conditions.iter() {
+            assert_eq!(asked.column.contains(at), scene.holds(&asked.condition), "{at}: {asked:?}");
+        }
+        for facet in pool.facets.iter().filter(|facet| !facet.is_singly) {
+            let after = facet.part(&experience.after);
+            assert_eq!(facet.outcomes.of(at), facet.outcomes.number(&after));
+            for (change, makes) in &facet.changes {
+                assert_eq!(makes.contains(at), scene.makes(change, &after, &facet.kinds), "{at}: {change:?}");
+            }
+        }
+    }
+    assert!(taken_over > 200, "{taken_over}");
 }
 
 /// Where all actions are looked at as one, nothing is kept of any one of them.

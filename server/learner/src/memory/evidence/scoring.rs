@@ -1,0 +1,142 @@
+//! How well each view of what was experienced foretells what comes.
+
+use std::collections::BTreeMap;
+
+use crate::memory::evidence::facet::{ANYTHING, Facet, Grown};
+use crate::memory::evidence::foretold::{Seen, Told, View};
+use crate::memory::evidence::novelty::Novelty;
+use crate::memory::evidence::pool::{CERTAIN, Pool};
+use crate::memory::evidence::scene::Scene;
+use crate::memory::evidence::telling::relied;
+use crate::nouns::experience::Experience;
+use crate::nouns::observation::Observation;
+use crate::nouns::vocabulary::PrimitiveId;
+
+/// How far an earlier success of a view at foretelling counts, at each experience since.
+const SCORE_KEPT: f64 = 0.97;
+/// Contexts of which it is kept how new they are, while all that is known is scored.
+const NOVELTIES_MAX: usize = 32;
+
+impl Pool {
+    /// Each view of each facet is scored by what it foretold of this experience, before it is learnt from; and what is tried out.
+    pub(super) fn score(&mut self, experience: &Experience) {
+        let scene = self.scene(experience, self.effect(experience.primitive));
+        self.score_trials(&scene, experience);
+        if experience.primitive != ANYTHING {
+            let mut facets = std::mem::take(&mut self.facets);
+            self.score_in(&mut facets, &self.novelty(&scene.context), &scene, experience, false);
+            self.facets = facets;
+        }
+    }
+
+    /// Compares what is foretold of each observation by itself with what is foretold of all together, where both are.
+    fn score_trials(&mut self, scene: &Scene, experience: &Experience) {
+        for number in 0..self.facets.len() {
+            let facet = &self.facets[number];
+            let &[kind] = &facet.kinds[..] else { continue };
+            if !facet.is_told_by(experience) {
+                continue;
+            }
+            let Some(mut trial) = self.trials.remove(&kind) else { continue };
+            let after = facet.part(&experience.after);
+            let [general, particular, _] = self.told(facet, experience.primitive, scene, &after, false);
+            let together = [general, particular].map(|told| told.map(|told| told.probability));
+            let together = together.map(|told| told.unwrap_or_else(|| facet.of_nothing()));
+            trial.score(together, experience.primitive, scene, &after);
+            match trial.verdict(CERTAIN) {
+                None => drop(self.trials.insert(kind, trial)),
+                Some(false) => (),
+                Some(true) => {
+                    self.facets[number] = Facet::singly(kind, &self.examples);
+                    self.singly.insert(kind, trial.each);
+                }
+            }
+        }
+    }
+
+    /// Each view is scored by what it would have foretold of each example if that had not been among those that it was learnt from.
+    pub(super) fn score_anew(&mut self) {
+        let mut facets = std::mem::take(&mut self.facets);
+        let mut novelties = BTreeMap::new();
+        for (experience, scene) in self.examples.iter().filter(|(one, _)| one.primitive != ANYTHING) {
+            if novelties.len() == NOVELTIES_MAX && !novelties.contains_key(&experience.before) {
+                novelties.clear();
+            }
+            let novelty =
+                novelties.entry(&experience.before).or_insert_with(|| self.novelty(&experience.before));
+            self.score_in(&mut facets, novelty, scene, experience, true);
+        }
+        drop(novelties);
+        self.facets = facets;
+    }
+
+    /// Scores what facets foretell in a scene, which is so new, by what came, which was learnt from `already` or not.
+    fn score_in(
+        &self,
+        facets: &mut [Facet],
+        novelty: &Novelty<'_>,
+        scene: &Scene,
+        experience: &Experience,
+        already: bool,
+    ) {
+        let met = self.together(novelty, experience.primitive, |_| true);
+        let newness = self.newness_of_all(novelty, experience.primitive, &met, already);
+        for facet in facets.iter_mut().filter(|facet| facet.is_told_by(experience)) {
+            let after = facet.part(&experience.after);
+            let views = self.told(facet, experience.primitive, scene, &after, already);
+            // Where a view says nothing, it is as if it had said anything alike.
+            let nothing = facet.of_nothing();
+            let scores = facet.scores.entry(experience.primitive).or_default();
+            let surprise = relied(*scores, |view| views[view as usize]).is_none_or(|told| told.surprises);
+            facet.surprise.note(newness, surprise);
+            for (score, told) in scores.iter_mut().zip(views) {
+                *score = *score * SCORE_KEPT + told.map_or(nothing, |told| told.probability);
+            }
+        }
+    }
+
+    /// How each view told what came, which was learnt from `already` or not.
+    fn told(
+        &self,
+        facet: &Facet,
+        primitive: PrimitiveId,
+        scene: &Scene,
+        after: &[Observation],
+        already: bool,
+    ) -> [Option<Told>; 3] {
+        let told = |seen: Seen| {
+            let seen = if already { seen.without_one() } else { seen };
+            (seen.trials > 0).then(|| Told::of(seen, facet.changes.len()))
+        };
+        let claimed = |grown: &Grown| Seen::of_claim(grown, scene, after, facet).and_then(told);
+        let (general, particular) = match self.each_of(facet) {
+            Some(each) => {
+                let told = |view: View| each.told(view, primitive, scene, after, already);
+                (told(View::General), told(View::Particular))
+            }
+            None => (claimed(&facet.general), facet.particular.get(&primitive).and_then(claimed)),
+        };
+        let remembered = self.seen_alike(facet, primitive, scene, after).and_then(told);
+        [general, particular, remembered.or(particular)]
+    }
+
+    /// How often `after` came of a primitive in the very same context.
+    fn seen_alike(
+        &self,
+        facet: &Facet,
+        primitive: PrimitiveId,
+        scene: &Scene,
+        after: &[Observation],
+    ) -> Option<Seen> {
+        if facet.is_singly {
+            return None;
+        }
+        let alike = self.alike.get(&primitive)?.get(&scene.context[..])?;
+        let (came, mut seen) = (facet.outcomes.number(after), Seen::default());
+        for at in alike.iter().copied().filter(|at| facet.sensed.contains(*at)) {
+            seen.trials += 1;
+            seen.came += u32::from(came.is_some() && facet.outcomes.of(at) == came);
+        }
+        (seen.trials > 0).then_some(seen)
+    }
+}
