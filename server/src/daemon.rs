@@ -413,6 +413,10 @@ impl Daemon {
             {
                 log_failure(session, failure);
             }
+            for warning in &served.warnings {
+                let body = &session.status().name;
+                tracing::warn!(session = number, %body, "what the body declares can't be learnt as it is: {warning}");
+            }
             self.batch = self.keeper.keep(Cause::Step(session.input()), &step.effects, content);
         }
         let decided = began.elapsed();

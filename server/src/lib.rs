@@ -28,6 +28,7 @@ mod ring;
 pub mod session;
 mod sessions;
 mod setup;
+mod suitability;
 mod supervise;
 mod trace;
 pub mod translate;

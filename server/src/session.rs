@@ -4,7 +4,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use pschema_inspect::{BodyState, BodyStatus, FailedOutcome, OrderFailure};
+use pschema_inspect::{BodyState, BodyStatus, DeclarationWarning, FailedOutcome, OrderFailure};
 use pschema_learner::curriculum::SceneCommand;
 use pschema_learner::effect::Effect;
 use pschema_learner::notation::brief;
@@ -20,6 +20,7 @@ use pschema_protocol::wire::message::{Introduction, RawFrame, Reply, SensorFrame
 
 use crate::described;
 use crate::names::Names;
+use crate::suitability::Suitability;
 use crate::translate::{TranslateError, Translation, declaration};
 
 /// How long a body rests when there is nothing to do in the world as it is, in milliseconds. A change of the world is
@@ -83,6 +84,8 @@ pub struct FrameOutcome {
     pub step: Option<Step>,
     /// A problem on the daemon's side, which the body can't solve: for the log and the status.
     pub problem: Option<TranslateError>,
+    /// What became certain with this frame that keeps the body's declaration from being learnt: for the log; the status has it.
+    pub warnings: Vec<DeclarationWarning>,
 }
 
 /// The session of an attached body.
@@ -103,6 +106,8 @@ pub struct Session {
     status: Arc<BodyStatus>,
     /// How often the last failure of the status came in a row, for the same reason each time.
     failures_alike: u64,
+    /// Whether what the body declares can be learnt.
+    suitability: Suitability,
 }
 
 impl Session {
@@ -141,6 +146,9 @@ impl Session {
             frames_refused: 0,
             last_refusal: None,
             last_failure: None,
+            episodes_ended: 0,
+            episodes_cut: 0,
+            warnings: Vec::new(),
         };
         let session = Self {
             checks: SessionChecks::new(number, description.clone()),
@@ -152,6 +160,7 @@ impl Session {
             before: nothing_yet,
             status: Arc::new(status),
             failures_alike: 0,
+            suitability: Suitability::default(),
         };
         Ok((session, effects))
     }
@@ -253,7 +262,7 @@ impl Session {
     fn refused(&mut self, refusal: &Refusal) -> FrameOutcome {
         self.count_refused(refusal);
         let reply = Reply::Refused { code: refusal.code(), reason: refusal.to_string() };
-        FrameOutcome { reply, step: None, problem: None }
+        FrameOutcome { reply, step: None, problem: None, warnings: Vec::new() }
     }
 
     fn taken(
@@ -266,7 +275,12 @@ impl Session {
         let mut outcome = frame.report.as_ref().map(|report| outcome(&report.outcome));
         if let Some(next) = self.to_arrange.pop_front() {
             if outcome == Some(ActionOutcome::Done) {
-                return FrameOutcome { reply: Reply::Arrange(next), step: None, problem: None };
+                return FrameOutcome {
+                    reply: Reply::Arrange(next),
+                    step: None,
+                    problem: None,
+                    warnings: Vec::new(),
+                };
             }
             // A command that fails spoils the arrangement: the commands after it are not sent.
             self.to_arrange.clear();
@@ -278,7 +292,7 @@ impl Session {
         if outcome.is_none() && rests {
             // The body answers no request and the learner has none. Memory must not depend on how often a body asks.
             let reply = Reply::Wait { ms: WAITING_WAIT_MS };
-            return FrameOutcome { reply, step: None, problem: None };
+            return FrameOutcome { reply, step: None, problem: None, warnings: Vec::new() };
         }
         let mut met = Vec::new();
         let heard: Vec<_> = std::mem::take(words)
@@ -294,8 +308,9 @@ impl Session {
         self.before = std::mem::replace(&mut self.input, input);
         let mut step = if single { learner.single_step(&self.input) } else { learner.step(&self.input) };
         if let Some(report) = &frame.report {
-            self.count_failure(&report.outcome, learner.memory().content().step);
+            self.count_outcome(&report.outcome, learner.memory().content().step);
         }
+        let warnings = self.judged(learner, &step.output);
         // New words are part of what the frame changed in memory. In a single step they come after the effect that lets
         // the learner go.
         let first = usize::from(single);
@@ -307,14 +322,29 @@ impl Session {
                 (wait(), Some(problem))
             }
         };
-        FrameOutcome { reply, step: Some(step), problem }
+        FrameOutcome { reply, step: Some(step), problem, warnings }
     }
 
-    /// Keeps an outcome for the status if it is that of an order which the body did not carry out.
-    fn count_failure(&mut self, outcome: &Outcome, step: u64) {
+    /// What the frame of the step and the action that follows show about the body's declaration, for the first time.
+    fn judged(&mut self, learner: &Learner, output: &Output) -> Vec<DeclarationWarning> {
+        let action = if let Output::Act(primitive) = output { Some(*primitive) } else { None };
+        let content = learner.memory().content();
+        let own_is_no_condition = !content.mechanisms.claims;
+        let found = self.suitability.note(&content.vocabulary, &self.input, action, own_is_no_condition);
+        if !found.is_empty() {
+            Arc::make_mut(&mut self.status).warnings.extend(found.iter().cloned());
+        }
+        found
+    }
+
+    /// Counts an outcome for the status if an episode is over with it, and keeps it if it is that of an order which the body did not carry
+    /// out.
+    fn count_outcome(&mut self, outcome: &Outcome, step: u64) {
         let failed = match outcome {
+            Outcome::Done => return,
             // That an episode is over is no failure of the body.
-            Outcome::Done | Outcome::EpisodeEnded | Outcome::EpisodeCut => return,
+            Outcome::EpisodeEnded => return Arc::make_mut(&mut self.status).episodes_ended += 1,
+            Outcome::EpisodeCut => return Arc::make_mut(&mut self.status).episodes_cut += 1,
             Outcome::Refused(_) => FailedOutcome::Refused,
             Outcome::Failed(_) => FailedOutcome::Failed,
             Outcome::TimedOut => FailedOutcome::TimedOut,

@@ -9,10 +9,12 @@ use std::time::Instant;
 
 use common::process::{Daemon, PATIENCE, directory, place};
 use common::{Row, ask, free, setup};
-use pschema_inspect::{FailedOutcome, OrderFailure, ShutdownOrder, Status, StatusQuery, TraceQuery};
+use pschema_inspect::{
+    DeclarationWarning, FailedOutcome, OrderFailure, ShutdownOrder, Status, StatusQuery, TraceQuery,
+};
 use pschema_protocol::body::{Body, Outcome, RunOptions, Senses, run};
 use pschema_protocol::client::Client;
-use pschema_protocol::description::{Action, Description};
+use pschema_protocol::description::{Action, ActionType, Description, ObservationType, Property, SenseId};
 use pschema_server::in_process::InProcess;
 
 /// A body that carries nothing out. Its orders have these outcomes, by how many it had before.
@@ -76,16 +78,21 @@ fn a_carried_out_order_leaves_no_failure_in_its_record() {
 
 /// The last status and the log of a daemon whose body fails in these ways for more than 200 steps.
 fn daemon_with(outcome: impl Fn(u64) -> Outcome + Send + 'static) -> (Status, String) {
+    daemon_of(Faulty::new(outcome), 200)
+}
+
+/// The last status and the log of a daemon that took more than so many steps with a body.
+fn daemon_of(body: impl Body + Send + 'static, steps: u64) -> (Status, String) {
     let home = directory();
     let (begun, place) = (Instant::now(), place(home.path()));
     let mut daemon = Daemon::start(home.path(), &["--name", "one"]);
     daemon.ready();
     let options = RunOptions::new(place.clone());
-    let body = std::thread::spawn(move || run(Faulty::new(outcome), &options));
+    let body = std::thread::spawn(move || run(body, &options));
     let mut client = Client::connect(&place, PATIENCE).unwrap();
     let status = loop {
         let status: Status = ask(&mut client, StatusQuery {}).unwrap();
-        if status.step > 200 {
+        if status.step > steps {
             break status;
         }
         assert!(begun.elapsed() < PATIENCE, "only {} steps were taken", status.step);
@@ -110,11 +117,53 @@ fn a_daemon_logs_the_reason_of_a_failing_body_and_steers_no_terminal_with_it() {
     assert!(lines.len() < 32, "{} lines of the same failure", lines.len());
 }
 
+/// A body that senses how often it sensed, and can do nothing about it.
+struct Clock {
+    description: Description,
+    time: SenseId,
+    ticks: i64,
+}
+
+impl Clock {
+    fn new() -> Self {
+        let mut description = Description::new("clock", "clock");
+        let ticks = Property::integer("ticks", 0..=1_000_000);
+        let time = description.observation(ObservationType::state("time").property(ticks));
+        description.action_with_primitives(ActionType::new("wait"));
+        Self { description, time, ticks: 0 }
+    }
+}
+
+impl Body for Clock {
+    fn describe(&self) -> Description {
+        self.description.clone()
+    }
+    fn sense(&mut self, frame: &mut Senses) {
+        self.ticks += 1;
+        frame.observe(self.time, [self.ticks]);
+    }
+    fn act(&mut self, _: &Action) -> Outcome {
+        Outcome::Done
+    }
+}
+
+#[test]
+fn a_sense_that_never_repeats_is_told_by_status_and_logged_once() {
+    let (status, log) = daemon_of(Clock::new(), 700);
+    let warning =
+        DeclarationWarning::ValuesNeverRepeat { sense: "time".to_owned(), observations: 500, repeated: 0 };
+    assert_eq!(status.bodies[0].warnings, [warning]);
+    let lines: Vec<_> = log.lines().filter(|line| line.contains("can't be learnt as it is")).collect();
+    assert!(lines.len() == 1 && lines[0].contains("time hardly ever has the same values"), "{log}");
+}
+
 #[test]
 fn that_an_episode_is_over_is_no_failure() {
     let outcomes = [Outcome::Done, Outcome::EpisodeEnded, Outcome::EpisodeCut];
     let (status, log) = daemon_with(move |number| outcomes[number as usize % 3].clone());
-    assert_eq!((&status.bodies[0].last_failure, status.bodies[0].frames_refused), (&None, 0));
+    let body = &status.bodies[0];
+    assert_eq!((&body.last_failure, body.frames_refused), (&None, 0));
+    assert!(body.episodes_ended > 60 && body.episodes_cut > 60, "{body:?}");
     assert!(!log.contains("not carried out") && !log.contains("WARN"), "{log}");
 }
 

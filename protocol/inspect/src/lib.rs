@@ -26,6 +26,7 @@ mod schema;
 mod stage;
 mod status;
 mod trace;
+mod warning;
 mod why_not;
 
 pub use ask::{AskError, ask};
@@ -40,4 +41,5 @@ pub use schema::*;
 pub use stage::*;
 pub use status::*;
 pub use trace::*;
+pub use warning::*;
 pub use why_not::*;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::closed_set::closed_set;
 use crate::goals::GoalSummary;
 use crate::stage::{HabituationStatus, SaturationStatus, StageState, TrialStatus};
+use crate::warning::DeclarationWarning;
 
 /// How a daemon and its learner are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -174,6 +175,12 @@ pub struct BodyStatus {
     pub last_refusal: Option<String>,
     /// The last order that the body did not carry out.
     pub last_failure: Option<OrderFailure>,
+    /// Episodes that ended in its world since it attached.
+    pub episodes_ended: u64,
+    /// Episodes that were cut short since then.
+    pub episodes_cut: u64,
+    /// What keeps its declaration from being learnt, as the frames since it attached showed.
+    pub warnings: Vec<DeclarationWarning>,
 }
 
 closed_set! {

@@ -188,6 +188,16 @@ fn bodies(bodies: &[BodyStatus]) -> String {
                 format!("The last order that {name} did not carry out ({outcome}, step {step}): {reason}");
             text.push_str(&format!("\n{}", wrapped(&last, "")));
         }
+        if b.episodes_ended > 0 || b.episodes_cut > 0 {
+            let (ended, cut) = (count(b.episodes_ended, "episode"), b.episodes_cut);
+            let episodes = format!("{}: {ended} ended, {cut} cut short", plain(&b.name));
+            text.push_str(&format!("\n{}", wrapped(&episodes, "")));
+        }
+        for warning in &b.warnings {
+            let warning =
+                format!("{} can't be learnt as it is: {}", plain(&b.name), plain(&warning.to_string()));
+            text.push_str(&format!("\n{}", wrapped(&warning, "")));
+        }
     }
     text
 }

@@ -71,6 +71,13 @@ pub(super) fn a_status() -> Status {
                 reason: Some("the arm does not reach 0.1, 2.7".to_owned()),
                 step: 344,
             }),
+            episodes_ended: 12,
+            episodes_cut: 1,
+            warnings: vec![DeclarationWarning::ValuesNeverRepeat {
+                sense: "force".to_owned(),
+                observations: 500,
+                repeated: 2,
+            }],
         }],
         steps_per_s: 61.25,
         step_latency_us_p50: 55.4,

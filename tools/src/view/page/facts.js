@@ -22,12 +22,35 @@ export function showFacts(live, past) {
       ["frame to reply, median and 99 %", `${duration(live.commit_latency_us_p50)}, ${duration(live.commit_latency_us_p99)}`],
       ["memory of the daemon", memory(live)],
       ["up", `${whole(Math.round(live.uptime_s))} s`],
-      ...live.bodies.map((body) => [`body ${body.id}`,
-        `${body.name} (${body.kind}): ${body.state}, ${whole(body.frames)} frames, ${whole(body.frames_refused)} refused`]),
+      ...live.bodies.flatMap((body) => [
+        [`body ${body.id}`,
+          `${body.name} (${body.kind}): ${body.state}, ${whole(body.frames)} frames, ${whole(body.frames_refused)} refused`],
+        [`episodes of body ${body.id}`, episodes(body)],
+        ...body.warnings.map((one) => [`warning for body ${body.id}`, warning(one)]),
+      ]),
     );
   }
   byId("figures").replaceChildren(...rows.filter(([, value]) => value !== null)
     .map(([name, value]) => el("div", {}, el("dt", {}, name), el("dd", {}, value))));
+}
+
+function episodes(body) {
+  if (body.episodes_ended + body.episodes_cut === 0) return null;
+  return `${whole(body.episodes_ended)} ended, ${whole(body.episodes_cut)} cut short`;
+}
+
+/** What keeps a body's declaration from being learnt; `pschema status` says more. */
+function warning(one) {
+  switch (one.fault) {
+    case "values-never-repeat":
+      return `${one.sense} hardly ever has the same values: ${whole(one.repeated)} of ${whole(one.observations)} had come before`;
+    case "actions-never-repeat":
+      return `of ${whole(one.primitives)} primitives hardly any is tried twice: ${whole(one.repeated)} of ${whole(one.actions)} actions`;
+    case "own-decides":
+      return `what actions do goes by ${one.senses.join(" and ")}, which may be no pre-condition under this profile`;
+    default:
+      return one.fault;
+  }
 }
 
 function memory(live) {

@@ -58,6 +58,13 @@ pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
             let (outcome, step) = (failure.outcome, failure.step);
             fact("! order", &format!("{outcome} in step {step}: {}", failure_reason(failure)));
         }
+        if body.episodes_ended > 0 || body.episodes_cut > 0 {
+            let (ended, cut) = (count(body.episodes_ended, "episode"), body.episodes_cut);
+            fact("episodes", &format!("{ended} ended, {cut} cut short"));
+        }
+        for warning in &body.warnings {
+            fact("! declared", &plain(&warning.to_string()));
+        }
     }
     if status.bodies.is_empty() {
         fact("body", "none has attached: start one with `pschema sim`");

@@ -34,6 +34,9 @@ fn body(id: u64, name: &str, state: BodyState) -> BodyStatus {
         frames_refused: 0,
         last_refusal: None,
         last_failure: None,
+        episodes_ended: 0,
+        episodes_cut: 0,
+        warnings: Vec::new(),
     }
 }
 
