@@ -43,7 +43,7 @@ pub struct ServerArgs {
     #[arg(long, value_name = "SIZE|none", value_parser = memory_max)]
     pub memory_max: Option<MemoryMax>,
 
-    /// Take a body that declares other ranges or another repertoire than when it attached before, as it does in another world.
+    /// Take a body that declares other ranges or another repertoire than when it attached before, or that is in another world.
     /// Without this it is refused: what was learnt would be of something else.
     #[arg(long)]
     pub accept_changes: bool,
