@@ -150,13 +150,23 @@ fn stopped_tools_delay_nobody_and_give_their_places_back() {
     until("the body goes on", || (frames(&sandbox, "moving") > before + 100).then_some(()));
     let last = sandbox.start_program(PEER, &["tool", "default", "tool", "request sent"]);
     last.says("at request sent");
-    let refused = sandbox.run(&["status"]);
+    let refused = sandbox.run(&["schemas"]);
     assert_eq!(refused.code(), Some(1), "{refused:?}");
     assert!(refused.stderr.contains("already has 16 tools"), "{refused:?}");
-    // However many watch, whoever wants to hold the learner can.
-    for order in ["hold", "resume"] {
-        let obeyed = sandbox.run(&["stage", order]);
-        assert_eq!(obeyed.code(), Some(0), "{obeyed:?}");
+    // However many watch, whoever wants to look at the learner, to hold it or to send it somewhere can.
+    let orders: [&[&str]; 6] = [
+        &["status"],
+        &["stage", "show"],
+        &["say", "up"],
+        &["achieve", "word{}", "--wait", "10"],
+        &["stage", "hold"],
+        &["stage", "resume"],
+    ];
+    for order in orders {
+        let obeyed = sandbox.run(order);
+        assert!(!obeyed.stderr.contains("already has 16 tools"), "{obeyed:?}");
+        // Whether it is achieved is another matter.
+        assert!(order[0] == "achieve" || obeyed.code() == Some(0), "{obeyed:?}");
     }
     // The daemon makes sure at its start that it may open 1,024.
     let open = descriptors(daemon.pid());
