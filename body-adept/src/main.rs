@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use pschema_adept::{AdeptArgs, run};
-use pschema_process::{LevelFilter, Log, ended, say};
+use pschema_process::{LevelFilter, Log, ended, say, usage};
 
 /// The real body of a pschema learner: an Adept arm on a serial line, with a camera.
 ///
@@ -18,9 +18,13 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error),
+    };
     Log::new(LevelFilter::INFO).begin();
     ended(
         "pschema-adept",
-        run(&Cli::parse().args).map(|summary| summary.iter().for_each(|summary| say(&summary.to_string()))),
+        run(&cli.args).map(|summary| summary.iter().for_each(|summary| say(&summary.to_string()))),
     )
 }

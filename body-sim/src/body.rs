@@ -83,7 +83,7 @@ impl SimBody {
             .posture_by(&workspace.manifold, at)
             .ok_or_else(|| inconsistent("the arm does not reach its rest posture".into()))?;
         let world = World::new(&world_setup(&workspace), &finger_pose(&posture));
-        let (description, ids) = declare::declare(name, &workspace);
+        let (description, ids) = declare::declare(name, world_name, &workspace);
         Ok(Self {
             description,
             ids,

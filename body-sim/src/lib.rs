@@ -169,8 +169,11 @@ pub fn run(args: &SimArgs) -> Result<Option<RunSummary>, SimError> {
     }
     if let Some(path) = &args.snapshot {
         let file = OutputFile::prepare(path, Occupied::overwritten(args.overwrite), &Arc::default());
-        snapshot::snapshot(&mut build(args).map_err(unknown)?, file.map_err(SnapshotError::from)?)?;
-        return Ok(None);
+        let file = file.map_err(SnapshotError::from)?;
+        return match snapshot::snapshot(&mut build(args).map_err(unknown)?, file) {
+            Err(SnapshotError::Write(error)) if error.nobody_reads() => Ok(None),
+            written => Ok(written.map(|()| None)?),
+        };
     }
     live(build(args).map_err(unknown)?, args)
 }

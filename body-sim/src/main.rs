@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use pschema_process::{LevelFilter, Log, ended, say};
+use pschema_process::{LevelFilter, Log, ended, say, usage};
 use pschema_sim::{SimArgs, run};
 
 /// The simulated body of a pschema learner: an arm, a table, blocks, a camera.
@@ -17,9 +17,13 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error),
+    };
     Log::new(LevelFilter::INFO).begin();
     ended(
         "pschema-sim",
-        run(&Cli::parse().args).map(|summary| summary.iter().for_each(|summary| say(&summary.to_string()))),
+        run(&cli.args).map(|summary| summary.iter().for_each(|summary| say(&summary.to_string()))),
     )
 }

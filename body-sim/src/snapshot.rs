@@ -52,7 +52,12 @@ pub fn write(body: &mut SimBody, file: OutputFile) -> Result<(), SnapshotError> 
     blobs.iter().for_each(|blob| draw_blob(blob, &mut canvas));
     let failed = file.refused();
     let mut buffered = BufWriter::new(file);
-    canvas.encode(&mut buffered).map_err(|error| failed(error.into()))?;
+    canvas.encode(&mut buffered).map_err(|error| {
+        failed(match error {
+            png::EncodingError::IoError(error) => error,
+            error => error.into(),
+        })
+    })?;
     let file = buffered.into_inner().map_err(|error| failed(error.into_error()))?;
     Ok(file.finish()?)
 }

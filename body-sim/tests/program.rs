@@ -100,3 +100,11 @@ fn what_the_body_declares_and_senses_is_within_the_protocol() {
         session.check(body.next_frame()).unwrap();
     }
 }
+
+/// clap says what was typed, however long it is.
+#[test]
+fn long_input_is_quoted_in_part() {
+    let output = sim(&["--noise", &"é".repeat(10_000)]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && (10..3_000).contains(&told.len()), "{told}");
+}

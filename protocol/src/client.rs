@@ -76,8 +76,8 @@ impl Client {
         Self::connect_for(Purpose::Question, place, timeout)
     }
 
-    /// As [`Client::connect`], for a `purpose`. Connect for an [`Order`](Purpose::Order) only to give one, and leave soon:
-    /// the places that are kept for it are few.
+    /// As [`Client::connect`], for a `purpose`. Connect for an [`Order`](Purpose::Order) only to give one, or to ask one
+    /// thing, and leave soon: the places that are kept for it are few.
     ///
     /// # Errors
     /// As [`Client::connect`].

@@ -20,8 +20,8 @@ pub const OBSERVATIONS_MAX: usize = 4096;
 pub const BODIES_MAX: usize = 8;
 /// Tools connected to one daemon at a time.
 pub const TOOLS_MAX: usize = 16;
-/// Places on the tool service beside those, for tools that connect to give orders: however many tools watch, somebody can
-/// still hold the learner.
+/// Places on the tool service beside those, for tools that connect to give orders or to ask how the learner is: however many tools
+/// watch, somebody can still look and hold it.
 pub const OPERATORS_MAX: usize = 4;
 /// Files that the process of a body or of a tool has open, generously rounded up.
 pub const PEER_DESCRIPTORS_NEEDED: u64 = 128;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
-use pschema_process::{LevelFilter, Log, Stop, ended};
+use pschema_process::{LevelFilter, Log, Stop, ended, usage};
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 
 use crate::{Durability, Hosting, Keeping, Retention, ServerError, Setup, config, resident, serve_kept};
@@ -43,7 +43,7 @@ pub struct ServerArgs {
     #[arg(long, value_name = "SIZE|none", value_parser = memory_max)]
     pub memory_max: Option<MemoryMax>,
 
-    /// Take a body that declares other ranges or another repertoire than when it attached before, as it does in another world.
+    /// Take a body that declares other ranges or another repertoire than when it attached before, or that is in another world.
     /// Without this it is refused: what was learnt would be of something else.
     #[arg(long)]
     pub accept_changes: bool,
@@ -180,7 +180,10 @@ pub fn run(args: &ServerArgs, stop: &AtomicBool) -> Result<(), ServerError> {
 /// SIGTERM, at once on the second of them.
 #[must_use]
 pub fn program() -> ExitCode {
-    let program = Program::parse();
+    let program = match Program::try_parse() {
+        Ok(program) => program,
+        Err(error) => return usage(&error),
+    };
     Log::new(LevelFilter::INFO).as_json(program.log_json).begin();
     let result =
         Stop::on_signals().map_err(ServerError::from).and_then(|stop| run(&program.args, &stop.flag()));

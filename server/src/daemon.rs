@@ -26,7 +26,7 @@ use crate::keeper::{Keeper, Keeping};
 use crate::mind::{Mind, NO_BODY};
 use crate::opening;
 use crate::refusals::{LogBudget, Refusals};
-use crate::resident;
+use crate::resident::{self, Gauge};
 use crate::session::Session;
 use crate::sessions::{Attachment, Sessions};
 use crate::setup::Setup;
@@ -38,8 +38,6 @@ use crate::waker::Waker;
 const SLEEP_MAX: Duration = Duration::from_millis(100);
 /// How often the daemon looks whether peers can still reach it.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
-/// How often the daemon looks how much memory it takes.
-const MEASURE_EVERY: Duration = Duration::from_millis(100);
 /// How long the daemon waits at its end for bodies to ask once more, so that it can send them away.
 const FAREWELL_MAX: Duration = Duration::from_secs(1);
 
@@ -207,8 +205,7 @@ struct Daemon {
     /// The number of the last batch of changes that was handed to the keeper.
     batch: u64,
     hosting: Hosting,
-    /// When it is looked at next how much memory the process takes.
-    next_measure: Instant,
+    gauge: Gauge,
     /// How much it took when the trace of decisions last gave something up: as much is taken still, and free to be used.
     spared_at: u64,
     /// Set when an order may have given resting bodies something to do: they are woken.
@@ -235,7 +232,7 @@ impl Daemon {
             keeper,
             batch: 0,
             hosting,
-            next_measure: Instant::now(),
+            gauge: Gauge::default(),
             spared_at: 0,
             rouse: false,
             ends_at: None,
@@ -297,13 +294,10 @@ impl Daemon {
     /// Has the learner take in nothing new while the process takes as much memory as it may. The trace of decisions gives way first.
     fn measure(&mut self) {
         let (max, room_below) = self.memory_bounds();
-        let now = Instant::now();
-        if now < self.next_measure {
-            return;
-        }
-        self.next_measure = now + MEASURE_EVERY;
-        let bytes = resident::bytes();
         let was_full = self.mind.learner().memory().content().full;
+        // A memory that is full grows no more.
+        let near_at = if was_full { u64::MAX } else { max / 4 * 3 };
+        let Some(bytes) = self.gauge.read(Instant::now(), near_at, resident::bytes) else { return };
         if bytes < room_below {
             self.mind.trace_mut().lengthen();
         }
@@ -391,6 +385,8 @@ impl Daemon {
     }
 
     fn frame(&mut self, frame: &RawFrame, reply: FrameReply) {
+        // Before it is learnt from: many may come before the loop turns.
+        self.measure();
         let began = Instant::now();
         let number = reply.session();
         let student_attached = self.sessions.of(self.mind.student()).is_some();

@@ -17,12 +17,17 @@ const TOLD_CHARS_MAX: usize = 70;
 /// The line of the kind of body. It is for people and is not compared: a memory that was learnt in a simulated arm may go on in
 /// a real one that senses and does the same.
 const KIND: &str = "kind: ";
+/// The line of the world, where the body says one. It is compared between bodies of one kind that both say theirs: an arm and its
+/// simulation are in two worlds, and are meant to be alike.
+const WORLD: &str = "world: ";
 /// The beginning of the line of a sense.
 const SENSE: &str = "sense ";
 
-/// The declaration, a line for the kind of body, for each sense, action and scene command, and for the repertoire.
+/// The declaration, a line for the kind of body, its world, each sense, action and scene command, and for the repertoire.
 pub(crate) fn text(description: &Description) -> String {
-    let mut lines = vec![format!("{KIND}{}", description.kind)];
+    let (kind, world) = description.kind_and_world();
+    let mut lines = vec![format!("{KIND}{kind}")];
+    lines.extend(world.map(|world| format!("{WORLD}{world}")));
     for sense in &description.observation_types {
         let own = if sense.own { "own " } else { "" };
         let event = if sense.transient { "event " } else { "" };
@@ -43,9 +48,30 @@ pub(crate) fn differences(before: &str, now: &str) -> Vec<String> {
     let told = |line: LineDifference<'_>| {
         format!("{} was {}, is {}", line.name, cut(line.one), cut(line.other.unwrap_or("nothing")))
     };
-    let mut differences: Vec<_> = compared(before, now).map(told).collect();
+    let worlds = two_worlds(before, now).map(|(was, is)| format!("world was {was}, is {is}"));
+    let mut differences: Vec<_> = compared(before, now).map(told).chain(worlds).collect();
     differences.sort_unstable();
     differences
+}
+
+/// The world of another body of the same memory, which has the text `of_another`, and the own one, if they are two and a sense of
+/// the one is a sense of the other: what was learnt in one world would be used in the other.
+pub(crate) fn mixed_worlds<'a>(of_another: &'a str, own: &'a str) -> Option<(&'a str, &'a str)> {
+    two_worlds(of_another, own).filter(|_| {
+        let senses: BTreeSet<_> = sense_names(own).collect();
+        sense_names(of_another).any(|name| senses.contains(name))
+    })
+}
+
+/// The worlds of two bodies of one kind, if both say theirs and they differ.
+fn two_worlds<'a>(one: &'a str, other: &'a str) -> Option<(&'a str, &'a str)> {
+    let said = |text: &'a str, key| text.lines().find_map(|line| line.strip_prefix(key));
+    let worlds = (said(one, WORLD)?, said(other, WORLD)?);
+    (said(one, KIND) == said(other, KIND) && worlds.0 != worlds.1).then_some(worlds)
+}
+
+fn sense_names(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().filter_map(|line| line.strip_prefix(SENSE)?.split_once(": ")).map(|(name, _)| name)
 }
 
 /// The senses that a body declares otherwise than another body of the same memory, which has the text `of_another`: a value of
@@ -68,7 +94,8 @@ struct LineDifference<'a> {
 fn compared<'a>(one: &'a str, other: &'a str) -> impl Iterator<Item = LineDifference<'a>> {
     let lines: BTreeSet<&str> = other.lines().collect();
     // Whole lines are compared: a name may hold what stands between a name and its declaration.
-    let differ = one.lines().filter(move |line| !line.starts_with(KIND) && !lines.contains(line));
+    let of_its_own = |line: &str| line.starts_with(KIND) || line.starts_with(WORLD);
+    let differ = one.lines().filter(move |line| !of_its_own(line) && !lines.contains(line));
     differ.filter_map(|line| {
         let (name, one) = line.split_once(": ")?;
         let same_name = other.lines().filter_map(|line| line.split_once(": "));
@@ -236,6 +263,28 @@ mod tests {
         let mut deaf = body(2);
         deaf.observation_types.pop();
         assert_eq!(other_senses(&small, &text(&deaf)), Vec::<String>::new(), "a body may have fewer senses");
+    }
+
+    #[test]
+    fn worlds_are_compared_between_bodies_of_one_kind_that_say_theirs() {
+        let of = |kind: &str| {
+            let mut body = body(2);
+            body.kind = kind.to_owned();
+            text(&body)
+        };
+        assert!(of("row@wide").starts_with("kind: row\nworld: wide\nsense "), "{}", of("row@wide"));
+        assert_eq!(differences(&of("row@wide"), &of("row@narrow")), ["world was wide, is narrow"]);
+        assert_eq!(mixed_worlds(&of("row@wide"), &of("row@narrow")), Some(("wide", "narrow")));
+        // Who says no world, and a body of another kind, is not compared.
+        for alike in ["row@wide", "row", "row@", "other@narrow", "other"] {
+            assert_eq!(differences(&of("row@wide"), &of(alike)), Vec::<String>::new(), "{alike}");
+            assert_eq!(differences(&of(alike), &of("row@wide")), Vec::<String>::new(), "{alike}");
+            assert_eq!(mixed_worlds(&of("row@wide"), &of(alike)), None, "{alike}");
+        }
+        // Where no sense has the name of another's, nothing mixes.
+        let mut other = Description::new("eye", "row@narrow");
+        other.observation_types.push(ObservationType::event("sound"));
+        assert_eq!(mixed_worlds(&of("row@wide"), &text(&other)), None);
     }
 
     #[test]

@@ -18,7 +18,6 @@ use pschema_protocol::wire::check;
 use pschema_protocol::wire::decode::SessionChecks;
 use pschema_protocol::wire::message::{Introduction, RawFrame, Reply, SensorFrame};
 
-use crate::described;
 use crate::names::Names;
 use crate::suitability::Suitability;
 use crate::translate::{TranslateError, Translation, declaration};
@@ -43,15 +42,14 @@ pub enum AttachError {
     /// The declaration contradicts what the learner knows.
     #[error(transparent)]
     Declaration(#[from] DeclarationError),
-    /// The body describes itself otherwise than before.
+    /// The body describes itself otherwise than before, or is in another world than a body of its kind under another name.
     #[error(
-        "it declares otherwise than before, so what was learnt with it would be of something else: {}. If that is meant, \
-         start the daemon with --accept-changes; or begin another memory",
-        described::told(differences)
+        "it {told}. What was learnt would be of something else; if that is meant, start the daemon with --accept-changes, or \
+         begin another memory"
     )]
     Changed {
-        /// Each part that differs: as it was and as it is.
-        differences: Vec<String>,
+        /// What it does, with each part that differs: as it was, or is there, and as it is.
+        told: String,
     },
     /// Memory has no room for the body's symbols.
     #[error(

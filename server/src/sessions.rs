@@ -72,18 +72,24 @@ impl Sessions {
         let text = described::text(&hello.description);
         let content = learner.memory().content();
         let known = content.vocabulary.body_named(body).and_then(|known| content.description(known));
-        let differences = known.map_or_else(Vec::new, |known| described::differences(known, &text));
+        let changed = match known {
+            Some(known) => Some(described::differences(known, &text))
+                .filter(|differences| !differences.is_empty())
+                .map(|differences| {
+                    format!("declares otherwise than before: {}", described::told(&differences))
+                }),
+            None => another_world(content, &text),
+        };
         let mut accepted = None;
-        if !differences.is_empty() {
+        if let Some(told) = changed {
             if !accept_changes {
-                return Err(refused(AttachError::Changed { differences }));
+                return Err(refused(AttachError::Changed { told }));
             }
-            let told = described::told(&differences);
-            tracing::warn!(%body, %told, "the body declares otherwise than before; accepted, as asked");
-            accepted = Some(format!("accept-changes: body {body} declares otherwise than before: {told}"));
+            tracing::warn!(%body, %told, "the body does not agree with this memory; accepted, as asked");
+            accepted = Some(format!("accept-changes: body {body} {told}"));
         }
         if known.is_none() {
-            warn_of_another_world(content, body, &text);
+            warn_of_other_senses(content, body, &text);
         }
         let (session, declared) = Session::attach(self.last, hello, learner).map_err(refused)?;
         let described = learner.describe(session.body(), text);
@@ -133,16 +139,31 @@ impl Sessions {
     }
 }
 
+/// The bodies of a memory by their names, with how each describes itself.
+fn descriptions(content: &Content) -> impl Iterator<Item = (&str, &str)> {
+    content.vocabulary.bodies().iter().enumerate().filter_map(|(number, body)| {
+        let described = content.description(BodyId(u16::try_from(number).ok()?))?;
+        Some((body.name.as_str(), described))
+    })
+}
+
+/// That a body, which is new to a memory and describes itself with `text`, is in another world than another of its kind.
+fn another_world(content: &Content, text: &str) -> Option<String> {
+    descriptions(content).find_map(|(other, described)| {
+        let (there, here) = described::mixed_worlds(described, text)?;
+        Some(format!("is in another world than body {other} of this memory: {there} there, {here} here"))
+    })
+}
+
 /// Tells that a body, which is new to a memory, means something else by a sense than another body of it: it is another arm in the
-/// same world, or the same arm in another world under another name, and only a person knows which.
-fn warn_of_another_world(content: &Content, body: &str, text: &str) {
-    for (number, other) in content.vocabulary.bodies().iter().enumerate() {
-        let described = u16::try_from(number).ok().and_then(|at| content.description(BodyId(at)));
-        let senses = described.map_or_else(Vec::new, |described| described::other_senses(described, text));
+/// same world, or the same arm in another world under another name, and where they do not both say it only a person knows which.
+fn warn_of_other_senses(content: &Content, body: &str, text: &str) {
+    for (other, described) in descriptions(content) {
+        let senses = described::other_senses(described, text);
         if !senses.is_empty() {
             let told = described::told(&senses);
             tracing::warn!(
-                %body, other = %other.name, %told,
+                %body, %other, %told,
                 "the body means something else by what it senses than another body of this memory: what was learnt in one is \
                  used in the other; begin another memory if they are not in the same world"
             );

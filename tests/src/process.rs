@@ -133,6 +133,20 @@ impl ChildProcess {
         signal_process(self.pid(), signal);
     }
 
+    /// Halts the process, and waits until it is halted: when the signal has been sent it may run on for a moment.
+    ///
+    /// # Panics
+    /// When the process is not halted before the deadline.
+    pub fn halt(&self) {
+        self.signal(Signal::STOP);
+        let path = format!("/proc/{}/stat", self.pid());
+        until(&format!("process {} is halted", self.pid()), || {
+            let stat = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
+            // Behind the name, which may hold anything, stands the state.
+            stat.rsplit_once(')').is_some_and(|(_, rest)| rest.starts_with(" T ")).then_some(())
+        });
+    }
+
     /// Waits for the end of the process.
     ///
     /// # Panics

@@ -61,9 +61,7 @@ impl From<Interrupted> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         match error {
-            OutputError::Io { source, .. } if source.kind() == std::io::ErrorKind::BrokenPipe => {
-                Self::NobodyReads
-            }
+            error if error.nobody_reads() => Self::NobodyReads,
             OutputError::Io { source, .. } if unread(&source) => Self::Interrupted,
             error => Self::of(error),
         }

@@ -40,8 +40,9 @@ impl Learner {
         Self::connect_at(&Place::new(RuntimeDir::from_environment()?, name.clone()))
     }
 
-    /// Connects to the daemon of `name`, to give an order: a place is kept for that, however many tools are connected.
-    pub(crate) fn connect_to_order(name: &LearnerName) -> Result<Self, Failure> {
+    /// Connects to the daemon of `name`, to give an order, or to ask how it is and to leave at once: places are kept for that, however
+    /// many tools are connected.
+    pub(crate) fn connect_as_operator(name: &LearnerName) -> Result<Self, Failure> {
         let place = Place::new(RuntimeDir::from_environment()?, name.clone());
         Ok(Self { client: Client::connect_for(Purpose::Order, &place, ANSWER_WITHIN)? })
     }

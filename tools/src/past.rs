@@ -43,7 +43,9 @@ pub(crate) fn show<Q: Inspect>(
     question: Q,
     text: impl FnOnce(&Q::Answer) -> String,
 ) -> Result<(), Failure> {
-    output::show(args.json, &asked(&args.memory, general)?.ask(question)?, text)
+    // The place at the daemon is given back before anything is printed: who reads may take long.
+    let answer = asked(&args.memory, general)?.ask(question)?;
+    output::show(args.json, &answer, text)
 }
 
 impl Asks for Source {

@@ -1,11 +1,10 @@
 //! A command line as a program: read, logged, carried out, and ended with the exit code that belongs to it.
 
-use std::borrow::Cow;
 use std::process::ExitCode;
 
 use clap::Parser;
 use clap::error::ErrorKind;
-use pschema_process::{Log, flush, readable, say};
+use pschema_process::{Log, flush, say, usage};
 
 use crate::failure::Failure;
 
@@ -30,17 +29,6 @@ pub fn program<C: Parser>(
     };
     flush();
     code
-}
-
-/// clap prints help and version on stdout and complaints on stderr; a reader that went away is no news. A complaint that
-/// quotes more than can be read is cut.
-fn usage(error: &clap::Error) -> ExitCode {
-    let complaint = error.render().to_string();
-    match readable(&complaint) {
-        Cow::Owned(cut) if error.use_stderr() => say(cut.trim_end()),
-        _ => drop(error.print()),
-    }
-    u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
 }
 
 /// Whether a command line would be accepted: `arguments` begin with the program's name.

@@ -231,13 +231,15 @@ fn completions_know_the_commands() {
 #[test]
 fn a_reader_that_goes_away_is_no_failure() {
     let runtime = runtime();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pschema"));
-    command.args(["completions", "bash"]).env("PSCHEMA_RUNTIME_DIR", runtime.path());
-    let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    drop(process.stdout.take());
-    let output = process.wait_with_output().unwrap();
-    assert_eq!(text(&output.stderr), "");
-    assert_eq!(output.status.code(), Some(0));
+    for arguments in [&["completions", "bash"][..], &["sim", "--snapshot", "-"]] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_pschema"));
+        command.args(arguments).env("PSCHEMA_RUNTIME_DIR", runtime.path());
+        let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(process.stdout.take());
+        let output = process.wait_with_output().unwrap();
+        assert_eq!(text(&output.stderr), "", "{arguments:?}");
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+    }
 }
 
 #[test]

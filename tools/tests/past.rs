@@ -206,6 +206,12 @@ fn a_life_that_was_killed_is_told_as_the_daemon_told_it() {
     let last = house.json(&["status", "--data", "life"])["step"].as_u64().unwrap();
     let (code, said) = house.refusal(&["explain", "--data", "life", "--step", &(last + 1).to_string()]);
     assert!(code == Some(1) && said.contains(&format!("step {} has not been taken yet", last + 1)), "{said}");
+    // An empty journal looked like a finding.
+    for more in [&[][..], &["--json"], &["--to", "1000000"]] {
+        let from = (last + 1).to_string();
+        let (code, said) = house.refusal(&[&["journal", "--data", "life", "--from", &from], more].concat());
+        assert!(code == Some(1) && said.contains(&format!("step {from} has not been taken yet")), "{said}");
+    }
 
     let checked = house.json(&["verify", "--data", "life", "--relearn"]);
     assert_eq!(

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
-use pschema_process::{LevelFilter, Log, Stop, ended, say};
+use pschema_process::{LevelFilter, Log, Stop, ended, say, usage};
 use pschema_vplus_emulator::{EmulatorArgs, run, teach};
 
 const NAME: &str = "pschema-vplus-emulator";
@@ -23,7 +23,10 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error),
+    };
     Log::new(LevelFilter::INFO).begin();
     if let Some(world) = &cli.teach {
         return ended(

@@ -307,7 +307,7 @@ mod tests {
         let (emulated, _) = ArmSetup::load("emulated").unwrap().declaration("arm").declare();
         let file = pschema_sim::config::WorldFile::load("narrow").unwrap();
         let workspace = pschema_sim::workspace::Workspace::new("narrow", file).unwrap();
-        let (mut simulated, _) = pschema_sim::declare::declare("arm", &workspace);
+        let (mut simulated, _) = pschema_sim::declare::declare("arm", "narrow", &workspace);
         simulated.kind.clone_from(&emulated.kind);
         assert_eq!(emulated.observation_types, simulated.observation_types);
         assert_eq!(emulated.scene_commands, simulated.scene_commands);

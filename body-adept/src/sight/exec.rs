@@ -6,7 +6,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use pschema_process::{readable, relay};
+use pschema_process::relay;
 use pschema_vision::image::RgbImage;
 
 use super::source::{FrameSource, PICTURE_WAIT, SightError};
@@ -102,7 +102,7 @@ fn keep_running(command: &str, first: ChildStdout, size_px: (usize, usize), shar
             return;
         }
         if pause == PAUSE_FIRST {
-            tracing::warn!(command = %readable(command), ended, "the camera's command has ended; it is started again");
+            tracing::warn!(%command, ended, "the camera's command has ended; it is started again");
         }
         camera.ended = Some(ended);
         camera.failures += 1;

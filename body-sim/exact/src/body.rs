@@ -20,7 +20,7 @@ use crate::world::Situation;
 ///
 /// let mut body = ExactBody::new("toy", "gripper:blocks=3", 7)?;
 /// let description = body.describe();
-/// assert_eq!((description.name.as_str(), description.kind.as_str()), ("toy", "gripper"));
+/// assert_eq!((description.name.as_str(), description.kind.as_str()), ("toy", "exact@gripper:3"));
 /// let mut senses = Senses::default();
 /// body.sense(&mut senses);
 /// assert!(senses.observations().len() >= 3);
@@ -44,9 +44,8 @@ impl ExactBody {
     /// When there is no such world.
     pub fn new(name: &str, world: &str, seed: u64) -> Result<Self, WorldError> {
         let situation = catalogue::open(world, seed)?;
-        let kind = catalogue::kind(world).map_or(world, |entry| entry.name);
         let Declaration { senses, actions, repertoire } = situation.declaration();
-        let mut description = Description::new(name, kind);
+        let mut description = Description::new(name, "exact").in_world(&catalogue::identity(world)?);
         let senses = senses.iter().map(|sense| description.observation(observation_type(sense))).collect();
         let actions: Vec<_> = actions
             .iter()

@@ -231,6 +231,23 @@ pub fn kind(text: &str) -> Option<&'static Entry> {
 /// # Errors
 /// When there is no such world, or it has no such number.
 pub fn open(text: &str, seed: u64) -> Result<Box<dyn Situation>, WorldError> {
+    let (entry, numbers) = read(text)?;
+    Ok((entry.open)(&numbers, chances(seed)))
+}
+
+/// What tells the world that `text` names from all others, however it was written: `flip`, or `gripper:7` with each number.
+///
+/// # Errors
+/// As [`open`].
+pub(crate) fn identity(text: &str) -> Result<String, WorldError> {
+    let (entry, numbers) = read(text)?;
+    let numbers: Vec<_> = numbers.iter().map(ToString::to_string).collect();
+    let mark = if numbers.is_empty() { "" } else { ":" };
+    Ok(format!("{}{mark}{}", entry.name, numbers.join(",")))
+}
+
+/// The kind of world that `text` names, with its numbers.
+fn read(text: &str) -> Result<(&'static Entry, Vec<usize>), WorldError> {
     let (name, settings) = text.split_once(':').unwrap_or((text, ""));
     let entry = kind(text).ok_or_else(|| WorldError::World { name: name.to_owned() })?;
     let world = entry.name;
@@ -243,5 +260,5 @@ pub fn open(text: &str, seed: u64) -> Result<Box<dyn Situation>, WorldError> {
         let allowed = value.parse().ok().filter(|value| (number.min..=number.max).contains(value));
         numbers[at] = allowed.ok_or_else(|| WorldError::Value { world, number, value: value.to_owned() })?;
     }
-    Ok((entry.open)(&numbers, chances(seed)))
+    Ok((entry, numbers))
 }

@@ -1,8 +1,11 @@
 //! Every world as a body: what it declares is allowed, and what it senses is what it declared.
 
+use std::collections::BTreeSet;
+
 use pschema_exact::tables::Table;
 use pschema_exact::{ExactBody, WORLDS};
 use pschema_protocol::body::{Body, Outcome, Senses};
+use pschema_protocol::limits::NAME_BYTES_MAX;
 
 #[test]
 fn every_world_is_a_body_that_the_protocol_takes() {
@@ -29,6 +32,23 @@ fn every_world_is_a_body_that_the_protocol_takes() {
             false => ended == 0 && [0, 9, 40].contains(&cut),
         };
         assert!(is_as_told, "{}: {ended} {cut}", entry.name);
+    }
+}
+
+/// Two of them have the same fields and the same actions, and ice that is slippery or not.
+#[test]
+fn worlds_that_look_alike_say_which_they_are() {
+    let kind = |world: &str| ExactBody::new("toy", world, 1).unwrap().describe().kind;
+    let all: BTreeSet<_> = WORLDS.iter().map(|entry| kind(entry.name)).collect();
+    assert_eq!(all.len(), WORLDS.len(), "{all:?}");
+    assert!(all.contains("exact@lake-4") && all.contains("exact@lake-4-slippery"), "{all:?}");
+    assert_ne!(kind("grid:slip_percent=20"), kind("grid"));
+    assert_eq!(kind("grid:height=5,width=5"), kind("grid"), "its own numbers");
+    // The longest numbers leave room for what a name may hold.
+    for entry in WORLDS {
+        let most: Vec<_> = entry.numbers.iter().map(|one| format!("{}={}", one.name, one.max)).collect();
+        let world = format!("{}:{}", entry.name, most.join(","));
+        assert!(kind(&world).len() <= NAME_BYTES_MAX, "{world}");
     }
 }
 

@@ -32,6 +32,8 @@ mod output_file;
 mod readable;
 mod stop;
 mod stream;
+#[cfg(feature = "clap")]
+mod usage;
 mod worker;
 
 use std::fmt::Display;
@@ -46,6 +48,8 @@ pub use output_file::{Occupied, OutputError, OutputFile, stream};
 pub use readable::{number, readable};
 pub use stop::{Interrupted, SignalError, Stop};
 pub use stream::{Stream, unread};
+#[cfg(feature = "clap")]
+pub use usage::usage;
 pub use worker::Worker;
 
 /// The exit code of the program `name` after its work. A failure is said on stderr, behind the program's name.

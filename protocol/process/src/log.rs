@@ -1,8 +1,10 @@
 //! The log of a process, on stderr.
 
+use std::borrow::Cow;
 use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write};
 use std::thread;
 
+use serde_json::Value;
 use tracing::dispatcher;
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::layer::SubscriberExt;
@@ -48,8 +50,9 @@ impl Log {
             Ok(lines) => lines,
             Err(error) => return say(&format!("there is no log: cannot start its thread: {error}")),
         };
-        let writer = lines.clone();
-        let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(move || writer.clone());
+        let (writer, json) = (lines.clone(), self.json);
+        let log = tracing_subscriber::fmt().with_env_filter(filter);
+        let log = log.with_writer(move || LogWriter { lines: writer.clone(), json });
         let log = log.with_ansi(coloured).log_internal_errors(false);
         let begun = if self.json {
             log.json().finish().with(lines).try_init()
@@ -59,6 +62,51 @@ impl Log {
         if let Err(error) = begun {
             tracing::debug!(%error, "this process has a log already");
         }
+    }
+}
+
+/// The lines of the log without what nobody would read of them ([`readable`]): they tell of what came from elsewhere, which may be
+/// anything.
+struct LogWriter {
+    lines: Lines,
+    json: bool,
+}
+
+impl Write for LogWriter {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        match str::from_utf8(line).map(|line| if self.json { readable_json(line) } else { readable(line) }) {
+            Ok(Cow::Owned(cut)) => self.lines.write_all(cut.as_bytes())?,
+            _ => self.lines.write_all(line)?,
+        }
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        // Who logs waits for nobody.
+        Ok(())
+    }
+}
+
+/// A line of JSON with each of its texts [`readable`].
+fn readable_json(line: &str) -> Cow<'_, str> {
+    let text = readable(line);
+    if let (Cow::Owned(_), Ok(mut value)) = (&text, serde_json::from_str(line)) {
+        shorten(&mut value);
+        return Cow::Owned(format!("{value}\n"));
+    }
+    Cow::Borrowed(line)
+}
+
+fn shorten(value: &mut Value) {
+    match value {
+        Value::String(text) => {
+            if let Cow::Owned(cut) = readable(text) {
+                *text = cut;
+            }
+        }
+        Value::Array(values) => values.iter_mut().for_each(shorten),
+        Value::Object(fields) => fields.values_mut().for_each(shorten),
+        _ => {}
     }
 }
 
@@ -110,4 +158,59 @@ fn with_lines<T>(look: impl FnOnce(&Lines) -> T) -> Option<T> {
 pub fn colour_is_wanted() -> bool {
     let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
     set("NO_COLOR").is_none() && set("TERM").is_none_or(|term| term != "dumb")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{Sender, channel};
+
+    use super::*;
+
+    struct Out(Sender<Vec<u8>>);
+
+    impl Write for Out {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.send(bytes.to_owned()).ok();
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// The log of an arm repeated ten thousand bytes of what its controller had sent.
+    #[test]
+    fn the_log_repeats_no_long_input() {
+        let (written, line) = channel();
+        let lines = Lines::to(Out(written), |_| {}).unwrap();
+        let log = |json| LogWriter { lines: lines.clone(), json };
+        let long = "x".repeat(10_000);
+        log(false).write_all(format!("WARN refused fault=\"{long}\" silent_ms=3\n").as_bytes()).unwrap();
+        let text = String::from_utf8(line.recv().unwrap()).unwrap();
+        assert!(
+            text.len() < 300 && text.starts_with("WARN refused") && text.ends_with("silent_ms=3\n"),
+            "{text}"
+        );
+
+        // JSON stays JSON, and numbers stay numbers.
+        let fields =
+            serde_json::json!({"level": "WARN", "fields": {"fault": long, "many": [long], "bytes": 1e300}});
+        log(true).write_all(format!("{fields}\n").as_bytes()).unwrap();
+        let text = String::from_utf8(line.recv().unwrap()).unwrap();
+        let read: Value = serde_json::from_str(&text).unwrap();
+        assert!(text.len() < 600 && text.ends_with("}\n"), "{text}");
+        assert_eq!(
+            (&read["level"], &read["fields"]["bytes"]),
+            (&fields["level"], &fields["fields"]["bytes"])
+        );
+        assert!(read["fields"]["fault"].as_str().unwrap().contains(" characters) …"), "{text}");
+
+        for short in ["WARN stop by=\"a person\"\n", "{\"level\":\"WARN\"}\n"] {
+            for json in [false, true] {
+                log(json).write_all(short.as_bytes()).unwrap();
+                assert_eq!(line.recv().unwrap(), short.as_bytes());
+            }
+        }
+    }
 }

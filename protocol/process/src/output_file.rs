@@ -77,6 +77,14 @@ pub enum OutputError {
     },
 }
 
+impl OutputError {
+    /// Whether whoever read the output went away (`| head -1`): that is their wish, and no failure of who writes.
+    #[must_use]
+    pub fn nobody_reads(&self) -> bool {
+        matches!(self, Self::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe)
+    }
+}
+
 fn refused(path: &Path) -> impl Fn(io::Error) -> OutputError + use<> {
     let path = path.to_owned();
     move |source| {

@@ -3,6 +3,9 @@
 use super::{Action, ActionId, Property, SenseId, Value, Values};
 use crate::limits::PRIMITIVES_MAX;
 
+/// Between the kind of a body and the world that it says it is in.
+pub const WORLD_MARK: char = '@';
+
 /// Everything the daemon learns of a body before its first frame.
 ///
 /// Declaring a sense or an action gives its id, by which the body later reports observations and knows the actions that it
@@ -29,7 +32,8 @@ pub struct Description {
     /// The body's name. A body that comes back under the same name continues. A name has at most
     /// [`crate::limits::NAME_BYTES_MAX`] bytes, like every name here.
     pub name: String,
-    /// The kind of body, for people: `sim-arm`, `adept`, `grid-world`.
+    /// The kind of body, for people: `sim-arm`, `adept`, `grid-world`. A body that knows its world says it after a [`WORLD_MARK`]:
+    /// see [`Description::in_world`].
     pub kind: String,
     /// The types of the observations that its frames may hold, in the order of their [`SenseId`]s.
     pub observation_types: Vec<ObservationType>,
@@ -54,6 +58,32 @@ impl Description {
             actions: Vec::new(),
             repertoire: Vec::new(),
             scene_commands: Vec::new(),
+        }
+    }
+
+    /// Says which world the body is in, by what tells it from other worlds that look alike: `sim-arm` in `narrow` is
+    /// `sim-arm@narrow`. A daemon refuses bodies of one kind in two worlds, for what is learnt in one is not true in the
+    /// other, unless it was told to take them.
+    ///
+    /// ```
+    /// use pschema_protocol::description::Description;
+    ///
+    /// let described = Description::new("cart", "wheels").in_world("hall");
+    /// assert_eq!(described.kind, "wheels@hall");
+    /// assert_eq!(described.kind_and_world(), ("wheels", Some("hall")));
+    /// ```
+    #[must_use]
+    pub fn in_world(mut self, world: &str) -> Self {
+        self.kind = format!("{}{WORLD_MARK}{world}", self.kind);
+        self
+    }
+
+    /// The kind of body, and the world that it says it is in, if it says one.
+    #[must_use]
+    pub fn kind_and_world(&self) -> (&str, Option<&str>) {
+        match self.kind.split_once(WORLD_MARK) {
+            Some((kind, world)) => (kind, Some(world).filter(|world| !world.is_empty())),
+            None => (&self.kind, None),
         }
     }
 

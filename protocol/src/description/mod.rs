@@ -5,6 +5,6 @@ mod declaration;
 mod property;
 mod value;
 
-pub use declaration::{ActionType, Description, ObservationType};
+pub use declaration::{ActionType, Description, ObservationType, WORLD_MARK};
 pub use property::{Property, ValueKind};
 pub use value::{Action, ActionId, SenseId, Value, Values};

@@ -23,7 +23,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 pub enum Purpose {
     /// To ask, perhaps for a long time.
     Question,
-    /// To give an order. Places are kept for it ([`OPERATORS_MAX`](crate::limits::OPERATORS_MAX)).
+    /// To give an order, or to ask one thing and leave. Places are kept for it ([`OPERATORS_MAX`](crate::limits::OPERATORS_MAX)).
     Order,
 }
 

@@ -120,3 +120,45 @@ impl PeerBase {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+    use std::thread;
+    use std::time::Duration;
+
+    use super::*;
+    use crate::domain::{LearnerName, OwnedDomain, RuntimeDir};
+
+    /// iceoryx2's issue 1811 tells of events that a waiting listener does not receive. One that is lost would delay a reply until
+    /// the end of the wait.
+    #[test]
+    fn events_wake_a_listener_each_time() {
+        const ROUNDS: u32 = 5_000;
+        const PATIENCE: Duration = Duration::from_secs(60);
+        let directory = tempfile::Builder::new().prefix("ps").tempdir_in("/tmp").unwrap();
+        let runtime = RuntimeDir::at(&directory.path().join("run")).unwrap();
+        let place = Place::new(runtime, LearnerName::new("waker").unwrap());
+        let domain = OwnedDomain::create(place.clone()).unwrap();
+        let (place, record) = (domain.place(), domain.record());
+        let (woken, wakes) = channel();
+        thread::scope(|scope| {
+            scope.spawn(move || {
+                let node = services::node::<services::Ipc>(place, record, "listener").unwrap();
+                let service = services::wake_daemon(&node, Role::Daemon).unwrap();
+                let listener = service.listener_builder().create().unwrap();
+                woken.send(0).unwrap();
+                for _ in 0..ROUNDS {
+                    woken.send(listener.timed_wait(|_| {}, PATIENCE).unwrap()).unwrap();
+                }
+            });
+            assert_eq!(wakes.recv(), Ok(0), "it listens");
+            let waker = DaemonWaker::create(place, record, Arc::default()).unwrap();
+            for round in 0..ROUNDS {
+                waker.wake();
+                // The listener waits already, or is about to, or is on its way back.
+                assert_eq!(wakes.recv(), Ok(1), "round {round}");
+            }
+        });
+    }
+}

@@ -40,7 +40,8 @@ const ASK_EVERY: Duration = Duration::from_millis(50);
 pub(crate) fn run(args: AchieveArgs, general: &General) -> Result<(), Failure> {
     let name = args.order.learner(general, "`achieve`")?;
     let stop = Stop::on_signals()?;
-    let mut learner = Learner::connect(&name)?;
+    // One goal is pursued at a time, so this takes one of the places of operators at most, however long it waits.
+    let mut learner = Learner::connect_as_operator(&name)?;
     let begun = learner.ask(AchieveOrder { goal: args.goal, actions_max: args.actions_max })?;
     let goal = AwaitedGoal { number: begun.number, until: Instant::now() + Duration::from_secs(args.wait) };
     let (end, why) = goal.follow(&mut learner, begun, &stop, general.quiet())?;

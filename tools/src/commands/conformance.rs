@@ -11,7 +11,7 @@ use crate::conformance::{self, DutyVerdict, Verdict};
 use crate::failure::Failure;
 use crate::output::{self, Style};
 use crate::render::schema::wrapped;
-use crate::render::words::{count, plain};
+use crate::render::words::plain;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema conformance --command './my_body --name default'\n\n\
@@ -49,19 +49,32 @@ pub(crate) fn run(args: ConformanceArgs, general: &General) -> Result<(), Failur
     let style = Style::of_stdout();
     let told = |verdict: &DutyVerdict| if args.json { Ok(()) } else { output::print(&line(verdict, style)) };
     let checks = conformance::examine(&args.command, name, patience, &stop, told)?;
-    let is_failure = |check: &&DutyVerdict| matches!(check.verdict, Verdict::Failed | Verdict::NotTried);
-    let failed = checks.iter().filter(is_failure).count();
-    let all = checks.len();
+    let (conforms, told) = summary(&checks);
     if args.json {
-        output::print_json(&Conformance { ok: failed == 0, command: &args.command, checks })?;
+        output::print_json(&Conformance { ok: conforms, command: &args.command, checks })?;
+    } else if conforms {
+        output::print(&format!("{told}\n"))?;
     }
-    match failed {
-        0 => Ok(()),
-        failed => Err(Failure::Failed(format!(
-            "the body does not conform: {failed} of {} did not pass",
-            count(all as u64, "check")
-        ))),
+    if conforms { Ok(()) } else { Err(Failure::Failed(format!("the body does not conform: {told}"))) }
+}
+
+/// Whether the body does all its duties, and how many were tried and with which verdict.
+fn summary(checks: &[DutyVerdict]) -> (bool, String) {
+    let number = |verdict| checks.iter().filter(|check| check.verdict == verdict).count();
+    let (all, untried) = (checks.len(), number(Verdict::NotTried));
+    let verdicts =
+        [(Verdict::Failed, "failed"), (Verdict::Passed, "passed"), (Verdict::Advised, "passed with advice")];
+    let counted = verdicts.map(|(verdict, said)| (number(verdict), said));
+    let counted: Vec<_> = counted
+        .iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, said)| format!("{count} {said}"))
+        .collect();
+    let mut told = format!("{} of {all} duties were tried: {}", all - untried, counted.join(", "));
+    if untried > 0 {
+        told.push_str(&format!("; {untried} were not, for it never attached"));
     }
+    (number(Verdict::Failed) == 0 && untried == 0, told)
 }
 
 fn line(check: &DutyVerdict, style: Style) -> String {
@@ -92,5 +105,23 @@ mod tests {
         let text = line(&failed, Style::plain());
         assert!(text.starts_with("failed     rest ") && text.contains("\n           -> it came"), "{text}");
         assert!(!text.contains('\x1b'), "{text:?}");
+    }
+
+    /// "14 of 14 checks did not pass" was said of a body of which one thing was tried.
+    #[test]
+    fn what_was_not_tried_is_not_counted_as_failed() {
+        let told = |verdicts: &[Verdict]| {
+            let check =
+                |verdict: &Verdict| DutyVerdict { name: "", duty: "", verdict: *verdict, problem: None };
+            summary(&verdicts.iter().map(check).collect::<Vec<_>>())
+        };
+        use Verdict::{Advised, Failed, NotTried, Passed};
+        assert_eq!(told(&[Passed, Passed]), (true, "2 of 2 duties were tried: 2 passed".to_owned()));
+        assert_eq!(
+            told(&[Passed, Advised, Failed]),
+            (false, "3 of 3 duties were tried: 1 failed, 1 passed, 1 passed with advice".to_owned())
+        );
+        let never = "1 of 3 duties were tried: 1 failed; 2 were not, for it never attached";
+        assert_eq!(told(&[Failed, NotTried, NotTried]), (false, never.to_owned()));
     }
 }

@@ -24,9 +24,8 @@ pub(crate) struct SayArgs {
 
 pub(crate) fn run(args: SayArgs, general: &General) -> Result<(), Failure> {
     let name = args.order.learner(general, "`say`")?;
-    let mut learner = Learner::connect_to_order(&name)?;
     let said = args.words.join(" ");
-    let report = learner.ask(SayOrder { words: args.words })?;
+    let report = Learner::connect_as_operator(&name)?.ask(SayOrder { words: args.words })?;
     if args.json {
         output::print_json(&report)
     } else {

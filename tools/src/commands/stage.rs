@@ -51,17 +51,26 @@ pub(crate) fn run(args: StageArgs, general: &General) -> Result<(), Failure> {
         )));
     }
     let order = match args.order {
-        Order::Show => return show(&args.ask, general, ReportQuery {}, status::report),
-        Order::Next => StageOrder::Next,
-        Order::Hold => StageOrder::Hold,
-        Order::Resume => StageOrder::Resume,
-        Order::Step => StageOrder::Step,
-        Order::Set => StageOrder::Set(args.stage.unwrap_or_default()),
+        Order::Show => None,
+        Order::Next => Some(StageOrder::Next),
+        Order::Hold => Some(StageOrder::Hold),
+        Order::Resume => Some(StageOrder::Resume),
+        Order::Step => Some(StageOrder::Step),
+        Order::Set => Some(StageOrder::Set(args.stage.unwrap_or_default())),
     };
-    match args.ask.memory.meant(general)? {
-        MeantMemory::OnDisk(data, _) => Err(refused_order(data, "an order to the curriculum")),
-        MeantMemory::Running(name) => {
-            output::show(args.ask.json, &Learner::connect_to_order(&name)?.ask(order)?, status::report)
+    let name = match args.ask.memory.meant(general)? {
+        MeantMemory::Running(name) => name,
+        MeantMemory::OnDisk(..) if order.is_none() => {
+            return show(&args.ask, general, ReportQuery {}, status::report);
         }
-    }
+        MeantMemory::OnDisk(data, _) => return Err(refused_order(data, "an order to the curriculum")),
+    };
+    // The place is given back before anything is printed: who reads may take long.
+    let mut learner = Learner::connect_as_operator(&name)?;
+    let report = match order {
+        None => learner.ask(ReportQuery {})?,
+        Some(order) => learner.ask(order)?,
+    };
+    drop(learner);
+    output::show(args.ask.json, &report, status::report)
 }

@@ -31,7 +31,7 @@ pub(crate) fn run(args: StatusArgs, general: &General) -> Result<(), Failure> {
         MeantMemory::OnDisk(data, until) => return past(&MemoryOnDisk::open(data, until)?, args.json),
         MeantMemory::Running(name) => name,
     };
-    match Learner::connect(&name).and_then(|mut learner| learner.ask(StatusQuery {})) {
+    match Learner::connect_as_operator(&name).and_then(|mut learner| learner.ask(StatusQuery {})) {
         Ok(answer) if args.metrics => output::print(&metrics::metrics(&answer)),
         Ok(answer) => output::show(args.json, &answer, status::status),
         Err(failure @ Failure::NoDaemon(_)) if args.metrics => {

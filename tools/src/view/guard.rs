@@ -80,8 +80,8 @@ fn through_a_tunnel(port: u16) -> Denial {
 fn from_here(headers: &HeaderMap, port: u16) -> Result<(), Denial> {
     let mut named = headers.get_all(HOST).iter();
     let (Some(host), None) = (named.next(), named.next()) else { return Err(NOT_FROM_HERE) };
-    let (name, at) = host.to_str().ok().and_then(|host| host.split_once(':')).ok_or(NOT_FROM_HERE)?;
-    if !["127.0.0.1", "localhost"].contains(&name) {
+    let (name, at) = host.to_str().ok().and_then(|host| host.rsplit_once(':')).ok_or(NOT_FROM_HERE)?;
+    if !["127.0.0.1", "localhost", "[::1]"].contains(&name) {
         return Err(NOT_FROM_HERE);
     }
     if at != port.to_string() {
@@ -122,10 +122,10 @@ mod tests {
     #[test]
     fn the_page_and_its_questions_are_let_in() {
         assert_eq!(asked(Method::GET, "/TOKEN/", &[HERE]), Ok(Route::Asset("index.html")));
-        assert_eq!(
-            asked(Method::GET, "/TOKEN/main.js", &[("host", "localhost:4000")]),
-            Ok(Route::Asset("main.js"))
-        );
+        for host in ["localhost:4000", "[::1]:4000"] {
+            let main = asked(Method::GET, "/TOKEN/main.js", &[("host", host)]);
+            assert_eq!(main, Ok(Route::Asset("main.js")), "{host}");
+        }
         let own = [HERE, JSON, ("origin", "http://127.0.0.1:4000"), ("sec-fetch-site", "same-origin")];
         assert_eq!(asked(Method::POST, "/TOKEN/ask", &own), Ok(Route::Ask));
         let followed = [HERE, ("sec-fetch-site", "cross-site"), ("sec-fetch-mode", "navigate")];
@@ -142,14 +142,20 @@ mod tests {
 
     #[test]
     fn another_name_for_this_machine_is_refused() {
-        for host in
-            ["evil.example", "127.0.0.1", "127.0.0.1:4001", "localhost.evil.example:4000", "", "[::1]:4000"]
-        {
+        let others = ["evil.example", "127.0.0.1", "127.0.0.1:4001", "localhost.evil.example:4000", ""];
+        let others = others.into_iter().chain([
+            "[::1]",
+            "::1:4000",
+            "[::1]:4001",
+            "[::2]:4000",
+            "127.0.0.1:4000:4000",
+        ]);
+        for host in others {
             assert_eq!(asked(Method::GET, "/TOKEN/", &[("host", host)]), Err(403), "{host}");
         }
         let token = Token::draw().unwrap();
         let told = |host| way(&Method::GET, "/", &headers(&[("host", host)]), 4000, &token).unwrap_err().1;
-        for host in ["127.0.0.1:8080", "localhost:8080"] {
+        for host in ["127.0.0.1:8080", "localhost:8080", "[::1]:8080"] {
             assert!(told(host).contains("ssh -L 4000:127.0.0.1:4000"), "{}", told(host));
         }
         assert!(!told("evil.example:8080").contains("4000"), "no page from elsewhere learns the number");

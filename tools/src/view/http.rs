@@ -78,13 +78,20 @@ type Reply = Response<Full<Bytes>>;
 ///
 /// # Errors
 /// When the system can't.
-pub(super) fn serve(listener: TcpListener, server: Arc<PageServer>, stop: &Stop) -> Result<(), Failure> {
+pub(super) fn serve(
+    listeners: Vec<TcpListener>,
+    server: Arc<PageServer>,
+    stop: &Stop,
+) -> Result<(), Failure> {
     let failed = |error: std::io::Error| Failure::Failed(format!("cannot serve a page: {error}"));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
     runtime.block_on(async {
-        let listener = tokio::net::TcpListener::from_std(listener).map_err(failed)?;
-        // Ends with the runtime, as all connections do.
-        tokio::spawn(accept(listener, server));
+        let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
+        for listener in listeners {
+            let listener = tokio::net::TcpListener::from_std(listener).map_err(failed)?;
+            // Ends with the runtime, as all connections do.
+            tokio::spawn(accept(listener, Arc::clone(&server), Arc::clone(&places)));
+        }
         stopped(stop).await;
         Ok(())
     })
@@ -96,8 +103,7 @@ async fn stopped(stop: &Stop) {
     }
 }
 
-async fn accept(listener: tokio::net::TcpListener, server: Arc<PageServer>) {
-    let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
+async fn accept(listener: tokio::net::TcpListener, server: Arc<PageServer>, places: Arc<Semaphore>) {
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new())
         .header_read_timeout(HEAD_WITHIN)

@@ -15,7 +15,7 @@ mod shot;
 mod token;
 mod work;
 
-use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ pub(crate) struct PageOptions {
 
 /// The page, before it is served.
 pub(crate) struct ViewPage {
-    listener: TcpListener,
+    listeners: Vec<TcpListener>,
     server: Arc<PageServer>,
     watching: Option<pictures::PictureThread>,
     /// Whose daemon is asked; none when only a data directory is looked at.
@@ -64,6 +64,11 @@ impl ViewPage {
         let listener = TcpListener::bind(address).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let port = listener.local_addr().map_err(failed)?.port();
+        // For many programs `localhost` is `::1` first. Where there is no IPv6, or another has that port, the printed address is enough.
+        let beside = TcpListener::bind((Ipv6Addr::LOCALHOST, port))
+            .and_then(|beside| beside.set_nonblocking(true).map(|()| beside))
+            .inspect_err(|error| tracing::debug!(%error, "the page is not at [::1]"));
+        let listeners = std::iter::once(listener).chain(beside).collect();
         let directory = Directory::default();
         let (live, watching, place) = match &wanted.data {
             Some(data) => {
@@ -81,7 +86,7 @@ impl ViewPage {
         let past = past::begin(directory)?;
         let pictures: Option<Pictures> = watching.as_ref().map(pictures::PictureThread::pictures);
         let server = Arc::new(PageServer { port, token: Token::draw()?, live, past, pictures });
-        Ok(Self { listener, server, watching, place })
+        Ok(Self { listeners, server, watching, place })
     }
 
     /// The address of the page. It is shown only to the person who started it: whoever knows it can look at the learner and
@@ -100,8 +105,8 @@ impl ViewPage {
     /// # Errors
     /// When the system can't.
     pub(crate) fn serve(self, stop: &Stop) -> Result<(), Failure> {
-        let Self { listener, server, watching, .. } = self;
-        let served = http::serve(listener, server, stop);
+        let Self { listeners, server, watching, .. } = self;
+        let served = http::serve(listeners, server, stop);
         if let Some(watching) = watching {
             watching.end();
         }

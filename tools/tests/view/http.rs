@@ -1,7 +1,7 @@
 //! The page as anybody on this machine may try it: with and without the token, with what is no HTTP.
 
 use std::io::{Read, Write};
-use std::net::{Ipv4Addr, TcpStream};
+use std::net::{Ipv4Addr, Ipv6Addr, TcpStream};
 
 use serde_json::Value;
 
@@ -77,6 +77,14 @@ fn only_the_whole_address_of_this_machine_lets_in() {
     assert_eq!(got(&format!("/{token}/"), &here, ""), Some(200));
     for path in ["/", "/main.js", &format!("/{other}/"), &format!("/{upper}x/"), &format!("/{token}")] {
         assert_eq!(got(path, &here, ""), Some(403), "{path}");
+    }
+    // `localhost` is `::1` first for many programs.
+    for name in ["localhost", "[::1]"] {
+        assert_eq!(got(&format!("/{token}/"), &format!("{name}:{}", at.port), ""), Some(200), "{name}");
+    }
+    // Where the machine has IPv6 at all, nobody else has that port of it.
+    if std::net::TcpListener::bind((Ipv6Addr::LOCALHOST, 0)).is_ok() {
+        TcpStream::connect((Ipv6Addr::LOCALHOST, at.port)).unwrap();
     }
     for host in ["evil.example", "127.0.0.1", "127.0.0.1:1", ""] {
         assert_eq!(got(&format!("/{token}/"), host, ""), Some(403), "{host}");

@@ -203,7 +203,7 @@ impl Past {
     /// A damaged journal is read up to the damage, which the tail then names.
     ///
     /// # Errors
-    /// When the directory can't be read.
+    /// When the directory can't be read, or none of these steps is in it: they are still to come, or are no longer kept.
     pub fn batches(
         &self,
         from: Option<u64>,
@@ -222,11 +222,17 @@ impl Past {
         in_words: bool,
     ) -> Result<(Vec<Batch>, Tail), PastError> {
         let words = self.words()?;
-        let to = to.unwrap_or(u64::MAX);
+        let mut last = None;
         let mut begins = self.begins()?;
         let mut tail = Tail::Whole;
         let mut batches = VecDeque::new();
         // From the segment with the first batch on; or from the last segment back, until there are enough batches.
+        if let (Some(asked), Some(SegmentHead { step: first, .. })) = (to, begins.first().copied())
+            && asked < first
+        {
+            return Err(PastError::Before { path: self.path(), asked, first });
+        }
+        let to = to.unwrap_or(u64::MAX);
         begins.retain(|head| head.step <= to);
         let wanted = from.map(|from| begins.iter().rposition(|head| head.step < from.max(1)).unwrap_or(0));
         let mut at = wanted.unwrap_or(begins.len().saturating_sub(1));
@@ -235,6 +241,7 @@ impl Past {
             tail = self.read_batches(
                 head.after,
                 |batch| {
+                    last = Some(batch.step);
                     let beyond = batch.step > to || (from.is_some() && batches.len() >= limit);
                     if beyond {
                         return ControlFlow::Break(());
@@ -254,6 +261,13 @@ impl Past {
                 break;
             }
             at -= 1;
+        }
+        // Beyond damage there may be what was asked for.
+        if let (Some(asked), Some(last)) = (from, last.or(begins.last().map(|head| head.step)))
+            && asked > last
+            && !matches!(tail, Tail::Damaged { .. })
+        {
+            return Err(PastError::Beyond { path: self.path(), asked, last });
         }
         Ok((batches.into(), tail))
     }

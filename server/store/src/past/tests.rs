@@ -165,6 +165,11 @@ fn steps_that_are_not_there_are_answered_with_those_that_are() {
     assert_eq!(past.moment(Some(oldest)).unwrap().memory_digest(), lived.digests[oldest as usize]);
     let error = past.moment(Some(oldest - 1)).unwrap_err();
     assert!(matches!(error, PastError::Before { first, .. } if first == oldest), "{error}");
+    // The journal goes back a little further, to the beginning of a segment.
+    let listed = past.batches(Some(0), None, 1, false).unwrap().0[0].step;
+    assert!((2..=oldest).contains(&listed), "{listed}");
+    let error = past.batches(None, Some(listed - 2), 9, false).unwrap_err();
+    assert!(matches!(error, PastError::Before { asked, .. } if asked == listed - 2), "{error}");
     let error = past.moment(Some(1_201)).unwrap_err();
     assert!(matches!(error, PastError::Beyond { last: 1_200, .. }), "{error}");
     assert!(matches!(past.decision(Some(1_201), None), Err(PastError::Beyond { .. })));
@@ -191,7 +196,8 @@ fn the_journal_is_listed_from_either_end() {
         "with what came before the next step"
     );
     assert_eq!(steps(Some(0), Some(0), 9), [0], "the body attached");
-    assert!(steps(Some(601), None, 9).is_empty());
+    let error = past.batches(Some(601), None, 9, false).unwrap_err();
+    assert!(matches!(error, PastError::Beyond { asked: 601, last: 600, .. }), "{error}");
     // Each life is declared, and three times given two orders, and three times one before a step and one after it.
     assert_eq!(steps(Some(0), None, 5_000).len(), 600 + 2 + 2 * 2 * 3 + 2 * 2 * 3);
 
