@@ -74,7 +74,7 @@ pub const WORLDS: &[Entry] = &[
     Entry {
         name: "grid",
         rules: "places with labels that say nothing; four directions, now and then without effect",
-        numbers: &[number("width", 5, 1, 30), number("height", 5, 1, 30), number("slip_percent", 10, 0, 90)],
+        numbers: &[number("width", 5, 1, 22), number("height", 5, 1, 22), number("slip_percent", 10, 0, 90)],
         open: |numbers, mut random| {
             let grid = Grid::new(numbers[0], numbers[1], share(numbers[2]), &mut random);
             situation(grid, random)

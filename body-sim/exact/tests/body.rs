@@ -49,6 +49,9 @@ fn worlds_that_look_alike_say_which_they_are() {
         let most: Vec<_> = entry.numbers.iter().map(|one| format!("{}={}", one.name, one.max)).collect();
         let world = format!("{}:{}", entry.name, most.join(","));
         assert!(kind(&world).len() <= NAME_BYTES_MAX, "{world}");
+        // And the largest world is one that attaches.
+        let description = ExactBody::new("toy", &world, 1).unwrap().describe();
+        assert_eq!(description.check(), Ok(()), "{world}");
     }
 }
 
