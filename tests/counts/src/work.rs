@@ -17,6 +17,8 @@ use crate::failure::CountFailure;
 pub(crate) enum Work {
     /// A step of a learner that knows about so many schemas.
     Step { mix: Mix, schemas: usize },
+    /// A step of a learner with all mechanisms, after a life of some hundred.
+    Full,
     /// The frame of a body, checked and read.
     Frame,
     /// The effects of a step, encoded, and appended to the journal.
@@ -30,7 +32,7 @@ impl Work {
     pub(crate) fn all() -> Vec<Self> {
         let steps =
             Mix::ALL.into_iter().flat_map(|mix| step::SIZES.map(|schemas| Self::Step { mix, schemas }));
-        steps.chain([Self::Frame, Self::Journal, Self::Picture]).collect()
+        steps.chain([Self::Full, Self::Frame, Self::Journal, Self::Picture]).collect()
     }
 
     /// The work of that name.
@@ -43,6 +45,7 @@ impl Work {
     pub(crate) fn name(self) -> String {
         match self {
             Self::Step { mix, schemas } => format!("step/{}/{schemas}", mix.name()),
+            Self::Full => "step/full".to_owned(),
             Self::Frame => "frame".to_owned(),
             Self::Journal => "journal".to_owned(),
             Self::Picture => "picture".to_owned(),
@@ -54,7 +57,7 @@ impl Work {
         match self {
             Self::Step { mix, .. } => Some(mix),
             Self::Journal => Some(journal::MIX),
-            Self::Frame | Self::Picture => None,
+            Self::Full | Self::Frame | Self::Picture => None,
         }
     }
 
@@ -63,7 +66,7 @@ impl Work {
         match self {
             Self::Step { schemas, .. } => schemas,
             Self::Journal => journal::SCHEMAS,
-            Self::Frame | Self::Picture => 0,
+            Self::Full | Self::Frame | Self::Picture => 0,
         }
     }
 
@@ -76,6 +79,7 @@ impl Work {
     pub(crate) fn carry_out(self, lives: &Path) -> Result<Tally, CountFailure> {
         match self {
             Self::Step { mix, schemas } => step::carry_out(mix, schemas, lives),
+            Self::Full => step::carry_out_fully(),
             Self::Frame => frame::carry_out(),
             Self::Journal => journal::carry_out(lives),
             Self::Picture => picture::carry_out(),

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::parameters::Parameters;
 use pschema_store::{Opened, Options, Store};
 use pschema_worlds::{Mix, Surroundings, World, curriculum};
@@ -57,6 +58,28 @@ pub(super) fn open(mix: Mix, place: &Path) -> Result<Opened, CountFailure> {
     let (parameters, curriculum) = (Parameters::default(), curriculum(mix));
     let options = Options::new("counts", SEED, &parameters, &curriculum);
     pschema_store::open(place, options, || ()).map_err(CountFailure::of("a life"))
+}
+
+/// Steps of a learner with all mechanisms before its steps are counted, and the steps that are.
+const FULL_STEPS: [usize; 2] = [300, 100];
+
+/// A learner with all mechanisms keeps claims beside schemas, and looks ahead before it chooses.
+pub(super) fn carry_out_fully() -> Result<Tally, CountFailure> {
+    let mut world = World::new(Mix::Scenario1, SEED).map_err(CountFailure::of("a life"))?;
+    world.learner_mut().set_mechanisms(Mechanisms::FULL);
+    let mut tally = Tally::default();
+    let [before, rounds] = FULL_STEPS;
+    for round in 0..before + rounds {
+        let frame = world.frame();
+        let step = if round < before {
+            world.learner_mut().step(&frame)
+        } else {
+            counted(&mut tally, || world.learner_mut().step(&frame))
+        };
+        tally.result = tally.result.wrapping_mul(31).wrapping_add(step.effects.len() as u64);
+        world.follow(&step.output);
+    }
+    Ok(tally)
 }
 
 pub(super) fn carry_out(mix: Mix, schemas: usize, lives: &Path) -> Result<Tally, CountFailure> {
