@@ -211,8 +211,11 @@ mod tests {
 
     /// A body with a posture of its own, a reading and so many primitives.
     fn learner(primitives: i64) -> Learner {
-        let kind =
-            |name: &str, own: bool| DeclaredType { own, ..DeclaredType::state(name, vec![property("at")]) };
+        let kind = |name: &str, own: bool| DeclaredType {
+            own,
+            properties: vec![property("at")],
+            ..DeclaredType::state(name)
+        };
         let action = DeclaredAction { name: "go".into(), parameters: vec![property("to")] };
         let declaration = Declaration {
             body: "one".into(),
