@@ -1,6 +1,7 @@
 //! The native half of the Python package `pschema`: what a program in Python says is put into the words of the Rust crates, which do
 //! all the work, and what they answer is put back. The other half is `package/pschema`, beside this folder.
 
+mod arm;
 mod body;
 mod client;
 mod declared;
@@ -16,6 +17,8 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     use super::*;
+    #[pymodule_export]
+    use crate::arm::Arm;
     #[pymodule_export]
     use crate::body::run;
     #[pymodule_export]
