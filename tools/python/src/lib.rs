@@ -7,6 +7,7 @@ mod client;
 mod declared;
 mod drawn;
 mod errors;
+mod eye;
 mod learner;
 mod stop;
 mod values;
@@ -27,6 +28,8 @@ mod _native {
     use crate::declared::check;
     #[pymodule_export]
     use crate::drawn::{explanation, graph_svg};
+    #[pymodule_export]
+    use crate::eye::Eye;
     #[pymodule_export]
     use crate::learner::Learner;
     #[pymodule_export]
