@@ -118,8 +118,9 @@ def test_what_is_not_in_the_world_is_refused(tmp_path: Path) -> None:
         table.reset(options={"places": [1, 2]})
     with pytest.raises(ValueError, match="no such object or position"):
         table.reset(options={"places": [10_000]})
-    with pytest.raises(IndexError, match="there is no action 224"):
-        table.step(224)
+    for action in (224, -1):
+        with pytest.raises(IndexError, match=f"there is no action {action}: there are 224"):
+            table.step(action)
     broken = tmp_path / "broken.toml"
     broken.write_text("[table]\nwidth_mm = 1\n")
     with pytest.raises(ValueError, match=r"broken\.toml.*line 2"):
@@ -134,6 +135,14 @@ def test_as_a_body_it_is_the_body_of_the_simulator() -> None:
     learner, frames = lived(body, 50)
     assert learner.steps == 50
     assert frames[0][0][0] == "object"
+
+
+def test_several_are_bodies_of_one_learner(sandbox: Sandbox) -> None:
+    env = gymnasium.make_vec("pschema/Table-v0", num_envs=2, vectorization_mode="sync", world="narrow")
+    with sandbox.daemon("table"), pschema.connect("table") as client:
+        assert pschema.gym.attach(env, "table", seed=1, episodes=1).refused == 0
+        assert {body["name"] for body in client.status()["bodies"]} == {"pschema/Table-v0-0", "pschema/Table-v0-1"}
+    env.close()
 
 
 def test_it_attaches_by_its_id(sandbox: Sandbox) -> None:

@@ -150,7 +150,10 @@ class Table(gymnasium.Env[dict[str, Any], Any]):
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Takes a posture, or pushes; ``action`` is a number of `meanings`."""
-        outcome, reason = self._arm.act(int(action))
+        number = int(action)
+        if not 0 <= number < len(self.meanings):
+            raise IndexError(f"there is no action {number}: there are {len(self.meanings)}, from 0")
+        outcome, reason = self._arm.act(number)
         seen = self._observe()
         touched = self._rewarded and bool(seen["touch"])
         return seen, float(touched), touched, False, self._info(outcome, reason)
