@@ -1,6 +1,6 @@
 """How soon learners touch a block on the simulated table (``pschema/Table-v0``), and how often then.
 
-    python tools/python/bench/touching.py [--seeds 5] [--steps 300 1000 3000 10000] [--only pschema q-learning random ppo] [--json]
+    python tools/python/bench/touching.py [--seeds 5] [--steps 100 300 1000 3000] [--only pschema q-learning random ppo] [--json]
 
 A block lies at a place that is drawn anew in each episode, which ends when it is touched or after 20 actions. After so many actions of
 learning, each learner is measured in the same 50 episodes, in which nothing is learnt:
@@ -10,7 +10,7 @@ learning, each learner is measured in the same 50 episodes, in which nothing is 
   that it draws;
 * ``q-learning`` has a table of the fields in which objects are seen (ε = 0.1, α = 0.5, γ = 0.9); measured by its best action, any of
   them where several are;
-* ``pschema`` lives by its own choices, without a reward, and is measured by what it does when it is told ``achieve touch{}``, each
+* ``pschema`` lives by its own choices, and is measured by what it does when it is told ``achieve touch{}``, each
   time by a copy of its memory.
 
 ``ppo`` needs ``pip install stable-baselines3``, which brings torch; without it the others are measured.
@@ -164,7 +164,7 @@ def between(shares: list[float]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=5, help="how many lives of each")
-    parser.add_argument("--steps", type=int, nargs="+", default=[300, 1000, 3000, 10_000], help="actions after which they are measured")
+    parser.add_argument("--steps", type=int, nargs="+", default=[100, 300, 1000, 3000], help="actions after which they are measured")
     parser.add_argument("--episodes", type=int, default=50, help="in which they are measured")
     parser.add_argument("--only", nargs="+", choices=list(LEARNERS), default=list(LEARNERS), metavar="LEARNER")
     parser.add_argument("--jobs", type=int, default=1, help="lives at once")
