@@ -57,7 +57,7 @@ enum Command {
     View(view::ViewArgs),
     /// Watch a learner live: what it perceives, what excites it, why it acts, what it learns
     Watch(watch::WatchArgs),
-    /// Write down what a learner does while it does it: for programs, or for the Rerun viewer
+    /// Write down what a learner does while it does it, for programs
     Record(record::RecordArgs),
     /// What an action would do in the world as it is
     Predict(predict::PredictArgs),

@@ -128,7 +128,7 @@ fn run_errands(place: &Place, mut client: client::Client, timeout: Duration, wai
 }
 
 /// Waits for what another thread sends, and leaves when the program is interrupted. The interpreter is free meanwhile.
-fn awaited<T: Send>(py: Python<'_>, receiver: Receiver<T>) -> PyResult<T> {
+pub(crate) fn awaited<T: Send>(py: Python<'_>, receiver: Receiver<T>) -> PyResult<T> {
     // A receiver is one thread's at a time, which only a lock tells the compiler.
     let receiver = Mutex::new(receiver);
     loop {

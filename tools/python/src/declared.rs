@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::errors::DeclarationError;
-use crate::values::value;
+use crate::values::{python, value};
 
 /// Name, unit, kind of value, and what belongs to the kind.
 type PlainProperty<'py> = (String, String, String, Bound<'py, PyTuple>);
@@ -15,7 +15,7 @@ type PlainSense<'py> = (String, bool, bool, Vec<PlainProperty<'py>>);
 type PlainAction<'py> = (String, Vec<PlainProperty<'py>>, Option<Vec<Vec<Bound<'py, PyAny>>>>);
 
 /// A body's declaration: name, kind, senses, actions, scene commands.
-#[derive(FromPyObject)]
+#[derive(FromPyObject, IntoPyObject)]
 pub(crate) struct PlainDescription<'py>(
     String,
     String,
@@ -23,6 +23,36 @@ pub(crate) struct PlainDescription<'py>(
     Vec<PlainAction<'py>>,
     Vec<PlainAction<'py>>,
 );
+
+impl<'py> PlainDescription<'py> {
+    /// The declaration of a body that is written in Rust.
+    pub(crate) fn of(description: &Description, py: Python<'py>) -> PyResult<Self> {
+        let properties =
+            |of: &[Property]| of.iter().map(|one| plain_property(one, py)).collect::<PyResult<Vec<_>>>();
+        let senses = description.observation_types.iter();
+        let senses =
+            senses.map(|one| Ok((one.name.clone(), one.own, one.transient, properties(&one.properties)?)));
+        let scene_commands = description.scene_commands.iter();
+        let scene_commands =
+            scene_commands.map(|one| Ok((one.name.clone(), properties(&one.parameters)?, None)));
+        let actions = description.actions.iter().enumerate().map(|(number, one)| {
+            let own =
+                description.repertoire.iter().filter(|primitive| usize::from(primitive.id.index()) == number);
+            let own = own.map(|primitive| {
+                let values = primitive.parameters.iter().zip(&one.parameters);
+                values.map(|(value, of)| python(py, *value, &of.kind)).collect::<PyResult<Vec<_>>>()
+            });
+            Ok((one.name.clone(), properties(&one.parameters)?, Some(own.collect::<PyResult<Vec<_>>>()?)))
+        });
+        Ok(Self(
+            description.name.clone(),
+            description.kind.clone(),
+            senses.collect::<PyResult<_>>()?,
+            actions.collect::<PyResult<_>>()?,
+            scene_commands.collect::<PyResult<_>>()?,
+        ))
+    }
+}
 
 impl PlainDescription<'_> {
     /// The declaration, checked.
@@ -79,6 +109,16 @@ fn property((name, unit, kind, of_kind): &PlainProperty<'_>) -> PyResult<Propert
         }
     };
     Ok(Property::new(name, kind).unit(unit))
+}
+
+fn plain_property<'py>(of: &Property, py: Python<'py>) -> PyResult<PlainProperty<'py>> {
+    let (kind, of_kind) = match &of.kind {
+        ValueKind::Integer { min, max } => ("integer", (*min, *max).into_pyobject(py)?),
+        ValueKind::Symbol { symbols } => ("symbol", (symbols.clone(),).into_pyobject(py)?),
+        ValueKind::Boolean => ("boolean", PyTuple::empty(py)),
+        ValueKind::Real { min, max, resolution } => ("real", (*min, *max, *resolution).into_pyobject(py)?),
+    };
+    Ok((of.name.clone(), of.unit.clone(), kind.to_owned(), of_kind))
 }
 
 fn primitive(

@@ -1,11 +1,13 @@
 //! The native half of the Python package `pschema`: what a program in Python says is put into the words of the Rust crates, which do
 //! all the work, and what they answer is put back. The other half is `package/pschema`, beside this folder.
 
+mod arm;
 mod body;
 mod client;
 mod declared;
 mod drawn;
 mod errors;
+mod eye;
 mod learner;
 mod stop;
 mod values;
@@ -17,6 +19,8 @@ use pyo3::prelude::*;
 mod _native {
     use super::*;
     #[pymodule_export]
+    use crate::arm::Arm;
+    #[pymodule_export]
     use crate::body::run;
     #[pymodule_export]
     use crate::client::{Client, Past};
@@ -24,6 +28,8 @@ mod _native {
     use crate::declared::check;
     #[pymodule_export]
     use crate::drawn::{explanation, graph_svg};
+    #[pymodule_export]
+    use crate::eye::Eye;
     #[pymodule_export]
     use crate::learner::Learner;
     #[pymodule_export]

@@ -291,6 +291,11 @@ impl Action {
     }
 }
 
+/// A value of this kind, as Python has it.
+pub(crate) fn python<'py>(py: Python<'py>, value: Value, kind: &ValueKind) -> PyResult<Bound<'py, PyAny>> {
+    parameter(value, kind).python(py)
+}
+
 fn parameter(value: Value, kind: &ValueKind) -> Parameter {
     match (value, kind) {
         (Value::Integer(number), _) => Parameter::Integer(number),

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 import logging
 import os
+import re
 import signal
+import textwrap
 import time
+from collections.abc import Iterator
 from typing import Any, Callable, Optional
 
 import pytest
@@ -14,29 +18,93 @@ import pschema
 
 from .conftest import Lamp, Sandbox, finished, running, steps, until
 
+
+def shown(kind: type) -> str:
+    """The program that the documentation of a class shows."""
+    (text,) = re.findall(r"A lamp::\n\n(.*?)(?=\n\S|\Z)", inspect.getdoc(kind) or "", re.DOTALL)
+    return "import pschema\n" + textwrap.dedent(text)
+
+
 #: The lamp of the documentation, as a program.
-LAMP = """
-    import pschema
-
-    class Lamp(pschema.Body):
-        lit = False
-
-        def describe(self):
-            lamp = pschema.state("lamp", lit=pschema.boolean())
-            return pschema.Description("lamp", senses=[lamp], actions=[pschema.action("press")])
-
-        def sense(self):
-            yield "lamp", {"lit": self.lit}
-
-        def act(self, action):
-            self.lit = not self.lit
-
-    print(pschema.run(Lamp()))
-"""
+LAMP = shown(pschema.Body) + "\nprint(pschema.run(Lamp()))\n"
 
 
 def test_a_lamp_is_at_most_fifteen_lines() -> None:
     assert sum(bool(line.strip()) for line in LAMP.splitlines()) <= 15
+
+
+def test_a_lamp_in_functions_lives(sandbox: Sandbox) -> None:
+    text = shown(pschema.FunctionBody)
+    assert sum(bool(line.strip()) for line in text.splitlines()) <= 15
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        lamp = sandbox.python(text, "--name", "lamp")
+        steps(client, 50)
+        assert client.achieve("light{lit=true}", actions_max=10)["achieved"]
+        lamp.terminate()
+        finished(lamp)
+        assert client.status()["bodies"][0]["frames_refused"] == 0
+
+
+def test_functions_sense_and_act() -> None:
+    body = pschema.FunctionBody("crane", kind="toy")
+    lifted: list[float] = []
+
+    @body.state(of=pschema.symbol("a", "b"))
+    def crate() -> Iterator[Any]:
+        yield ("a",)
+        yield {"of": "b"}
+
+    @body.state(own=True, height=pschema.real(0, 1, 0.1))
+    def hook() -> Optional[tuple[float]]:
+        return (lifted[-1],) if lifted else None
+
+    @body.event(name="bump")
+    def has_bumped() -> bool:
+        return lifted[-1:] == [1.0]
+
+    @body.action(primitives=[(0.5,), (1.0,)], height=pschema.real(0, 1, 0.1))
+    def lift(height: float) -> Optional[pschema.Outcome]:
+        if lifted[-1:] == [height]:
+            return pschema.Outcome.refused("it is there")
+        lifted.append(height)
+        return None
+
+    told = body.describe()
+    assert [(sense.name, sense.own, sense.transient) for sense in told.senses] == [
+        ("crate", False, False),
+        ("hook", True, False),
+        ("bump", False, True),
+    ]
+    assert told.kind == "toy"
+    learner = pschema.Learner(1)
+    learner.declare(told)
+    frame = list(body.sense())
+    assert frame == [("crate", ("a",)), ("crate", {"of": "b"})]
+    outcomes = set()
+    for _ in range(40):
+        ordered = learner.step(body.sense())
+        assert ordered is not None
+        outcome = body.act(ordered)
+        outcomes.add(None if outcome is None else outcome.kind)
+    assert outcomes == {None, "refused"}
+    assert set(lifted) == {0.5, 1.0}
+    lifted.append(1.0)
+    assert list(body.sense())[2:] == [("hook", (1.0,)), "bump"]
+
+
+def test_functions_that_do_not_fit_are_refused() -> None:
+    body = pschema.FunctionBody("lamp")
+    body.state(lit=pschema.boolean())(lambda: {"lit": True})
+    with pytest.raises(pschema.DeclarationError, match="declared twice"):
+        body.state()(lambda: True)
+
+    def press(hard: bool) -> None:
+        raise AssertionError(hard)
+
+    with pytest.raises(pschema.DeclarationError, match=r"press\(\) does not take its parameters"):
+        body.action(soft=pschema.boolean())(press)
+    with pytest.raises(pschema.DeclarationError):
+        body.action(hard=1)(press)  # type: ignore[arg-type]
 
 
 def test_a_lamp_lives_and_leaves_at_ctrl_c(sandbox: Sandbox) -> None:
@@ -338,8 +406,7 @@ def test_a_picture_is_shown(sandbox: Sandbox) -> None:
 def test_it_keeps_the_protocol(sandbox: Sandbox) -> None:
     import shlex
     import sys
-    import textwrap
 
-    text = textwrap.dedent(LAMP).replace("Lamp())", "Lamp(), __import__('os').environ['PSCHEMA_NAME'])")
+    text = LAMP.replace("Lamp())", "Lamp(), __import__('os').environ['PSCHEMA_NAME'])")
     told = sandbox.command("conformance", "--command", f"{sys.executable} -c {shlex.quote(text)}")
     assert told.returncode == 0, told.stdout + told.stderr

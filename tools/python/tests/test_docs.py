@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +12,7 @@ import pytest
 
 import pschema
 
-from .conftest import Sandbox, finished, steps
+from .conftest import DEADLINE_S, Sandbox, finished, steps
 
 PAGES = Path(__file__).resolve().parents[3]
 
@@ -47,3 +49,21 @@ def test_the_package_shows_a_body_that_runs(sandbox: Sandbox) -> None:
     lamp.terminate()
     finished(lamp)
     assert sandbox.left() == []
+
+
+def test_what_the_how_tos_show_is_python() -> None:
+    """A robot with ROS 2 is not at hand, so its page is only compiled."""
+    page = (PAGES / "docs" / "howto" / "ros2.md").read_text()
+    (text,) = re.findall(r"```python\n(.*?)```\n", page, re.DOTALL)
+    compile(text, "ros2.md", "exec")
+
+
+def test_the_reference_is_made_without_a_warning(tmp_path: Path) -> None:
+    for module in ("pdoc", "gymnasium", "rerun"):
+        pytest.importorskip(module)
+    (named,) = re.findall(r"&& pdoc (--docformat google .*?) +#", (PAGES / "docs" / "PYTHON.md").read_text())
+    command = [sys.executable, "-m", "pdoc", *named.split(), "--output-directory", str(tmp_path)]
+    told = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+    assert (told.returncode, told.stderr) == (0, "")
+    text = re.sub(r"<[^>]+>", "", (tmp_path / "pschema.html").read_text())
+    assert all(name in text for name in pschema.__all__)

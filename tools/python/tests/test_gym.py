@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,7 +12,7 @@ import pytest
 
 import pschema
 
-from .conftest import DEADLINE_S, Sandbox, finished
+from .conftest import DEADLINE_S, Sandbox, finished, until
 
 gymnasium = pytest.importorskip("gymnasium")
 numpy = pytest.importorskip("numpy")
@@ -212,9 +213,9 @@ def test_a_game_has_a_body_for_each_player(sandbox: Sandbox) -> None:
         bodies = client.status()["bodies"]
         assert {body["name"] for body in bodies} == {"player_1", "player_2"}
         assert all(body["frames_refused"] == 0 for body in bodies)
-        # Moves onto marks that are there were not made, and were said to be refused.
-        reasons = {body["last_failure"]["reason"] for body in bodies if body["last_failure"]}
-        assert reasons <= {"the rules of the game do not allow it here", "the next episode has begun"}
+        # Moves onto marks that are there were not made, and were said to be refused; an episode's end is no failure.
+        failures = {(body["last_failure"]["outcome"], body["last_failure"]["reason"]) for body in bodies if body["last_failure"]}
+        assert failures <= {("refused", "the rules of the game do not allow it here")}
         assert summary.orders >= 3 * 5
 
 
@@ -227,6 +228,26 @@ def test_from_an_environment_to_a_goal_in_one_command(sandbox: Sandbox) -> None:
     # The daemon that it started is gone.
     with pytest.raises(pschema.NoDaemonError):
         pschema.connect("lake")
+
+
+def test_the_daemon_of_a_command_ends_with_it(sandbox: Sandbox) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pschema.gym", "FrozenLake-v1", "--name", "lake"], stderr=subprocess.DEVNULL, text=True
+    )
+    sandbox.processes.append(process)
+
+    def daemon() -> Optional[int]:
+        try:
+            with pschema.connect("lake") as client:
+                return int(client.status()["pid"]) if client.status()["step"] else None
+        except pschema.NoDaemonError:
+            return None
+
+    pid = until("it lives", daemon)
+    sandbox.note()
+    process.kill()
+    until("its daemon is gone", lambda: not os.path.exists(f"/proc/{pid}") or None)
+    assert sandbox.left() == []
 
 
 def test_minigrid_is_found_by_its_id(sandbox: Sandbox) -> None:

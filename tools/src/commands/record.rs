@@ -9,30 +9,22 @@ use pschema_protocol::domain::{Place, RuntimeDir};
 use crate::args::{General, NameArgs};
 use crate::failure::Failure;
 use crate::output;
-use crate::record::{self, JsonLinesFile, Recorder};
+use crate::record::{self, JsonLinesFile};
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  pschema record --jsonl steps.jsonl --steps 1000\n  pschema record --rerun life.rrd\n  \
-    pschema record --jsonl - | jq -c .step.decision\n\n\
+    after_help = "Example:\n  pschema record --jsonl steps.jsonl --steps 1000\n  pschema record --jsonl - | jq -c .step.decision\n\n\
     The steps that the daemon still has come first. It goes on until so many steps are written, the daemon ends or Ctrl-C."
 )]
-#[command(group = clap::ArgGroup::new("to").required(true).multiple(true).args(["jsonl", "rerun"]))]
 pub(crate) struct RecordArgs {
     #[command(flatten)]
     name: NameArgs,
     /// One JSON object a line: {"step": …} or {"schema": …}; to a file that is not there yet, to a pipe, or with `-` to stdout
     #[arg(long, value_name = "FILE")]
-    jsonl: Option<PathBuf>,
-    /// A recording for the Rerun viewer, pictures included; needs a pschema built with `--features rerun`
-    #[arg(long, value_name = "FILE")]
-    rerun: Option<PathBuf>,
-    /// Replace what is there under the names of --jsonl and --rerun
+    jsonl: PathBuf,
+    /// Replace what is there under the name of --jsonl
     #[arg(long)]
     overwrite: bool,
-    /// Leave the pictures out of it: they are most of its bytes
-    #[arg(long, requires = "rerun")]
-    no_pictures: bool,
     /// End after so many steps
     #[arg(long, value_name = "N")]
     steps: Option<u64>,
@@ -42,27 +34,18 @@ pub(crate) struct RecordArgs {
 }
 
 pub(crate) fn run(args: RecordArgs, general: &General) -> Result<(), Failure> {
-    let to_stdout = args.jsonl.as_deref().is_some_and(output::is_stdout);
+    let to_stdout = output::is_stdout(&args.jsonl);
     if to_stdout && args.json {
         let problem = "--json prints on stdout what was recorded, and the lines go there: record them to a file, or leave out --json";
         return Err(Failure::Usage(problem.to_owned()));
     }
     let stop = Stop::on_signals()?;
-    let name = args.name.learner(general)?;
-    let place = Place::new(RuntimeDir::from_environment()?, name.clone());
+    let place = Place::new(RuntimeDir::from_environment()?, args.name.learner(general)?);
     // Looked for first: no file is made where there is nothing to record.
     place.served()?;
     let occupied = Occupied::overwritten(args.overwrite);
-    let mut recorders: Vec<Box<dyn Recorder>> = Vec::new();
-    if let Some(path) = &args.rerun {
-        recorders.push(record::rerun(path, occupied, name.as_str(), &stop.flag())?);
-    }
-    if let Some(path) = &args.jsonl {
-        recorders.push(Box::new(JsonLinesFile::create(path, occupied, &stop.flag())?));
-    }
-    let pictures = args.rerun.is_some() && !args.no_pictures;
-    let recorded =
-        record::record(&place, &mut recorders, pictures, args.steps.unwrap_or(u64::MAX), &stop.flag())?;
+    let mut to = JsonLinesFile::create(&args.jsonl, occupied, &stop.flag())?;
+    let recorded = record::record(&place, &mut to, args.steps.unwrap_or(u64::MAX), &stop.flag())?;
     if args.json {
         return output::print_json(&recorded);
     }
@@ -74,10 +57,7 @@ pub(crate) fn run(args: RecordArgs, general: &General) -> Result<(), Failure> {
         0 => String::new(),
         missed => format!(" ({missed} before them are no longer kept)"),
     };
-    let told = format!(
-        "Recorded {steps}{missed}, {} new schemas, {} pictures.",
-        recorded.schemas, recorded.pictures
-    );
+    let told = format!("Recorded {steps}{missed}, {} new schemas.", recorded.schemas);
     match (to_stdout, general.quiet()) {
         (false, _) => output::print(&(told + "\n")),
         (true, false) => {

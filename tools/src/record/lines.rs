@@ -7,10 +7,8 @@ use std::sync::atomic::AtomicBool;
 
 use pschema_inspect::{SchemaSummary, TraceRecord};
 use pschema_process::{Occupied, OutputError, Stream, stream};
-use pschema_protocol::picture::PictureMessage;
 use serde::Serialize;
 
-use super::recorder::Recorder;
 use crate::failure::Failure;
 use crate::output::named;
 
@@ -49,6 +47,28 @@ impl JsonLinesFile {
         Ok(Self { path: path.to_owned(), to: BufWriter::new(opened) })
     }
 
+    /// Writes a step, in the stage of this name.
+    pub(super) fn step(&mut self, record: &TraceRecord, stage: &str) -> Result<(), Failure> {
+        self.write(&RecordingEntry::Step { stage_name: stage, record })
+    }
+
+    /// Writes a schema that was new in this step.
+    pub(super) fn schema(&mut self, step: u64, schema: &SchemaSummary) -> Result<(), Failure> {
+        self.write(&RecordingEntry::Schema { step, schema })
+    }
+
+    /// Makes everything written so far readable, because nothing more comes for a moment.
+    pub(super) fn flush(&mut self) -> Result<(), Failure> {
+        let written = self.to.flush();
+        written.map_err(|error| self.failed(error))
+    }
+
+    /// Ends the recording.
+    pub(super) fn finish(&mut self) -> Result<(), Failure> {
+        self.flush()?;
+        self.to.get_ref().sync().map_err(|error| self.failed(error))
+    }
+
     fn write(&mut self, line: &RecordingEntry<'_>) -> Result<(), Failure> {
         let written = serde_json::to_writer(&mut self.to, line).map_err(io::Error::from);
         let written = written.and_then(|()| self.to.write_all(b"\n"));
@@ -57,30 +77,5 @@ impl JsonLinesFile {
 
     fn failed(&self, source: io::Error) -> Failure {
         OutputError::Io { path: self.path.clone(), source }.into()
-    }
-}
-
-impl Recorder for JsonLinesFile {
-    fn step(&mut self, record: &TraceRecord, stage: &str) -> Result<(), Failure> {
-        self.write(&RecordingEntry::Step { stage_name: stage, record })
-    }
-
-    fn schema(&mut self, step: u64, schema: &SchemaSummary) -> Result<(), Failure> {
-        self.write(&RecordingEntry::Schema { step, schema })
-    }
-
-    /// Lines have no place for pictures.
-    fn picture(&mut self, _: u64, _: &PictureMessage) -> Result<(), Failure> {
-        Ok(())
-    }
-
-    fn flush(&mut self) -> Result<(), Failure> {
-        let written = self.to.flush();
-        written.map_err(|error| self.failed(error))
-    }
-
-    fn finish(&mut self) -> Result<(), Failure> {
-        self.flush()?;
-        self.to.get_ref().sync().map_err(|error| self.failed(error))
     }
 }

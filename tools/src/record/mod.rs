@@ -1,57 +1,24 @@
-//! Recordings of a running learner: every step in order, with the pictures of its body where the recording has a place for
-//! them.
+//! Recordings of a running learner: every step in order, and every new schema.
 
 mod lines;
-mod recorder;
-#[cfg(feature = "rerun")]
-mod rerun;
 
-use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use pschema_inspect::{Live, LiveQuery, SchemaQuery, TraceRecord};
-use pschema_process::{Occupied, OutputFile};
 use pschema_protocol::domain::Place;
-use pschema_protocol::transport::pictures::PictureWatch;
 
 use crate::failure::Failure;
 use crate::learner::Learner;
-use crate::output::named;
 
 pub(crate) use lines::JsonLinesFile;
 #[cfg(test)]
 pub(crate) use lines::RecordingEntry;
-pub(crate) use recorder::Recorder;
 
 /// The pause when no step has come.
 const PAUSE: Duration = Duration::from_millis(30);
 /// Newest schemas that come with each page of steps; if more were made, they are asked for.
 const NEWEST_MAX: u32 = 100;
-
-/// A recording for the Rerun viewer. A file that is there is `occupied`.
-///
-/// # Errors
-/// When this program was built without it, or the file can't be made.
-pub(crate) fn rerun(
-    path: &Path,
-    occupied: Occupied,
-    learner: &str,
-    stop: &Arc<AtomicBool>,
-) -> Result<Box<dyn Recorder>, Failure> {
-    let path = named(path);
-    // The viewer's library opens the file by itself, and would write over whatever is there.
-    drop(OutputFile::prepare(path, occupied, stop)?);
-    #[cfg(feature = "rerun")]
-    return Ok(Box::new(rerun::Recording::create(path, learner)?));
-    #[cfg(not(feature = "rerun"))]
-    Err(Failure::Failed(format!(
-        "{}: this pschema was built without Rerun, because of its weight; build one with it: cargo build --release -p \
-         pschema-tools --features rerun (Rust 1.95); recording {learner} with --jsonl needs nothing",
-        path.display()
-    )))
-}
 
 /// The counts of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -67,25 +34,21 @@ pub(crate) struct RecordingSummary {
     pub(crate) last_step: Option<u64>,
     /// New schemas that were written.
     pub(crate) schemas: u64,
-    /// Pictures that were written.
-    pub(crate) pictures: u64,
 }
 
 /// Writes down the steps of the learner at `place`, those that its daemon still has included, until `steps_max` have been
 /// written, `stop` is set or the daemon ends.
 pub(crate) fn record(
     place: &Place,
-    recorders: &mut [Box<dyn Recorder>],
-    pictures: bool,
+    to: &mut JsonLinesFile,
     steps_max: u64,
     stop: &AtomicBool,
 ) -> Result<RecordingSummary, Failure> {
     let mut learner = Learner::connect_at(place)?;
-    let eye = if pictures { Some(PictureWatch::open(place).map_err(Failure::of)?) } else { None };
     let mut recorded = RecordingSummary::default();
-    let followed = follow(&mut learner, eye, recorders, steps_max, stop, &mut recorded);
+    let followed = follow(&mut learner, to, steps_max, stop, &mut recorded);
     // What was written stays, however it ended.
-    recorders.iter_mut().try_for_each(|recorder| recorder.finish())?;
+    to.finish()?;
     match followed {
         // The daemon has ended, and what it did is written down.
         Err(Failure::NoDaemon(_)) | Ok(()) => Ok(recorded),
@@ -95,8 +58,7 @@ pub(crate) fn record(
 
 fn follow(
     learner: &mut Learner,
-    mut eye: Option<PictureWatch>,
-    recorders: &mut [Box<dyn Recorder>],
+    to: &mut JsonLinesFile,
     steps_max: u64,
     stop: &AtomicBool,
     recorded: &mut RecordingSummary,
@@ -109,21 +71,10 @@ fn follow(
         let left = usize::try_from(steps_max - recorded.steps).unwrap_or(usize::MAX);
         let records = &live.trace.records[..live.trace.records.len().min(left)];
         from = live.trace.from + records.len() as u64;
-        steps(&live, records, recorders, recorded)?;
-        schemas(&live, learner, &mut known, recorders, recorded)?;
-        let seen = eye.as_ref().map(PictureWatch::newest).transpose().unwrap_or_else(|error| {
-            tracing::warn!(%error, "no more pictures are recorded");
-            None
-        });
-        if seen.is_none() {
-            eye = None;
-        }
-        if let Some(seen) = seen.flatten() {
-            recorders.iter_mut().try_for_each(|recorder| recorder.picture(live.status.step, &seen))?;
-            recorded.pictures += 1;
-        }
+        steps(&live, records, to, recorded)?;
+        schemas(&live, learner, &mut known, to, recorded)?;
         if from >= live.trace.total {
-            recorders.iter_mut().try_for_each(|recorder| recorder.flush())?;
+            to.flush()?;
             std::thread::sleep(PAUSE);
         }
     }
@@ -133,12 +84,12 @@ fn follow(
 fn steps(
     live: &Live,
     records: &[TraceRecord],
-    recorders: &mut [Box<dyn Recorder>],
+    to: &mut JsonLinesFile,
     recorded: &mut RecordingSummary,
 ) -> Result<(), Failure> {
     for record in records {
         let stage = live.trace.stages.get(record.stage as usize).map_or("", String::as_str);
-        recorders.iter_mut().try_for_each(|recorder| recorder.step(record, stage))?;
+        to.step(record, stage)?;
         recorded.steps += 1;
         recorded.first_step.get_or_insert(record.step);
         recorded.last_step = Some(record.step);
@@ -146,12 +97,12 @@ fn steps(
     Ok(())
 }
 
-/// Tells the recorders of schemas that were not there before.
+/// Writes schemas that were not there before.
 fn schemas(
     live: &Live,
     learner: &mut Learner,
     known: &mut Option<u32>,
-    recorders: &mut [Box<dyn Recorder>],
+    to: &mut JsonLinesFile,
     recorded: &mut RecordingSummary,
 ) -> Result<(), Failure> {
     let total = live.status.schemas_total;
@@ -167,7 +118,7 @@ fn schemas(
         };
         let Some(last) = listed.last().map(|schema| schema.id) else { break };
         for schema in listed.iter().filter(|schema| schema.id < total) {
-            recorders.iter_mut().try_for_each(|recorder| recorder.schema(live.status.step, schema))?;
+            to.schema(live.status.step, schema)?;
             recorded.schemas += 1;
         }
         from = last.saturating_add(1);

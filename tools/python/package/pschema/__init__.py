@@ -1,8 +1,8 @@
 """pschema: a long-lived learning daemon for embodied agents, from Python.
 
-* :class:`Body` and :func:`run`: a body that a learner lives in.
-* :func:`connect`: look into a running learner, and give it orders.
-* :class:`Learner`: a learner in this process, without a daemon.
+* `Body` and `run`: a body that a learner lives in.
+* `connect`: look into a running learner, and give it orders.
+* `Learner`: a learner in this process, without a daemon.
 * ``pschema.gym``: a Gymnasium environment as a body.
 
 The package brings the ``pschema`` command: ``pschema server`` is the daemon.
@@ -31,6 +31,7 @@ from .declare import (
     symbol,
 )
 from .errors import AnswerError, DeclarationError, Error, FrameError, NoDaemonError, RefusedError
+from .functions import FunctionBody
 from .learner import Learner
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "Description",
     "Error",
     "FrameError",
+    "FunctionBody",
     "Learner",
     "NoDaemonError",
     "Observation",

@@ -1,4 +1,4 @@
-"""A body: describe yourself, sense, act. :func:`run` is the whole life of a body's process around it."""
+"""A body: describe yourself, sense, act. `run` is the whole life of a body's process around it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _TO_END = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Body:
-    """A body that the learner can live in. Write a class with these functions, and hand it to :func:`run`.
+    """A body that the learner can live in. Write a class with these functions, and hand it to `run`.
 
     A lamp::
 
@@ -53,7 +53,7 @@ class Body:
         """Everything that the body senses now, once before each decision: a list of observations, or a generator of them.
 
         An observation is ``(name, {property: value, …})``, ``(name, (value, …))`` in declared order, or the name alone where the
-        sense has no properties. What is wrong with one ends the run with a :class:`pschema.FrameError`; so does an exception.
+        sense has no properties. What is wrong with one ends the run with a `pschema.FrameError`; so does an exception.
         """
         raise NotImplementedError(f"{type(self).__name__} has no sense()")
 

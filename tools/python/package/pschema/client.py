@@ -6,15 +6,11 @@ import json
 import os
 import time
 from collections.abc import Iterator
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Callable, Optional, Union
+from typing import Any, Callable, Optional, Union
 
 from . import _native
 from .errors import AnswerError, NoDaemonError
 from .questions import Answer, Explanation, Questions
-
-if TYPE_CHECKING:
-    import networkx
 
 __all__ = ["Client", "Excitation", "Past", "connect"]
 
@@ -68,9 +64,9 @@ class Past(Questions):
 
 
 class Client(Questions):
-    """A running learner. Several threads may ask; a daemon that was started again is found again. :func:`connect` makes it.
+    """A running learner. Several threads may ask; a daemon that was started again is found again. `connect` makes it.
 
-    All functions raise :class:`pschema.NoDaemonError` when there is no daemon any more.
+    All functions raise `pschema.NoDaemonError` when there is no daemon any more.
     """
 
     def __init__(self, name: str, timeout_s: float) -> None:
@@ -105,7 +101,7 @@ class Client(Questions):
         return Explanation(self._of_decision(step, lambda asked: asked.explain(step, candidates=candidates)))
 
     def why_not(self, schema: int, step: Optional[int] = None) -> Answer:
-        """What stood in the way of a schema; of an earlier step as :meth:`explain`."""
+        """What stood in the way of a schema; of an earlier step as `explain`."""
         return self._of_decision(step, lambda asked: asked.why_not(schema, step))
 
     def _of_decision(self, step: Optional[int], ask: Callable[[Questions], Answer]) -> Answer:
@@ -207,21 +203,6 @@ class Client(Questions):
         decided = [(record["step"], record["decision"]) for record in records if record["decision"]]
         return Excitation((step, decision["excitation_top"] or 0.0) for step, decision in decided)
 
-    def network(self, **which: Any) -> networkx.MultiDiGraph:
-        """The graph of :meth:`graph` as a networkx ``MultiDiGraph``; networkx has to be installed.
-
-        A node is a schema (``schema``), or several that stand together (``schema`` is none then, ``members`` how many).
-        """
-        import networkx
-
-        told = self.graph(**which)
-        graph = networkx.MultiDiGraph()
-        for number, node in enumerate(told["nodes"]):
-            graph.add_node(number, **node)
-        for edge in told["edges"]:
-            graph.add_edge(edge["from"], edge["to"], kind=edge["kind"], count=edge["count"])
-        return graph
-
     def close(self) -> None:
         """Gives up the place that the connection takes in the daemon."""
         self._native = None
@@ -229,12 +210,7 @@ class Client(Questions):
     def __enter__(self) -> Client:
         return self
 
-    def __exit__(
-        self,
-        kind: Optional[type[BaseException]],
-        raised: Optional[BaseException],
-        trace: Optional[TracebackType],
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def __repr__(self) -> str:

@@ -8,7 +8,6 @@ import subprocess
 import sysconfig
 import time
 from collections.abc import Iterable
-from types import TracebackType
 from typing import Optional, Union
 
 from .client import connect
@@ -109,10 +108,5 @@ class Daemon:
     def __enter__(self) -> Daemon:
         return self
 
-    def __exit__(
-        self,
-        kind: Optional[type[BaseException]],
-        raised: Optional[BaseException],
-        trace: Optional[TracebackType],
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.end()

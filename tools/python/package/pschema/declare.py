@@ -39,17 +39,12 @@ __all__ = [
 Value = Union[int, str, bool, float]
 
 #: One observation: the name of a sense, with the values of its properties by name or in declared order; or the name alone.
-Observation = Union[
-    str,
-    "tuple[str]",
-    "tuple[str, Mapping[str, Any]]",
-    "tuple[str, Sequence[Any]]",
-]
+Observation = Union[str, tuple[str], tuple[str, Mapping[str, Any]], tuple[str, Sequence[Any]]]
 
 
 @dataclass(frozen=True)
 class Values:
-    """The values that a property or a parameter has. :func:`integer`, :func:`symbol`, :func:`boolean` and :func:`real` make it."""
+    """The values that a property or a parameter has. `integer`, `symbol`, `boolean` and `real` make it."""
 
     kind: str
     of_kind: tuple[Any, ...] = ()
@@ -122,7 +117,7 @@ def _properties(of: str, given: Optional[Mapping[str, Values]], named: Mapping[s
 
 @dataclass(frozen=True)
 class Sense:
-    """A sense of a body: one type of observation. :func:`state` and :func:`event` make it."""
+    """A sense of a body: one type of observation. `state` and `event` make it."""
 
     name: str
     properties: Mapping[str, Values]
@@ -142,13 +137,13 @@ def state(name: str, properties: Optional[Mapping[str, Values]] = None, *, own: 
 
 
 def event(name: str, properties: Optional[Mapping[str, Values]] = None, *, own: bool = False, **named: Values) -> Sense:
-    """A sense of what holds for the one frame that reports it: a touch, a sound. It is otherwise as :func:`state`."""
+    """A sense of what holds for the one frame that reports it: a touch, a sound. It is otherwise as `state`."""
     return Sense(name, _properties(f"sense {name}", properties, named), own, True)
 
 
 @dataclass(frozen=True)
 class ActionType:
-    """An action that a body can carry out, or a scene command that it obeys. :func:`action` makes it."""
+    """An action that a body can carry out, or a scene command that it obeys. `action` makes it."""
 
     name: str
     parameters: Mapping[str, Values]
@@ -162,7 +157,7 @@ def action(
     primitives: Optional[Iterable[Union[Mapping[str, Value], Sequence[Value]]]] = None,
     **named: Values,
 ) -> ActionType:
-    """An action, with its parameters as :func:`state` takes properties.
+    """An action, with its parameters as `state` takes properties.
 
     ``primitives`` are the combinations of parameters that the learner may ask for, each a dict or a tuple in declared order; without it,
     each combination that the learner tells apart. A body has at most 4096 of them in all.
@@ -173,7 +168,7 @@ def action(
 
 @dataclass(frozen=True)
 class Outcome:
-    """How an action went, for :meth:`pschema.Body.act` to return; ``None`` is the same as :meth:`done`.
+    """How an action went, for `pschema.Body.act` to return; ``None`` is the same as `done`.
 
     Only what was done teaches what an action does. ``reason`` is for people, and is cut after 256 bytes.
     """
@@ -282,6 +277,20 @@ class Description:
                 raise DeclarationError(f"the body's {what} {text!r} is no text")
         _native.check(self._plain())
 
+    @classmethod
+    def _of(cls, plain: _native.PlainDescription) -> Description:
+        """That of a body which is written in Rust."""
+        name, kind, senses, actions, scene_commands = plain
+
+        def properties(given: list[Any]) -> dict[str, Values]:
+            return {name: Values(kind, of_kind, unit) for name, unit, kind, of_kind in given}
+
+        def action_types(given: list[Any]) -> list[ActionType]:
+            return [ActionType(name, properties(parameters), primitives) for name, parameters, primitives in given]
+
+        declared = [Sense(name, properties(of), own, transient) for name, own, transient, of in senses]
+        return cls(name, declared, action_types(actions), action_types(scene_commands), kind=kind)
+
     def _plain(self) -> _native.PlainDescription:
         senses = [(one.name, one.own, one.transient, _plain_properties(one.properties)) for one in self.senses]
         return self.name, self.kind, senses, _plain_actions(self.actions), _plain_actions(self.scene_commands)
@@ -293,7 +302,7 @@ class Description:
 
 
 def real_of(least: float, most: float, bins: int, *, unit: str = "") -> Values:
-    """As :func:`real`, in ``bins`` steps from ``least`` to ``most``."""
+    """As `real`, in ``bins`` steps from ``least`` to ``most``."""
     if not (math.isfinite(least) and math.isfinite(most)):
         raise DeclarationError(f"real_of({least!r}, {most!r}, {bins!r}): the limits are not finite")
     width = (most - least) / max(bins, 1)

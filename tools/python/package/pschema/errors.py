@@ -1,4 +1,4 @@
-"""What can go wrong. All of it is an :class:`Error`; each message says what, where, and what to do."""
+"""What can go wrong. All of it is an `Error`; each message says what, where, and what to do."""
 
 from __future__ import annotations
 

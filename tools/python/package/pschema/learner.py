@@ -52,7 +52,7 @@ class Learner(Questions):
 
     @classmethod
     def load(cls, path: Union[str, os.PathLike[str]]) -> Learner:
-        """The learner that :meth:`save` or ``pschema export`` wrote to ``path``, with its seed, profile and parameters.
+        """The learner that `save` or ``pschema export`` wrote to ``path``, with its seed, profile and parameters.
 
         Its bodies declare themselves again, and their first frames answer nothing: an action that was under way is forgotten.
 
@@ -93,7 +93,7 @@ class Learner(Questions):
         """One step: what is perceived now goes in, the next action comes out.
 
         Args:
-            observations: all that ``body`` senses now, as :meth:`pschema.Body.sense` returns it.
+            observations: all that ``body`` senses now, as `pschema.Body.sense` returns it.
             outcome: how the last action went; none if it was carried out, or if none was asked for.
             body: the name of the body; it can be left out where one is declared.
 
@@ -124,7 +124,7 @@ class Learner(Questions):
         self._native.say(list(words))
 
     def achieve(self, *goal: str, actions_max: int = 50, body: Optional[str] = None) -> None:
-        """From the next step on a goal is pursued; :meth:`pursuit` tells how it is doing, and ``["state"]`` of that how it ended.
+        """From the next step on a goal is pursued; `pursuit` tells how it is doing, and ``["state"]`` of that how it ended.
 
         Args:
             goal: patterns as they print, ``"lamp{lit=true}"``; all of them are to hold at once.

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Optional
 from . import _native
 
 if TYPE_CHECKING:
+    import networkx
     import pandas
 
 __all__ = ["Answer", "Explanation", "Graph", "Questions"]
@@ -35,7 +36,7 @@ class Explanation(Answer):
 
 
 class Graph(Answer):
-    """The network of schemas. A notebook shows it as the picture of ``pschema graph``; :attr:`svg` is its text."""
+    """The network of schemas. A notebook shows it as the picture of ``pschema graph``; `svg` is its text."""
 
     @property
     def svg(self) -> str:
@@ -47,7 +48,7 @@ class Graph(Answer):
 
 
 class Questions:
-    """The questions. Each raises an :class:`pschema.AnswerError` where the learner has no answer, with the reason."""
+    """The questions. Each raises an `pschema.AnswerError` where the learner has no answer, with the reason."""
 
     def _asked(self, kind: str, question: dict[str, Any]) -> Any:
         raise NotImplementedError
@@ -133,3 +134,18 @@ class Questions:
     def graph(self, *, around: Optional[int] = None, depth: int = 0, goal: Optional[list[str]] = None, limit: int = 0) -> Graph:
         """The network of schemas: all of it, what is tied to one within ``depth`` ties, or the chain to a goal."""
         return Graph(self._answer("graph", {"around": around, "depth": depth, "goal": goal or [], "limit": limit}))
+
+    def network(self, **which: Any) -> networkx.MultiDiGraph:
+        """The graph of `graph` as a networkx ``MultiDiGraph``; networkx has to be installed.
+
+        A node is a schema (``schema``), or several that stand together (``schema`` is none then, ``members`` how many).
+        """
+        import networkx
+
+        told = self.graph(**which)
+        graph = networkx.MultiDiGraph()
+        for number, node in enumerate(told["nodes"]):
+            graph.add_node(number, **node)
+        for edge in told["edges"]:
+            graph.add_edge(edge["from"], edge["to"], kind=edge["kind"], count=edge["count"])
+        return graph
