@@ -167,6 +167,19 @@ def test_an_episode_ends_and_the_next_begins() -> None:
     assert learner.steps == 14
 
 
+def test_a_world_is_told_from_one_with_the_same_spaces() -> None:
+    def kind(name: str, **given: Any) -> str:
+        return pschema.gym.kind_in(gymnasium.make(name, **given))
+
+    slippery, firm = kind("FrozenLake-v1"), kind("FrozenLake-v1", is_slippery=False)
+    assert slippery.startswith("gym@FrozenLake-v1-")
+    assert firm.startswith("gym@FrozenLake-v1-")
+    assert slippery != firm
+    assert slippery == kind("FrozenLake-v1", render_mode="ansi"), "how it is drawn is not what it is"
+    assert len({kind(name) for name in ENVIRONMENTS}) == len(ENVIRONMENTS)
+    assert all(len(kind(name)) <= pschema.gym.NAME_BYTES_MAX for name in ENVIRONMENTS)
+
+
 def test_events_are_told_once() -> None:
     body = body_of(S.Discrete(3))
     learner = pschema.Learner(1)

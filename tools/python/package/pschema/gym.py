@@ -21,7 +21,9 @@ from __future__ import annotations
 
 import argparse
 import functools
+import hashlib
 import importlib
+import json
 import re
 import sys
 import threading
@@ -58,6 +60,26 @@ GAME = "pettingzoo:"
 #: Rewards are told in these steps, up to this size.
 REWARD_RESOLUTION = 0.1
 REWARD_MAX = 1e6
+
+
+#: The longest name of a body's kind.
+NAME_BYTES_MAX = 32
+
+
+def kind_in(env: Any) -> str:
+    """The kind of a body in an environment, with what tells its world from others: two of them may have the same spaces.
+
+    It is `gym@`, the environment's id, as far as there is room, and a digest of the id and of the arguments that it was made with, but for
+    how it is drawn. An environment that was not made by its id says no world.
+    """
+    spec = getattr(env, "spec", None)
+    if spec is None:
+        return "gym"
+    made = {name: value for name, value in spec.kwargs.items() if name != "render_mode"}
+    told = json.dumps([spec.id, made], sort_keys=True, default=lambda value: type(value).__name__)
+    digest = hashlib.sha256(told.encode()).hexdigest()[:6]
+    known = re.sub(r"[^A-Za-z0-9.-]", "-", spec.id.rpartition("/")[2])
+    return f"gym@{known[: NAME_BYTES_MAX - len('gym@-') - len(digest)]}-{digest}"
 
 
 @dataclass
@@ -111,7 +133,7 @@ class EnvironmentBody(Body):
             event("reward", reward=real(-REWARD_MAX, REWARD_MAX, REWARD_RESOLUTION)),
             event("end", end=symbol("terminated", "truncated")),
         ]
-        return Description(self.name, [*self._part.senses, *own], self._acts.actions, kind="gymnasium")
+        return Description(self.name, [*self._part.senses, *own], self._acts.actions, kind=kind_in(self.env))
 
     def sense(self) -> Iterator[Observation]:
         yield from self._part.read(self._seen)
