@@ -2,55 +2,13 @@
 //! the next search, and need not be found again.
 
 use std::collections::BTreeSet;
-use std::sync::{Arc, Weak};
 
 use rustc_hash::FxHashMap;
 
 use crate::memory::evidence::Evidence;
-use crate::memory::evidence::foretold::Foretold;
-use crate::memory::evidence::outlook::{Outlook, Prospect};
-use crate::memory::evidence::pool::Pool;
+use crate::memory::evidence::prospect::{Foreseen, Outlook};
 use crate::nouns::observation::{Observation, TypeId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId, Vocabulary};
-
-/// What is foretold of one primitive in one context, for as long as its pool is the same.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Foreseen {
-    /// The pool, by where it is: what is known of an action is never changed in place while this refers to it.
-    pool: Weak<Pool>,
-    pub(super) foretold: Arc<[Foretold]>,
-    /// What follows from that, and the types that are left to chance then.
-    prospect: Option<(Vec<TypeId>, Arc<Prospect>)>,
-}
-
-impl Foreseen {
-    pub(super) fn new(pool: Option<&Arc<Pool>>, foretold: Vec<Foretold>) -> Self {
-        // Where it depends on what a body recalls, it is so this time only.
-        let lasts = pool.filter(|pool| pool.key().is_none());
-        Self {
-            pool: lasts.map(Arc::downgrade).unwrap_or_default(),
-            foretold: foretold.into(),
-            prospect: None,
-        }
-    }
-
-    /// Whether this is what a pool foretells.
-    pub(super) fn is_of(&self, pool: Option<&Arc<Pool>>) -> bool {
-        pool.is_some_and(|pool| std::ptr::eq(self.pool.as_ptr(), Arc::as_ptr(pool)))
-    }
-
-    /// What follows when these types are left to chance.
-    pub(super) fn prospect(
-        &mut self,
-        chance: &[TypeId],
-        find: impl FnOnce(&[Foretold]) -> Prospect,
-    ) -> Arc<Prospect> {
-        let known = self.prospect.take().filter(|(of, _)| of == chance).map(|(_, prospect)| prospect);
-        let prospect = known.unwrap_or_else(|| Arc::new(find(&self.foretold)));
-        self.prospect = Some((chance.to_vec(), Arc::clone(&prospect)));
-        prospect
-    }
-}
 
 /// What was foretold of contexts that a search looked at, for the next. It follows from what is known, and is no part of it.
 #[derive(Clone, Debug, Default)]

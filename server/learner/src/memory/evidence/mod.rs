@@ -13,6 +13,7 @@ mod outcomes;
 mod outlook;
 mod pool;
 pub(crate) mod price;
+mod prospect;
 mod recollections;
 mod restoring;
 mod scene;
@@ -28,8 +29,8 @@ pub(crate) use foresight::Foresight;
 pub(crate) use foretold::InForce;
 pub use foretold::{Foretold, Part, View};
 pub use found::{Found, FoundClaim, FoundClaims, FoundEach, FoundFacet, FoundPlace, FoundTrial, OwnEffect};
-pub(crate) use outlook::{Outlook, Prospect};
 use pool::Pool;
+pub(crate) use prospect::{Outlook, Prospect};
 pub use recollections::{Recollection, Recollections};
 use scene::of_kind;
 

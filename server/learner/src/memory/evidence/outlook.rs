@@ -1,13 +1,12 @@
 //! What claims foretell to who looks ahead: of the types that matter alone, each outcome with its probability.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 use crate::memory::evidence::facet::{ANYTHING, Facet};
-use crate::memory::evidence::foresight::Foreseen;
 use crate::memory::evidence::foretold::{Foretold, View};
 use crate::memory::evidence::novelty::{Novelty, met};
 use crate::memory::evidence::pool::Pool;
+use crate::memory::evidence::prospect::{Foreseen, Outlook, Prospect};
 use crate::memory::evidence::telling::relied;
 use crate::memory::evidence::{Evidence, action};
 use crate::nouns::claim::{Change, Claim, Condition, Sketch};
@@ -19,29 +18,6 @@ const OUTCOMES_MAX: usize = 32;
 
 /// What comes of itself and is less certain than this is left to chance.
 const SURE: f64 = 0.9;
-
-/// What the actions of a body may make of a context.
-pub(crate) struct Outlook {
-    /// What is foretold of each primitive.
-    pub(crate) prospects: Vec<Arc<Prospect>>,
-    /// The types that are left to chance: they change by themselves, nobody can say how, and the goal does not speak of them. They are
-    /// taken to stay as they are.
-    pub(crate) chance: Vec<TypeId>,
-}
-
-/// What a primitive may make of a context.
-#[derive(Debug)]
-pub(crate) struct Prospect {
-    /// The observations of the types that were looked at, each with its probability. They may add up to less than 1: what never came
-    /// may come.
-    pub(crate) outcomes: Vec<(Vec<Observation>, f64)>,
-    /// The probability that it is otherwise than foretold because it was never carried out where such things are: as often as what is new
-    /// surprised.
-    pub(crate) open: f64,
-    /// How much may be learnt by it there, from 0 to 1: how often its action surprised of late, times how new it is there. Pairs of
-    /// observations that are all familiar may be together for the first time, which counts for less.
-    pub(crate) learnable: f64,
-}
 
 /// What claims about a facet rest on.
 struct Ground<'a> {
