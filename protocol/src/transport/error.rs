@@ -78,7 +78,47 @@ pub enum TransportError {
     },
 }
 
+/// For `map_err`: the same of a peer that opens a service. That a service has no room for another node is told as what it means.
+pub(crate) fn opening<E: std::fmt::Debug>(doing: &'static str) -> impl FnOnce(E) -> TransportError {
+    move |error| {
+        let problem = match format!("{error:?}") {
+            full if full == "ExceedsMaxNumberOfNodes" => NO_NODE.to_owned(),
+            other => other,
+        };
+        TransportError::Setup { doing, problem }
+    }
+}
+
+/// What it means that a service has as many nodes as it takes.
+const NO_NODE: &str = "there is no room for another process beside those that are attached, or were killed a moment ago and \
+                       are still to be cleared away: try again in a second";
+
 /// For `map_err`: an error of the transport with what was being done.
 pub(crate) fn setup<E: std::fmt::Debug>(doing: &'static str) -> impl FnOnce(E) -> TransportError {
     move |error| TransportError::Setup { doing, problem: format!("{error:?}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use iceoryx2::service::builder::event::EventOpenError;
+    use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
+    use iceoryx2::service::builder::request_response::RequestResponseOpenError;
+
+    use super::*;
+
+    /// A tool that is killed leaves its node until the daemon has cleared it away.
+    #[test]
+    fn a_service_that_is_full_of_nodes_is_told_in_words() {
+        let told = [
+            opening("open a service")(EventOpenError::ExceedsMaxNumberOfNodes),
+            opening("open a service")(PublishSubscribeOpenError::ExceedsMaxNumberOfNodes),
+            opening("open a service")(RequestResponseOpenError::ExceedsMaxNumberOfNodes),
+        ];
+        for error in told {
+            let told = error.to_string();
+            assert!(told.contains("try again in a second") && !told.contains("Exceeds"), "{told}");
+        }
+        let other = opening("open a service")(EventOpenError::DoesNotExist).to_string();
+        assert_eq!(other, "cannot open a service: DoesNotExist");
+    }
 }

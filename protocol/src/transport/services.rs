@@ -18,7 +18,7 @@ use iceoryx2::service::builder::event::Builder as EventBuilder;
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
 
 use super::TransportError;
-use super::error::setup;
+use super::error::{opening, setup};
 use crate::domain::{DomainRecord, Membership, Place, private_file};
 use crate::limits::{BODIES_MAX, OPERATORS_MAX, TOOLS_MAX, WATCHERS_MAX};
 use crate::wire::{FrameHeader, Page, PictureHeader, Welcome, WireFrame, WireHello, WireReply};
@@ -155,7 +155,7 @@ macro_rules! by_role {
     ($builder:expr, $role:expr, $name:literal) => {
         match $role {
             Role::Daemon => $builder.create().map_err(setup(concat!("create the ", $name))),
-            Role::Peer => $builder.open().map_err(setup(concat!("open the ", $name))),
+            Role::Peer => $builder.open().map_err(opening(concat!("open the ", $name))),
         }
     };
 }

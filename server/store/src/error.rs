@@ -54,8 +54,8 @@ pub enum StoreError {
     },
     /// The data directory, or a file there that the next start needs, is no longer where it was opened.
     #[error(
-        "{problem}. Every step that was acknowledged is in the directory that was opened: put that back, and start the daemon \
-         on it"
+        "{problem}. Every step that was acknowledged is in the directory that was opened: put it back if it was moved or replaced, \
+         and start the daemon on it"
     )]
     Displaced {
         /// The path, and what became of it.
