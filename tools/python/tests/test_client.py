@@ -95,6 +95,19 @@ def test_a_goal_is_achieved_and_told(sandbox: Sandbox) -> None:
             client.achieve("lampe{}")
 
 
+def test_a_goal_is_called_off_from_another_thread(sandbox: Sandbox) -> None:
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        with running(Lamp(), "lamp"):
+            steps(client, 100)
+        # Nobody is there to act for it.
+        stop = pschema.Stop()
+        caller = threading.Timer(0.2, stop.set)
+        caller.start()
+        end = client.achieve("lamp{lit=true}", "lamp{lit=false}", wait_s=600, stop=stop)
+        caller.join()
+        assert end["state"] == "cancelled"
+
+
 def test_a_goal_is_called_off(sandbox: Sandbox) -> None:
     class Slow(Lamp):
         def act(self, action: pschema.Action) -> Optional[pschema.Outcome]:

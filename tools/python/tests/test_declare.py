@@ -70,3 +70,8 @@ def test_everything_that_can_be_declared() -> None:
         kind="wheels",
     )
     assert repr(description) == "<Description cart: senses place, bump; actions go, turn>"
+
+
+def test_a_reason_is_whatever_says_why() -> None:
+    assert pschema.Outcome.failed(ValueError("stuck")).reason == "stuck"  # type: ignore[arg-type]
+    assert pschema.Outcome.refused("\ud800").reason == "\\ud800"

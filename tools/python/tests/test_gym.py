@@ -286,3 +286,32 @@ def test_the_command_says_what_is_wrong(sandbox: Sandbox) -> None:
     told = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
     assert told.returncode == 2
     assert "--episodes" in told.stderr
+    for wrong, words in [
+        (["FrozenLake-v1", "--episodes", "0"], "a whole number from 1"),
+        (["FrozenLake-v1", "--seed", "-1"], "a whole number from 0"),
+        (["FrozenLake-v1", "--episodes", "1", "--set", "nope=3"], "can't be made with nope=3"),
+        (["NoSuchThing-v1", "--episodes", "1"], "NoSuchThing-v1 can't be made"),
+        (["FrozenLake-v1", "--episodes", "1", "--goal", "nope{}"], "nope"),
+    ]:
+        command = [sys.executable, "-m", "pschema.gym", *wrong]
+        told = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+        assert told.returncode != 0, wrong
+        assert words in told.stderr, told.stderr
+        assert "Traceback" not in told.stderr, told.stderr
+
+
+def test_an_environment_that_raises_is_lived_in_no_longer(sandbox: Sandbox) -> None:
+    class Broken(gymnasium.Env):  # type: ignore[misc]
+        observation_space = S.Discrete(3)
+        action_space = S.Discrete(2)
+
+        def reset(self, *, seed: Optional[int] = None, options: Any = None) -> tuple[int, dict[str, Any]]:
+            return 0, {}
+
+        def step(self, action: int) -> Any:
+            raise RuntimeError("the ice broke")
+
+    with sandbox.daemon("gym"), pytest.raises(RuntimeError, match="the ice broke"):
+        pschema.gym.attach(Broken(), "gym", episodes=3)
+    with pytest.raises(pschema.DeclarationError, match="episodes='a'"):
+        pschema.gym.attach(Broken(), "gym", episodes="a")  # type: ignore[arg-type]

@@ -111,7 +111,10 @@ def _failures(body: Body) -> Callable[[BaseException], None]:
 
     def failed(raised: BaseException) -> None:
         nonlocal last
-        this = (type(raised), str(raised))
+        try:
+            this = (type(raised), str(raised))
+        except Exception:
+            this = (type(raised), "")
         if this != last:
             last = this
             trace = (type(raised), raised, raised.__traceback__)

@@ -133,6 +133,7 @@ class Client(Questions):
         actions_max: int = 50,
         wait_s: float = 60.0,
         seen: Optional[Callable[[Answer], None]] = None,
+        stop: Optional[_native.Stop] = None,
     ) -> Answer:
         """The learner pursues a goal; waits until it is achieved, given up, or called off because the time is up.
 
@@ -142,6 +143,7 @@ class Client(Questions):
             actions_max: how many actions may be taken for it; 1 to 100,000.
             wait_s: seconds to wait.
             seen: is called with the pursuit whenever it has moved on. An exception in it, or Ctrl-C, calls the goal off.
+            stop: a flag that calls the goal off from another thread.
 
         Returns:
             How it ended: ``state``, ``achieved``, ``actions``, ``plans``.
@@ -155,7 +157,7 @@ class Client(Questions):
                     seen(now)
                 if now["state"] != "pursued":
                     return now
-                if time.monotonic() >= until:
+                if time.monotonic() >= until or (stop is not None and stop.is_set()):
                     return self.cancel(number)
                 time.sleep(_ASK_EVERY_S)
                 now = self.pursuit()

@@ -184,12 +184,12 @@ class Outcome:
     @classmethod
     def refused(cls, reason: str) -> Outcome:
         """Not begun, for a reason that lies in the order itself: a place that cannot be reached. One that is refused is chosen less."""
-        return cls("refused", reason)
+        return cls("refused", _plain_text(reason))
 
     @classmethod
     def failed(cls, reason: str) -> Outcome:
         """Begun and not completed, which is a fault of the body. An exception in ``act`` is the same."""
-        return cls("failed", reason)
+        return cls("failed", _plain_text(reason))
 
     @classmethod
     def timed_out(cls) -> Outcome:
@@ -205,6 +205,11 @@ class Outcome:
     def episode_cut(cls) -> Outcome:
         """Not carried out: the episode was cut off from outside, and this frame begins a new one."""
         return cls("episode-cut")
+
+
+def _plain_text(reason: object) -> str:
+    """What is given as a reason, as text that can be sent."""
+    return str(reason).encode("utf-8", "backslashreplace").decode()
 
 
 def _plain_properties(properties: Mapping[str, Values]) -> list[tuple[str, str, str, tuple[Any, ...]]]:

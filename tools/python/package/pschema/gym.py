@@ -27,6 +27,7 @@ import json
 import re
 import sys
 import threading
+import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Optional, Union
@@ -41,7 +42,10 @@ from .errors import DeclarationError, Error, NoDaemonError
 try:
     import gymnasium
 except ImportError as missing:
-    raise ImportError(f"pschema.gym needs gymnasium ({missing}): pip install 'pschema[gym]'") from missing
+    wanted = f"pschema.gym needs gymnasium ({missing}): pip install 'pschema[gym]', or from a clone './tools/python[gym]'"
+    if __name__ == "__main__":
+        sys.exit(wanted)
+    raise ImportError(wanted) from missing
 
 from ._games import Game, RefusedByRules, Seat
 from ._spaces import BINS, Part, Read, acts, as_name, senses_of
@@ -109,8 +113,12 @@ class EnvironmentBody(Body):
     done: int = 0
     length: int = 0
     total: float = 0.0
+    #: What the environment raised, if it did: it is lived in no longer then.
+    broken: Optional[Exception] = None
 
     def __post_init__(self) -> None:
+        if self.episodes is not None and (not isinstance(self.episodes, int) or self.episodes < 1):
+            raise DeclarationError(f"episodes={self.episodes!r}: give a whole number from 1, or nothing to live without end")
         if (self.senses is None) != (self.observe is None):
             raise DeclarationError("give senses= and observe= both, or neither: what is sensed, and how it is told from an observation")
         spec = getattr(self.env, "spec", None)
@@ -155,6 +163,11 @@ class EnvironmentBody(Body):
             self._seen, reward, terminated, truncated, _ = self.env.step(self._acts.put(action))
         except RefusedByRules as rules:
             return Outcome.refused(str(rules))
+        except Exception as error:
+            # A robot may fail and try again; an environment that raises is broken, and would do so for ever.
+            self.broken = error
+            self.stop.set()
+            raise
         self._reward, self._told = float(reward), False
         self._length += 1
         self._total += self._reward
@@ -173,14 +186,28 @@ class EnvironmentBody(Body):
 
 def _made(name: str, options: Mapping[str, Any]) -> Any:
     """The environment, or the game, of this id."""
-    if name.startswith(GAME):
-        import pettingzoo
+    try:
+        if name.startswith(GAME):
+            import pettingzoo
 
-        return pettingzoo.make("aec", name[len(GAME) :], **options)
-    if name.startswith(("MiniGrid-", "BabyAI-")):
-        # It registers its environments when it is imported.
-        importlib.import_module("minigrid")
-    return gymnasium.make(name, **options)
+            return pettingzoo.make("aec", name[len(GAME) :], **options)
+        if name.startswith(("MiniGrid-", "BabyAI-")):
+            # It registers its environments when it is imported.
+            importlib.import_module("minigrid")
+        return gymnasium.make(name, **options)
+    except ModuleNotFoundError as missing:
+        raise DeclarationError(f"{name} needs the package {missing.name}: pip install {missing.name}") from missing
+    except Exception as error:
+        told = ", ".join(f"{key}={value!r}" for key, value in options.items())
+        raise DeclarationError(f"{name} can't be made{' with ' + told if told else ''}: {error}") from error
+
+
+def _lived(body: EnvironmentBody, name: str, flag: _native.Stop) -> Summary:
+    """Runs a body until its episodes are over; raises what its environment raised."""
+    summary = run(body, name, stop=flag)
+    if body.broken is not None:
+        raise body.broken
+    return summary
 
 
 def attach(
@@ -246,7 +273,7 @@ def attach(
             own_flag = flag if len(environments) == 1 else _native.Stop()
             bodies.append(EnvironmentBody(one, own, own_seed, episodes, senses, observe, bins, own_flag))
         if len(bodies) == 1:
-            return run(bodies[0], name, stop=flag)
+            return _lived(bodies[0], name, flag)
         return _together([functools.partial(_itself, one) for one in bodies], name, flag)
     finally:
         if isinstance(env, str):
@@ -267,7 +294,7 @@ def _together(makes: Sequence[Callable[[], EnvironmentBody]], name: str, flag: _
         try:
             body = make()
             bodies.append(body)
-            summaries.append(run(body, name, stop=body.stop))
+            summaries.append(_lived(body, name, body.stop))
         except BaseException as error:
             raised.append(error)
             flag.set()
@@ -303,6 +330,17 @@ def _told(body: EnvironmentBody, stop: threading.Event) -> None:
             print(f"{told} episodes; the last took {body.length} actions, for a reward of {body.total:g}", file=sys.stderr)
 
 
+def _from(least: int) -> Callable[[str], int]:
+    """Reads a whole number from ``least`` on the command line."""
+
+    def whole(text: str) -> int:
+        if not text.isdecimal() or int(text) < least:
+            raise argparse.ArgumentTypeError(f"{text!r}: give a whole number from {least}")
+        return int(text)
+
+    return whole
+
+
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """``python -m pschema.gym``; returns the exit code: 1 if a goal was given and not achieved."""
     parser = argparse.ArgumentParser(
@@ -312,12 +350,12 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     )
     parser.add_argument("env", help="the id of an environment")
     parser.add_argument("--name", default="default", help="the learner; a daemon is started for it if it has none [default: default]")
-    parser.add_argument("--episodes", type=int, help="how many to live; until Ctrl-C unless given")
-    parser.add_argument("--seed", type=int, help="of the environment, and of the learner that is started")
+    parser.add_argument("--episodes", type=_from(1), help="how many to live; until Ctrl-C unless given")
+    parser.add_argument("--seed", type=_from(0), help="of the environment, and of the learner that is started")
     parser.add_argument("--data", help="the directory that a learner which is started keeps its memory in")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="an option of the environment, as Python writes it")
     parser.add_argument("--goal", action="append", default=[], metavar="PATTERN", help="what to achieve after the episodes")
-    parser.add_argument("--actions-max", type=int, default=100, help="how many actions may be taken for the goal [default: 100]")
+    parser.add_argument("--actions-max", type=_from(1), default=100, help="how many actions may be taken for the goal [default: 100]")
     parser.add_argument("--render", action="store_true", help="show it in a window")
     parser.add_argument("--picture", action="store_true", help="show it in `pschema view`")
     given = parser.parse_args(arguments)
@@ -336,15 +374,21 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             options[key] = text
     if given.render or given.picture:
         options["render_mode"] = "human" if given.render else "rgb_array"
+    daemon = None
     try:
-        with connect(given.name):
-            daemon = None
-    except NoDaemonError:
-        daemon = Daemon(given.name, seed=given.seed, data=given.data, arguments=["--quiet"])
-    try:
+        try:
+            with connect(given.name):
+                pass
+        except NoDaemonError:
+            daemon = Daemon(given.name, seed=given.seed, data=given.data, arguments=["--quiet"])
         return _live(given, options)
     except Error as error:
         print(f"pschema.gym: {error}", file=sys.stderr)
+        return 1
+    except Exception as error:
+        # Of the environment: where it comes from is for who wrote that.
+        traceback.print_exception(error)
+        print(f"pschema.gym: {given.env} raised {type(error).__name__}: {error}", file=sys.stderr)
         return 1
     finally:
         if daemon is not None:
@@ -358,17 +402,22 @@ def _live(given: argparse.Namespace, options: dict[str, Any]) -> int:
         return 0
     env = _made(given.env, options)
     body = EnvironmentBody(env, as_name(given.env), given.seed, None if given.goal else given.episodes)
-    over, achieved = threading.Event(), []
+    over, called_off = threading.Event(), _native.Stop()
+    achieved: list[Any] = []
+    raised: list[Exception] = []
 
     def pursue() -> None:
         while body.done < given.episodes and not over.wait(0.02):
             pass
-        if not over.is_set():
+        if over.is_set():
+            return
+        try:
             with connect(given.name) as learner:
-                try:
-                    achieved.append(learner.achieve(*given.goal, actions_max=given.actions_max, wait_s=600))
-                finally:
-                    body.stop.set()
+                achieved.append(learner.achieve(*given.goal, actions_max=given.actions_max, wait_s=600, stop=called_off))
+        except Exception as error:
+            raised.append(error)
+        finally:
+            body.stop.set()
 
     workers = [threading.Thread(target=_told, args=(body, over), daemon=True)]
     if given.goal:
@@ -376,14 +425,18 @@ def _live(given: argparse.Namespace, options: dict[str, Any]) -> int:
     for worker in workers:
         worker.start()
     try:
-        summary = run(body, given.name, stop=body.stop)
+        summary = _lived(body, given.name, body.stop)
     finally:
+        # Without the body nobody acts for the goal: who waits for it is told.
         over.set()
+        called_off.set()
         workers[-1].join()
         env.close()
     print(f"{body.done} episodes, {summary.orders} actions.")
     if not given.goal:
         return 0
+    if raised:
+        raise raised[0]
     if not achieved:
         print("The goal was not pursued.")
         return 1
