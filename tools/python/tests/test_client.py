@@ -96,15 +96,24 @@ def test_a_goal_is_achieved_and_told(sandbox: Sandbox) -> None:
 
 
 def test_a_goal_is_called_off_from_another_thread(sandbox: Sandbox) -> None:
-    with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
-        with running(Lamp(), "lamp"):
-            steps(client, 100)
-        # Nobody is there to act for it.
-        stop = pschema.Stop()
-        caller = threading.Timer(0.2, stop.set)
+    begun, free, stop = threading.Event(), threading.Event(), pschema.Stop()
+
+    class Stuck(Lamp):
+        def act(self, action: pschema.Action) -> Optional[pschema.Outcome]:
+            begun.set()
+            free.wait()
+            return super().act(action)
+
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client, running(Stuck(), "lamp"):
+        begun.wait()
+        caller = threading.Timer(0.1, stop.set)
         caller.start()
-        end = client.achieve("lamp{lit=true}", "lamp{lit=false}", wait_s=600, stop=stop)
-        caller.join()
+        try:
+            # Nothing comes of it while the body is stuck.
+            end = client.achieve("lamp{lit=true}", wait_s=600, stop=stop)
+        finally:
+            caller.join()
+            free.set()
         assert end["state"] == "cancelled"
 
 

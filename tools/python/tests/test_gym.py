@@ -301,7 +301,7 @@ def test_the_command_says_what_is_wrong(sandbox: Sandbox) -> None:
 
 
 def test_an_environment_that_raises_is_lived_in_no_longer(sandbox: Sandbox) -> None:
-    class Broken(gymnasium.Env):  # type: ignore[misc]
+    class Broken(gymnasium.Env):  # type: ignore[misc, name-defined]
         observation_space = S.Discrete(3)
         action_space = S.Discrete(2)
 
