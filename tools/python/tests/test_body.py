@@ -149,10 +149,11 @@ def test_it_leaves_at_ctrl_c_while_the_learner_is_held(sandbox: Sandbox) -> None
 def test_the_python_process_is_killed_and_comes_back(sandbox: Sandbox) -> None:
     with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
         lamp = sandbox.python(LAMP, "--name", "lamp")
-        before = steps(client, 50)
+        steps(client, 50)
         lamp.kill()
         lamp.wait()
         until("the lamp is lost", lambda: client.status()["bodies"][0]["state"] == "lost" or None)
+        before = client.status()["step"]
         again = sandbox.python(LAMP, "--name", "lamp")
         steps(client, before + 50)
         again.terminate()
