@@ -1,7 +1,7 @@
 //! Whether what a body declares can be learnt. Some declarations keep a learner from ever meeting the same thing twice, and it is hard to
 //! see why nothing comes of it: so it is told, as soon as enough frames show it.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher, Hash};
 
 use pschema_inspect::DeclarationWarning;
@@ -69,7 +69,7 @@ struct Context {
 /// What came of a primitive in contexts that differ in what is the body's own.
 #[derive(Debug, Default)]
 struct OwnInfluence {
-    contexts: HashMap<(PrimitiveId, u64), Vec<Outcome>>,
+    contexts: BTreeMap<(PrimitiveId, u64), Vec<Outcome>>,
     actions: u64,
     is_judged: bool,
 }
@@ -123,7 +123,7 @@ impl OwnInfluence {
         }
         let found = by_own >= CONTEXTS_ENOUGH && by_own > otherwise;
         if found || self.actions == ACTIONS_MAX {
-            (self.is_judged, self.contexts) = (true, HashMap::new());
+            (self.is_judged, self.contexts) = (true, BTreeMap::new());
         }
         found.then_some(by_own)
     }
