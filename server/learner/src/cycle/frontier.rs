@@ -106,7 +106,7 @@ pub(crate) fn search(
         return None;
     }
     let kinds = (0..u16::try_from(vocabulary.types().len()).unwrap_or(u16::MAX)).map(TypeId).collect();
-    foresight.begin(body, &kinds, &BTreeSet::new());
+    foresight.begin((body, repertoire), &kinds, &BTreeSet::new());
     let mut search = Search {
         content,
         body,

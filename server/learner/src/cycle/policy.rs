@@ -70,7 +70,7 @@ pub(crate) fn search(
     let wanted: BTreeSet<_> = goal.iter().map(|pattern| pattern.kind()).collect();
     let surest = content.evidence.surest(vocabulary, repertoire, &wanted);
     let kinds = depends_on(content, repertoire, wanted.clone());
-    foresight.begin(body, &kinds, &wanted);
+    foresight.begin((body, repertoire), &kinds, &wanted);
     let mut search = Search {
         content,
         body,

@@ -15,6 +15,8 @@ use crate::nouns::vocabulary::{BodyId, PrimitiveId, Vocabulary};
 pub(crate) struct Foresight {
     /// Whose search it was; none before the first.
     body: Option<BodyId>,
+    /// What that body can do: what is foretold is kept by the place in it.
+    repertoire: Vec<PrimitiveId>,
     /// The types that were looked at.
     kinds: BTreeSet<TypeId>,
     /// The types that the goal speaks of.
@@ -32,9 +34,16 @@ impl Foresight {
     const SIZE_MAX: usize = 8_192;
 
     /// Another search begins, by a body that is sent to a goal which speaks of types `goal`, and depends on `kinds`.
-    pub(crate) fn begin(&mut self, body: BodyId, kinds: &BTreeSet<TypeId>, goal: &BTreeSet<TypeId>) {
-        if self.body != Some(body) || self.kinds != *kinds || self.goal != *goal {
-            *self = Self { body: Some(body), kinds: kinds.clone(), goal: goal.clone(), ..Self::default() };
+    pub(crate) fn begin(
+        &mut self,
+        (body, repertoire): (BodyId, &[PrimitiveId]),
+        kinds: &BTreeSet<TypeId>,
+        goal: &BTreeSet<TypeId>,
+    ) {
+        let is_same = self.body == Some(body) && self.repertoire == repertoire;
+        if !is_same || self.kinds != *kinds || self.goal != *goal {
+            let (kinds, goal, repertoire) = (kinds.clone(), goal.clone(), repertoire.to_vec());
+            *self = Self { body: Some(body), repertoire, kinds, goal, ..Self::default() };
         }
         if self.size > Self::SIZE_MAX {
             // What the last search looked at is looked at again most likely.
