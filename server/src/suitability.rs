@@ -1,7 +1,7 @@
 //! Whether what a body declares can be learnt. Some declarations keep a learner from ever meeting the same thing twice, and it is hard to
 //! see why nothing comes of it: so it is told, as soon as enough frames show it.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher, Hash};
 
 use pschema_inspect::DeclarationWarning;
@@ -32,6 +32,8 @@ pub(crate) struct Suitability {
     own: OwnInfluence,
     /// The context of the last action, if it is still to be seen what it does.
     last: Option<(PrimitiveId, Context)>,
+    /// The types that are the body's own, as far as any was there.
+    own_kinds: BTreeSet<TypeId>,
 }
 
 /// How often the same came again.
@@ -177,16 +179,17 @@ impl Suitability {
             && frame.outcome == Some(ActionOutcome::Done)
             && let Some(contexts) = self.own.counts(primitive, context, hash(of(false)))
         {
-            let mut senses: Vec<_> = own.iter().filter_map(|o| Some(declared(o)?.name.clone())).collect();
-            senses.dedup();
+            let types = vocabulary.types();
+            let name = |kind: &TypeId| Some(types.get(usize::from(kind.0))?.declared.name.clone());
             found.push(DeclarationWarning::OwnDecides {
-                senses,
+                senses: self.own_kinds.iter().filter_map(name).collect(),
                 contexts: u64::try_from(contexts).unwrap_or(u64::MAX),
             });
         }
         if own_is_no_condition && !own.is_empty() {
             let lasting: Vec<_> =
                 of(false).into_iter().filter(|o| declared(o).is_some_and(|d| !d.transient)).collect();
+            self.own_kinds.extend(own.iter().map(|o| o.kind()));
             self.last = action.map(|action| (action, Context { own: hash(own), rest: hash(lasting) }));
         }
         found
