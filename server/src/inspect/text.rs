@@ -57,6 +57,9 @@ pub(super) fn value_of_kind(vocabulary: &Vocabulary, kind: Option<&ValueKind>, f
 
 /// The name of a type.
 pub(super) fn kind(vocabulary: &Vocabulary, kind: TypeId) -> String {
+    if kind == TypeId::ENDED {
+        return "episode_ended".to_owned();
+    }
     let known = vocabulary.types().get(usize::from(kind.0));
     known.map(|known| known.declared.name.clone()).unwrap_or_default()
 }

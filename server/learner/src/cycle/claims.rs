@@ -15,10 +15,8 @@ use crate::nouns::schema::{Generalised, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
-/// How often it is taken in of a primitive that an episode ends in one and the same context: claims know it by then.
-const ENDS_KNOWN: usize = 16;
-/// Of how many primitives an episode's end is taken in at once: what it teaches must not take the place of all else that is known, nor long.
-const ENDS_AT_ONCE: usize = 16;
+/// How often it is taken in that an episode ends in one and the same context: claims know it by then.
+const ENDS_KNOWN: u32 = 16;
 
 /// The part of a world state that claims may ask for: what lasts and does not come from others.
 pub(crate) fn context(content: &Content, world: &WorldState) -> WorldState {
@@ -78,47 +76,35 @@ pub(crate) fn experience(
 }
 
 /// What it teaches that an episode had ended where an execution was decided, so that it was not carried out: nothing leads on from
-/// there, whatever is done. That is evidence for each primitive of the body until it is known well, the one that was sent first.
+/// there, whatever is done. It is evidence until it is known well.
 pub(crate) fn end(
     memory: &Memory,
     body: BodyId,
     execution: &Execution,
     lifted: &dyn Fn(TypeId) -> bool,
-) -> Vec<Effect> {
+) -> Option<Effect> {
     let Content { vocabulary, evidence, .. } = memory.content();
-    let repertoire = vocabulary.bodies().get(usize::from(body.0)).map_or(&[][..], |known| &known.repertoire);
     let before = context(memory.content(), &execution.before);
+    if evidence.ended(before.observations()).0 >= ENDS_KNOWN {
+        return None;
+    }
     let after: Arc<[_]> = outcome(memory, &before).observations().into();
-    let sensed = sensed(memory, lifted);
-    let sent = repertoire.iter().position(|primitive| *primitive == execution.action).unwrap_or(0);
-    let (earlier, later) = repertoire.split_at(sent);
-    let ends = |primitive| evidence.ended(vocabulary, primitive, before.observations()).0;
-    let open = |primitive: &&PrimitiveId| ends(**primitive) < ENDS_KNOWN;
-    let experience = |primitive: &PrimitiveId| {
-        Effect::Experienced(Box::new(Experience {
-            body,
-            recalled: Some(Recalled { observations: Arc::clone(&after), age: 0 }),
-            primitive: *primitive,
-            parameters: parameters(vocabulary, *primitive),
-            before: before.observations().into(),
-            after: Arc::clone(&after),
-            sensed: Arc::clone(&sensed),
-        }))
-    };
-    later.iter().chain(earlier).filter(open).take(ENDS_AT_ONCE).map(experience).collect()
+    Some(Effect::Experienced(Box::new(Experience {
+        body,
+        recalled: Some(Recalled { observations: Arc::clone(&after), age: 0 }),
+        primitive: execution.action,
+        parameters: parameters(vocabulary, execution.action),
+        before: before.observations().into(),
+        after,
+        sensed: sensed(memory, lifted),
+    })))
 }
 
 /// Whether an episode had ended whenever something was to be done in this world state, as far as is remembered; and that was so.
-pub(crate) fn ended(memory: &Memory, body: BodyId, world: &WorldState) -> bool {
-    let Content { vocabulary, evidence, mechanisms, .. } = memory.content();
-    let repertoire = vocabulary.bodies().get(usize::from(body.0)).map_or(&[][..], |known| &known.repertoire);
-    if !mechanisms.claims {
-        return false;
-    }
-    let context = context(memory.content(), world);
-    let ended = |primitive: &PrimitiveId| evidence.ended(vocabulary, *primitive, context.observations());
-    let (ends, all) = repertoire.iter().map(ended).fold((0, 0), |(e, a), (ends, all)| (e + ends, a + all));
-    all > 0 && ends == all
+pub(crate) fn ended(memory: &Memory, world: &WorldState) -> bool {
+    let content = memory.content();
+    let (ends, all) = content.evidence.ended(context(content, world).observations());
+    content.mechanisms.claims && all > 0 && ends == all
 }
 
 /// The part of a world state that comes of what was done: neither what comes from others, nor what is supposed, which is not sensed and may be

@@ -87,6 +87,8 @@ struct Search<'a> {
     waiting: BinaryHeap<(u64, Reverse<usize>, [u64; 2])>,
     /// How much is learnt an action on the best way that was found.
     rate: f64,
+    /// How much may be learnt where the next episode begins.
+    beginning: f64,
 }
 
 /// Looks for what draws more than `least`, in what is learnt an action. None if there is nothing in reach that does.
@@ -117,6 +119,7 @@ pub(crate) fn search(
         known: FxHashMap::default(),
         waiting: BinaryHeap::new(),
         rate: least,
+        beginning: content.evidence.beginning(body),
     };
     search.offer(claims::context(content, world), 1.0, 0.0, 0);
     search.explore(most);
@@ -159,11 +162,13 @@ impl Search<'_> {
             self.foresight.outlook(&content.evidence, &content.vocabulary, (body, repertoire), about);
         // Where something is that was never there when anything was done, nobody knows what leads on.
         let is_met = depth == 0 || about.iter().all(|o| content.evidence.is_met(o));
+        let goes_on = 1.0 - outlook.ending.probability;
         let mut new: Option<(PrimitiveId, f64)> = None;
         let mut moves = Vec::with_capacity(repertoire.len());
         for (action, prospect) in repertoire.iter().zip(outlook.prospects) {
             let reliability = content.reliability(*action);
-            let learnable = reliability * prospect.learnable;
+            let learnable = reliability * prospect.learnable * goes_on + self.beginning * (1.0 - goes_on);
+            let learnable = learnable.max(outlook.ending.learnable);
             if new.is_none_or(|(_, most)| learnable > most) {
                 new = Some((*action, learnable));
             }
@@ -177,12 +182,12 @@ impl Search<'_> {
                     false => (),
                 }
             }
-            if !is_met {
+            if !is_met || goes_on < LIKELY {
                 continue;
             }
             let tries = 1.0 / (1.0 - stays).max(LIKELY);
-            let offer = |(next, share)| {
-                let led: f64 = share * tries;
+            let offer = |(next, share): (WorldState, f64)| {
+                let led = share * tries * goes_on;
                 (self.offer(next, likely * led, far + tries, depth + 1), led)
             };
             let leads: Vec<_> = outcomes.into_iter().map(offer).collect();

@@ -10,8 +10,10 @@ use rustc_hash::FxHashMap;
 
 use crate::cycle::claims;
 use crate::cycle::goals::holds;
-use crate::cycle::valuation::{DISCOUNT, Graph, Move, NEGLIGIBLE, Node, Stop, arrivals, tried, visits};
-use crate::memory::evidence::{Foresight, Outlook, Prospect};
+use crate::cycle::valuation::{
+    DISCOUNT, Graph, Move, NEGLIGIBLE, Node, Stop, TOLERANCE, arrivals, tried, visits,
+};
+use crate::memory::evidence::{Ending, Foresight, Outlook, Prospect};
 use crate::memory::{Content, Memory};
 use crate::nouns::observation::{Observation, TypeId};
 use crate::nouns::policy::{Lead, POLICY_ROWS_MAX, Policy, PolicyRow, of_kinds};
@@ -171,18 +173,18 @@ impl Search<'_> {
         }
         self.looks = looks;
         let Content { evidence, vocabulary, .. } = self.content;
-        let Outlook { prospects, chance } =
+        let Outlook { prospects, ending, chance } =
             self.foresight.outlook(evidence, vocabulary, (self.body, self.repertoire), &context);
         self.chance.extend(chance);
         let moves = self.repertoire.iter().zip(prospects);
-        let moves = moves.filter_map(|(action, prospect)| self.look(at, *action, &prospect));
+        let moves = moves.filter_map(|(action, prospect)| self.look(at, *action, &prospect, ending));
         let moves: Vec<_> = moves.collect();
         self.graph.nodes[at].moves = Some(moves.into());
         true
     }
 
     /// An action in a context, with what is foretold of it; none if it neither changes anything nor reaches the goal.
-    fn look(&mut self, at: usize, action: PrimitiveId, prospect: &Prospect) -> Option<Move> {
+    fn look(&mut self, at: usize, action: PrimitiveId, prospect: &Prospect, ending: Ending) -> Option<Move> {
         let Prospect { outcomes: foretold, open, .. } = prospect;
         let Node { reached, depth, ref context, .. } = self.graph.nodes[at];
         let context = context.clone();
@@ -207,9 +209,19 @@ impl Search<'_> {
         }
         let led: f64 = outcomes.iter().map(|(_, likely)| likely).sum();
         let unknown = (1.0 - arrives - led - stays - open).max(0.0);
+        // From where an episode has ended nothing leads on.
+        let goes_on = 1.0 - ending.probability;
+        if goes_on < TOLERANCE {
+            return None;
+        }
+        let (arrives, open) = (arrives * goes_on, open * goes_on);
         let tried = tried(stays + unknown);
         self.arrives = self.arrives.max(reached * arrives * tried);
         let offered = outcomes.into_iter().filter_map(|(next, likely)| {
+            let likely = likely * goes_on;
+            if likely == 0.0 {
+                return None;
+            }
             Some((self.offer(next, reached * likely * tried, depth + 1)?, likely))
         });
         let leads: Box<[_]> = offered.collect();

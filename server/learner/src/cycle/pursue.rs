@@ -194,7 +194,7 @@ fn give_up<T>(draft: &mut Draft<'_>, ending: Ending) -> Option<T> {
 fn stand(draft: &mut Draft<'_>, situation: &Situation<'_>) -> Option<(Execution, Decision)> {
     let Situation { body, world, .. } = *situation;
     let memory = draft.memory();
-    if !claims::ended(memory, body, world) {
+    if !claims::ended(memory, world) {
         return None;
     }
     let goal = memory.content().pursuit_of(body)?.goal.clone();

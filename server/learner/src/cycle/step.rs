@@ -174,7 +174,7 @@ fn begin_episode(draft: &mut Draft<'_>, body: BodyId, execution: &Execution, end
         let end = claims::end(draft.memory(), body, execution, &|kind| is_lifted(lifted, kind));
         draft.emit_all(end);
     }
-    if mechanisms.supposes() || mechanisms.recalls() {
+    if mechanisms.claims {
         draft.emit(Effect::Experienced(Box::new(Experience::beginning(body))));
     }
     if mechanisms.supposes() {

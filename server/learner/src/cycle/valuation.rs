@@ -12,7 +12,7 @@ use crate::nouns::vocabulary::PrimitiveId;
 /// worth a thousandth of certainty.
 pub(crate) const DISCOUNT: f64 = 0.999;
 /// Values are known when none changes by more than this in a sweep over all.
-const TOLERANCE: f64 = 1e-9;
+pub(crate) const TOLERANCE: f64 = 1e-9;
 /// Sweeps, at most.
 const SWEEPS_MAX: usize = 1_000;
 /// Moves that are weighed in one search.

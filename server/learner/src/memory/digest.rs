@@ -3,7 +3,8 @@
 use crate::memory::chunks::ChunkDigest;
 use crate::memory::content::Content;
 use crate::memory::evidence::{
-    Found, FoundClaim, FoundClaims, FoundEach, FoundFacet, FoundPlace, FoundTrial, OwnEffect, Recollection,
+    Beginnings, Found, FoundClaim, FoundClaims, FoundEach, FoundFacet, FoundPlace, FoundTrial, OwnEffect,
+    Recollection,
 };
 use crate::nouns::claim::{Change, Condition, Expression, Reference, Sketch};
 use crate::nouns::execution::{ChainLink, Execution};
@@ -60,6 +61,11 @@ pub fn digest(content: &Content) -> String {
                 sink.number(noted);
                 sink.each(&there, observation);
             }
+        }
+        for (body, Beginnings { is_next, learnable: (all, count) }) in content.evidence.beginnings() {
+            sink.number(u64::from(body.0));
+            sink.flag(*is_next);
+            [all, count].iter().for_each(|number| sink.number(number.to_bits()));
         }
     }
     // And one that supposes nothing the one that it had before it could.

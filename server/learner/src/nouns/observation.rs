@@ -7,6 +7,11 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TypeId(pub u16);
 
+impl TypeId {
+    /// Of that an episode had ended where something was to be done. Claims tell of it as of what is sensed; no body declares it.
+    pub const ENDED: Self = Self(u16::MAX);
+}
+
 /// A property name, shared by all observation types: `field` of a finger and `field` of an object are
 /// one property. An index into [`crate::nouns::vocabulary::Vocabulary`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::memory::evidence::columns::{Column, Conditions};
 use crate::memory::evidence::facet::{ANYTHING, Examples, Facet, Grown, Time, conditions, path};
-use crate::memory::evidence::foretold::{Foretold, Part, Seen, Told, View};
+use crate::memory::evidence::foretold::{Foretold, Part, Seen, View};
 use crate::memory::evidence::scene::{Scene, of_kind};
 use crate::nouns::claim::{Claim, Condition};
 use crate::nouns::experience::Experience;
@@ -158,18 +158,18 @@ impl Each {
         scene: &Scene,
         after: &[Observation],
         already: bool,
-    ) -> Option<Told> {
+    ) -> Option<f64> {
         let grown = self.grown(view, primitive)?;
-        let mut told = Told::default();
+        let mut told = 0.0;
         for one in &self.known {
             let scene = scene.of(one);
             let seen = Seen::of_claim(grown, &scene, after, &self.facet)?;
             let seen = if already { seen.without_one() } else { seen };
-            told.and(seen, 2);
+            told += libm::log(seen.probability(2));
         }
         // What was never met is as good as not foretold.
         let new = after.iter().filter(|o| self.known.binary_search(o).is_err()).count();
-        told.unmet(new, self.known.len());
+        told -= new as f64 * libm::log((self.known.len() + 1) as f64);
         Some(told)
     }
 
@@ -256,7 +256,7 @@ impl Trial {
     ) {
         let told = |view: View| {
             let told = self.each.told(view, primitive, scene, after, false);
-            told.map_or_else(|| -(self.each.known.len() as f64) * libm::log(2.0), |told| told.probability)
+            told.unwrap_or_else(|| -(self.each.known.len() as f64) * libm::log(2.0))
         };
         let singly = [told(View::General), told(View::Particular)];
         self.together.iter_mut().zip(together).for_each(|(score, told)| *score += told);

@@ -283,9 +283,7 @@ impl Facet {
             }
             let mut makes = Column::default();
             for (at, (experience, scene)) in examples.all.iter().enumerate() {
-                if self.sensed.contains(at)
-                    && scene.makes(&change, &self.part(&experience.after), &self.kinds)
-                {
+                if self.sensed.contains(at) && scene.makes(&change, &self.after(experience), &self.kinds) {
                     makes.insert(at);
                 }
             }
@@ -302,7 +300,7 @@ impl Facet {
     ) -> Option<(&'a Scene, Vec<Observation>)> {
         let told = examples.all.get(at).filter(|(experience, _)| self.is_told_by(experience));
         let (experience, scene) = told?;
-        let after = self.part(&experience.after);
+        let after = self.after(experience);
         let number = self.outcomes.enter(at, &after);
         let is_like = |other: usize| self.sensed.contains(other) && self.outcomes.of(other) == Some(number);
         let twin = examples.twin(at, is_like);
@@ -316,14 +314,25 @@ impl Facet {
         twin.is_none().then_some((scene, after))
     }
 
-    /// Whether an experience tells which observations of its types were there.
+    /// Whether it is about whether an episode had ended.
+    pub(super) fn is_of_ends(&self) -> bool {
+        self.kinds == [TypeId::ENDED]
+    }
+
+    /// Whether an experience tells which observations of its types were there: of where an episode had ended nothing else is told.
     pub(super) fn is_told_by(&self, experience: &Experience) -> bool {
+        if experience.is_end() || self.is_of_ends() {
+            return self.is_of_ends();
+        }
         self.kinds.iter().zip(&self.company).all(|(kind, company)| tells(experience, *kind, company))
     }
 
-    /// What of these observations is of its types.
-    pub(super) fn part(&self, observations: &[Observation]) -> Vec<Observation> {
-        self.kinds.iter().flat_map(|kind| of_kind(observations, *kind)).cloned().collect()
+    /// What was there of its types after an experience that tells of them.
+    pub(super) fn after(&self, experience: &Experience) -> Vec<Observation> {
+        if experience.is_end() {
+            return vec![Observation::new(TypeId::ENDED, [])];
+        }
+        self.kinds.iter().flat_map(|kind| of_kind(&experience.after, *kind)).cloned().collect()
     }
 
     /// Counts the example `at`, which is entered: for the general claims, and for those about its primitive if there are any of a

@@ -168,35 +168,6 @@ impl Seen {
     }
 }
 
-/// How well a view told what came about.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Told {
-    /// ln of the probability that it gave it.
-    pub(super) probability: f64,
-    /// Whether it had never seen it come about.
-    pub(super) surprises: bool,
-}
-
-impl Told {
-    /// What a view that had seen so much told, where so many changes may come.
-    pub(super) fn of(seen: Seen, changes: usize) -> Self {
-        Self { probability: libm::log(seen.probability(changes)), surprises: seen.came == 0 }
-    }
-
-    /// And one thing more, whatever became of the others.
-    pub(super) fn and(&mut self, seen: Seen, changes: usize) {
-        let Self { probability, surprises } = Self::of(seen, changes);
-        self.probability += probability;
-        self.surprises |= surprises;
-    }
-
-    /// And so many more that were never met, where so many were.
-    pub(super) fn unmet(&mut self, new: usize, known: usize) {
-        self.probability -= new as f64 * libm::log((known + 1) as f64);
-        self.surprises |= new > 0;
-    }
-}
-
 /// How much better it is told by a share of its own than by that which it has anyway that something came so many times in so many
 /// tries: ln of the odds.
 pub(super) fn differs(times: usize, tries: usize, anyway: f64) -> f64 {

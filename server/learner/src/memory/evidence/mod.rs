@@ -1,8 +1,10 @@
 //! Evidence: the experiences that claims grow from, and the claims. One rule says which claim is in force where, and what it
 //! foretells.
 
+mod beginnings;
 mod columns;
 mod each;
+mod ends;
 mod facet;
 mod foresight;
 mod foretold;
@@ -25,6 +27,8 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+pub use beginnings::Beginnings;
+pub(crate) use ends::Ending;
 pub(crate) use foresight::Foresight;
 pub(crate) use foretold::InForce;
 pub use foretold::{Foretold, Part, View};
@@ -52,6 +56,8 @@ pub mod limits {
     pub const EXAMPLES_MAX: usize = super::each::EXAMPLES_MAX + super::each::KNOWN_MAX;
     /// Ways to be of which a body recalls what was there.
     pub const RECOLLECTIONS_MAX: usize = super::recollections::RECOLLECTIONS_MAX;
+    /// Beginnings that are counted, the earlier ones less.
+    pub const BEGINNINGS_MAX: f64 = super::beginnings::BEGINNINGS_MAX;
 }
 
 /// The experiences with each action, by its number in the vocabulary, and the claims that they make. A clone shares all of it.
@@ -62,6 +68,8 @@ pub struct Evidence {
     background: Arc<Pool>,
     /// What each body recalls.
     recollections: BTreeMap<BodyId, Recollections>,
+    /// What was to be learnt where episodes of each body began.
+    beginnings: BTreeMap<BodyId, Beginnings>,
 }
 
 /// What is done where claims hold.
@@ -94,18 +102,35 @@ impl Evidence {
     pub fn experience(&mut self, vocabulary: &Vocabulary, experience: &Experience, recalls: bool) {
         if experience.is_beginning() {
             self.recollections.remove(&experience.body);
+            self.beginnings.entry(experience.body).or_default().is_next = true;
         }
         let Some(action) = action(vocabulary, experience.primitive) else { return };
-        let pool = Arc::make_mut(self.pools.entry(action).or_default());
-        pool.experience(Arc::new(experience.clone()), recalls);
+        let is_end = experience.is_end();
+        self.note_beginning(vocabulary, experience);
+        // Where an episode had ended the action was not carried out: it says nothing of the action.
+        if !is_end {
+            let pool = Arc::make_mut(self.pools.entry(action).or_default());
+            pool.experience(Arc::new(experience.clone()), recalls);
+        }
+        let recalled = experience.recalled.clone().filter(|_| is_end);
         let anything =
-            Experience { primitive: ANYTHING, parameters: [].into(), recalled: None, ..experience.clone() };
+            Experience { primitive: ANYTHING, parameters: [].into(), recalled, ..experience.clone() };
         Arc::make_mut(&mut self.background).experience(Arc::new(anything), false);
-        if recalls && !experience.is_end() {
+        if recalls && !is_end {
             let keys: BTreeSet<_> = self.pools.values().filter_map(|pool| pool.key()).collect();
             let recollections = self.recollections.entry(experience.body).or_default();
             recollections.note(keys, &experience.after);
         }
+    }
+
+    /// What was to be learnt where episodes began, of each body in the order of the bodies.
+    pub fn beginnings(&self) -> impl Iterator<Item = (BodyId, &Beginnings)> {
+        self.beginnings.iter().map(|(body, beginnings)| (*body, beginnings))
+    }
+
+    /// Puts back what was to be learnt where the episodes of a body began.
+    pub fn begin(&mut self, body: BodyId, beginnings: Beginnings) {
+        self.beginnings.insert(body, beginnings);
     }
 
     /// What each body recalls, in the order of the bodies.
@@ -181,7 +206,7 @@ impl Evidence {
     /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.pools.is_empty()
+        self.pools.is_empty() && self.background.examples.is_empty()
     }
 
     /// The claims about each facet, with the types that it is of.
@@ -202,18 +227,6 @@ impl Evidence {
     pub(crate) fn in_force(&self, vocabulary: &Vocabulary, experience: &Experience) -> Vec<InForce<'_>> {
         let pool = action(vocabulary, experience.primitive).and_then(|action| self.pools.get(&action));
         pool.map_or_else(Vec::new, |pool| pool.in_force(experience))
-    }
-
-    /// How often an episode had ended where a primitive was to be carried out in a context of lasting observations in canonical order, and how
-    /// often it was carried out there or that was so, among the experiences that are kept.
-    pub(crate) fn ended(
-        &self,
-        vocabulary: &Vocabulary,
-        primitive: PrimitiveId,
-        context: &[Observation],
-    ) -> (usize, usize) {
-        let pool = action(vocabulary, primitive).and_then(|action| self.pools.get(&action));
-        pool.map_or((0, 0), |pool| pool.ended(primitive, context))
     }
 
     /// Whether any claim asks for an observation of this type.
@@ -245,13 +258,16 @@ impl Evidence {
             Some(pool.surprise() * pool.newness(novelty, *primitive, false))
         };
         let mut curiosity = curiosity;
-        primitives.iter().map(|primitive| curiosity(primitive).unwrap_or(1.0)).collect()
+        // Whatever is done, it shows whether an episode has ended here.
+        let of_ends = self.ending(context, None).learnable;
+        primitives.iter().map(|primitive| curiosity(primitive).unwrap_or(1.0).max(of_ends)).collect()
     }
 
     /// How often what is new surprises where this primitive is carried out, from 0 to 1: of what may be learnt of it there is no more anywhere.
     pub(crate) fn surprise(&self, vocabulary: &Vocabulary, primitive: PrimitiveId) -> f64 {
         let pool = action(vocabulary, primitive).and_then(|action| self.pools.get(&action));
-        pool.map_or(1.0, |pool| pool.surprise())
+        let of_ends = self.background.of_ends().map_or(0.0, |facet| facet.surprise.of_new());
+        pool.map_or(1.0, |pool| pool.surprise()).max(of_ends)
     }
 
     /// What a primitive will bring about in a context of lasting observations in canonical order, by what a body recalls, if it is one's;

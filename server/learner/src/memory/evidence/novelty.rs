@@ -7,6 +7,8 @@ use crate::nouns::observation::Observation;
 
 /// Observations of a context that are looked at; more are not, so that a crowd can't make a step slow.
 const OBSERVATIONS_MAX: usize = 48;
+/// What was tried so often is known.
+const KNOWN: usize = 16;
 /// How far an experience counts after each one like it.
 const KEPT: f64 = 0.97;
 
@@ -19,9 +21,14 @@ pub(super) struct Novelty<'a> {
 }
 
 impl<'a> Novelty<'a> {
-    pub(super) fn new(conditions: &'a Conditions, context: &[Observation]) -> Self {
+    /// The same of each observation by itself, and of no pairs.
+    pub(super) fn of_each(conditions: &'a Conditions, context: &[Observation]) -> Self {
         let columns = context.iter().take(OBSERVATIONS_MAX).map(|observation| met(conditions, observation));
-        let columns: Vec<_> = columns.collect();
+        Self { columns: columns.collect(), pairs: Vec::new() }
+    }
+
+    pub(super) fn new(conditions: &'a Conditions, context: &[Observation]) -> Self {
+        let Self { columns, .. } = Self::of_each(conditions, context);
         let none = Column::default();
         let mut pairs = Vec::with_capacity(columns.len() * (columns.len() + 1) / 2);
         for (at, one) in columns.iter().enumerate() {
@@ -64,8 +71,12 @@ impl<'a> Novelty<'a> {
 /// How much one more trial may teach after so many of the same: the more is known, the less likely is it that it is otherwise than
 /// foretold, and the less does that change what is foretold. Both go by 1 / (1 + N).
 pub(super) fn newness(count: usize) -> f64 {
-    let likely = 1.0 / (1 + count) as f64;
-    likely * likely
+    let of = |count: usize| {
+        let likely = 1.0 / (1 + count) as f64;
+        likely * likely
+    };
+    let known = of(KNOWN);
+    (of(count) - known).max(0.0) / (1.0 - known)
 }
 
 /// The examples in whose context an observation was; none if it is in no context.
@@ -76,10 +87,11 @@ pub(super) fn met<'a>(conditions: &'a Conditions, observation: &Observation) -> 
     known.map(|asked| &asked.column)
 }
 
-/// How often a facet surprised: what came about was not foretold at all. Of late, for an earlier experience counts less.
+/// How much a facet surprised: by so much was it improbable, as it was foretold, that comes about what came. Of late, for an earlier
+/// experience counts less.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Surprise {
-    /// Surprises and experiences, by how new they were.
+    /// Surprise and experiences, by how new they were.
     pub(super) new: (f64, f64),
     /// The same, by how familiar they were.
     pub(super) familiar: (f64, f64),
@@ -96,15 +108,16 @@ impl Surprise {
         self.familiar = note(self.familiar, 1.0 - newness);
     }
 
-    /// Whether more than one in four surprised, and there were some.
+    /// Whether it surprised by more than one in four, and there was something.
     pub(super) fn is_often(&self) -> bool {
         let all = self.new.1 + self.familiar.1;
         all >= 8.0 && (self.new.0 + self.familiar.0) * 4.0 > all
     }
 
-    /// How often what is new surprises, unless what is familiar surprises as well: then it is noise. From 0 to 1; 1 at first.
+    /// By how much more it surprises where it is new than where it is familiar: what surprises there as well is noise. So much may be
+    /// learnt. From 0 to 1; 1 at first.
     pub(super) fn of_new(&self) -> f64 {
         let noise = self.familiar.0 / (self.familiar.1 + 1.0);
-        (self.new.0 + 1.0) / (self.new.1 + 1.0) * (1.0 - noise)
+        ((self.new.0 + 1.0) / (self.new.1 + 1.0) - noise).max(0.0)
     }
 }

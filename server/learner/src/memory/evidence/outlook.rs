@@ -189,7 +189,8 @@ impl Evidence {
                 }
             })
         });
-        Outlook { prospects: prospects.collect(), chance }
+        let prospects = prospects.collect();
+        Outlook { prospects, ending: self.ending(context, Some(&steady)), chance }
     }
 
     /// The types of which no action is the cause in a context, and nobody can say what becomes of them.
@@ -244,10 +245,6 @@ impl Around<'_> {
         let Self { context, chance, steady, plain } = *self;
         let matters = |at: usize| context.get(at).is_some_and(|o| steady.contains(&o.kind()));
         let met = pool.together(novelty, primitive, matters);
-        // The body said so: no claim need be grown of it.
-        if pool.is_over(&met, plain, steady) {
-            return Prospect { outcomes: vec![(context.to_vec(), 1.0)], open: 0.0, learnable: 0.0 };
-        }
         let unmet = pool.unmet(novelty, primitive);
         let learnable = pool.surprise() * pool.newness_of_all(novelty, primitive, &met, false);
         let is_told = |facet: &&Foretold| !facet.kinds.iter().any(|kind| chance.contains(kind));
@@ -269,7 +266,7 @@ type Share = (Vec<Observation>, f64);
 
 /// The probabilities of the outcomes of a facet. Where the very same context was met before, it may be an exception to the claim: so the
 /// claim and what came of this context alone are weighed, each by how probable it makes all that came. At first both are as likely.
-fn shares(facet: &Foretold, alike: Vec<(Vec<Observation>, u32)>) -> Vec<Share> {
+pub(super) fn shares(facet: &Foretold, alike: Vec<(Vec<Observation>, u32)>) -> Vec<Share> {
     let ways = facet.outcomes.len();
     let told = facet.outcomes.iter();
     let told = told.map(|(after, count)| (after.clone(), probability(*count, facet.trials, ways)));

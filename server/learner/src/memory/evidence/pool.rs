@@ -55,6 +55,22 @@ pub(super) fn is_alike(experience: &Experience, context: &[Observation], kinds: 
     of_kinds().count() == context.len() && of_kinds().eq(context)
 }
 
+/// Experiences in which the same claims were in force.
+#[derive(Default)]
+struct Cell {
+    /// By the primitive and the context, the oldest first.
+    tried: BTreeMap<(PrimitiveId, Arc<[Observation]>), VecDeque<usize>>,
+    count: usize,
+}
+
+impl Cell {
+    /// Takes the oldest of what was tried most often in the same context.
+    fn pop(&mut self) -> Option<usize> {
+        self.count = self.count.saturating_sub(1);
+        self.tried.values_mut().max_by_key(|tried| tried.len())?.pop_front()
+    }
+}
+
 /// The experiences with one action, with the claims about each facet of what it changes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Pool {
@@ -73,8 +89,6 @@ pub(super) struct Pool {
     brought: BTreeMap<PrimitiveId, BTreeMap<Observation, (usize, bool)>>,
     /// The experiences with each primitive in the very same context.
     pub(super) alike: Alike,
-    /// How many of the experiences with each primitive are that an episode had ended.
-    ends: BTreeMap<PrimitiveId, usize>,
     pub(super) facets: Vec<Facet>,
     /// The claims about each observation by itself of a type that is told so.
     pub(super) singly: BTreeMap<TypeId, Each>,
@@ -100,6 +114,11 @@ impl Pool {
                 self.settle(all.into_iter().map(|(experience, _)| experience).collect());
             }
         }
+    }
+
+    /// The examples with each primitive.
+    pub(super) fn of_primitive(&self) -> &BTreeMap<PrimitiveId, Column> {
+        &self.of_primitive
     }
 
     pub(super) fn key(&self) -> Option<TypeId> {
@@ -149,10 +168,6 @@ impl Pool {
         if primitive == ANYTHING {
             return;
         }
-        if experience.is_end() {
-            *self.ends.entry(primitive).or_default() += 1;
-            return;
-        }
         // What comes with a crowd that is new is not what the primitive brings about.
         let new = |o: &&Observation| experience.before.binary_search(o).is_err();
         if experience.after.iter().filter(new).take(BROUGHT_MAX + 1).count() <= BROUGHT_MAX {
@@ -164,21 +179,6 @@ impl Pool {
                 *was_new |= new(&observation);
             }
         }
-    }
-
-    /// Whether all of these experiences that began with this context, of these types, are that an episode had ended; and some did.
-    pub(super) fn is_over(&self, met: &Column, context: &[Observation], kinds: &BTreeSet<TypeId>) -> bool {
-        let experiences = met.iter().filter_map(|at| self.examples.get(at)).map(|(one, _)| one);
-        let mut alike = experiences.take(ALIKE_MAX).filter(|one| is_alike(one, context, kinds)).peekable();
-        alike.peek().is_some() && alike.all(|one| one.is_end())
-    }
-
-    /// How many of the experiences with a primitive in this very context are that an episode had ended, and how many there are.
-    pub(super) fn ended(&self, primitive: PrimitiveId, context: &[Observation]) -> (usize, usize) {
-        let alike =
-            self.alike.get(&primitive).and_then(|alike| alike.get(context)).map_or(&[][..], Vec::as_slice);
-        let ends = |at: &&usize| self.examples.get(**at).is_some_and(|(experience, _)| experience.is_end());
-        (alike.iter().filter(ends).count(), alike.len())
     }
 
     fn learn(&mut self, experience: Arc<Experience>) {
@@ -319,9 +319,7 @@ impl Pool {
     fn own_effect(&self, primitive: PrimitiveId) -> Vec<Observation> {
         let Some(tries) = self.of_primitive.get(&primitive).map(Column::count) else { return Vec::new() };
         let Some(came) = self.brought.get(&primitive) else { return Vec::new() };
-        // Where an episode had ended it was not carried out.
-        let tries = tries - self.ends.get(&primitive).copied().unwrap_or(0);
-        let others = self.examples.len() - self.ends.values().sum::<usize>() - tries;
+        let others = self.examples.len() - tries;
         let price = libm::log(came.values().filter(|(_, new)| *new).count() as f64);
         let own = |observation: &Observation, times: usize| {
             let elsewhere = self.came.get(observation).copied().unwrap_or(0) - times;
@@ -371,9 +369,11 @@ impl Pool {
         kinds.sort_unstable();
         kinds.dedup();
         // What can't be sensed may be asked for, and comes of nothing that is done.
-        kinds.retain(|kind| {
-            experience.sensed.contains(kind) && !self.facets.iter().any(|facet| facet.kinds.contains(kind))
-        });
+        kinds.retain(|kind| experience.sensed.contains(kind));
+        if experience.is_end() {
+            kinds = vec![TypeId::ENDED];
+        }
+        kinds.retain(|kind| !self.facets.iter().any(|facet| facet.kinds.contains(kind)));
         for kind in kinds {
             let facet = Facet::new(vec![kind], self.examples());
             self.facets.push(facet);
@@ -449,21 +449,27 @@ impl Pool {
         self.of_primitive.get(&primitive).map_or(1.0, |tried| novelty.unmet(tried))
     }
 
-    /// Forgets the oldest experiences of the claim in force in most of them, a quarter of all; the newest of each primitive stays.
+    /// Forgets a quarter of all experiences, always the oldest of what was tried most often in the same context where the claim is in force
+    /// that is in most of them; the newest of each primitive stays. So what was seldom met is not forgotten for what is met all the time.
     /// What is known then is what the rest makes, one after another.
     fn make_room(&mut self) {
-        let mut cells: BTreeMap<Vec<Vec<usize>>, VecDeque<usize>> = BTreeMap::new();
-        for (at, (_, scene)) in self.examples.iter().enumerate() {
-            let paths = self.facets.iter().map(|facet| path(&facet.general.claim, scene).0);
-            cells.entry(paths.collect()).or_default().push_back(at);
-        }
-        let newest: BTreeSet<_> =
+        let mut cells: BTreeMap<Vec<Vec<usize>>, Cell> = BTreeMap::new();
+        let mut newest: BTreeSet<_> =
             self.of_primitive.values().filter_map(|column| column.iter().last()).collect();
-        cells.values_mut().for_each(|cell| cell.retain(|at| !newest.contains(at)));
+        newest.extend(self.newest_ends());
+        for (at, (experience, scene)) in self.examples.iter().enumerate() {
+            if newest.contains(&at) {
+                continue;
+            }
+            let paths = self.facets.iter().map(|facet| path(&facet.general.claim, scene).0);
+            let cell = cells.entry(paths.collect()).or_default();
+            cell.count += 1;
+            cell.tried.entry((experience.primitive, experience.before.clone())).or_default().push_back(at);
+        }
         let mut forgotten = Column::default();
         for _ in 0..self.examples.len() / 4 {
-            let most = cells.values_mut().max_by_key(|cell| cell.len());
-            let Some(oldest) = most.and_then(VecDeque::pop_front) else { break };
+            let most = cells.values_mut().max_by_key(|cell| cell.count);
+            let Some(oldest) = most.and_then(Cell::pop) else { break };
             forgotten.insert(oldest);
         }
         let kept = std::mem::take(&mut self.examples).into_iter().enumerate();
@@ -528,7 +534,7 @@ impl Pool {
         let together = self.facets.iter().filter(|facet| !facet.is_singly);
         let told = together.filter(|facet| facet.is_told_by(experience));
         told.map(|facet| {
-            let after = facet.part(&experience.after);
+            let after = facet.after(experience);
             let (place, claim) = path(&facet.general.claim, &scene);
             let came = claim.outcomes.iter().find(|(change, _)| scene.makes(change, &after, &facet.kinds));
             InForce { kinds: &facet.kinds, claim: place, came: came.map(|(change, _)| change) }

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Weak};
 
+use crate::memory::evidence::ends::Ending;
 use crate::memory::evidence::foretold::Foretold;
 use crate::memory::evidence::pool::Pool;
 use crate::nouns::observation::{Observation, TypeId};
@@ -10,6 +11,8 @@ use crate::nouns::observation::{Observation, TypeId};
 pub(crate) struct Outlook {
     /// What is foretold of each primitive.
     pub(crate) prospects: Vec<Arc<Prospect>>,
+    /// What is foretold of whether an episode has ended there: then nothing leads on, whatever is done.
+    pub(crate) ending: Ending,
     /// The types that are left to chance: they change by themselves, nobody can say how, and the goal does not speak of them. They are
     /// taken to stay as they are.
     pub(crate) chance: Vec<TypeId>,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::memory::evidence::facet::{ANYTHING, Facet, Grown};
-use crate::memory::evidence::foretold::{Seen, Told, View};
+use crate::memory::evidence::foretold::{Seen, View};
 use crate::memory::evidence::novelty::Novelty;
 use crate::memory::evidence::pool::{CERTAIN, Pool};
 use crate::memory::evidence::scene::Scene;
@@ -22,7 +22,7 @@ impl Pool {
     pub(super) fn score(&mut self, experience: &Experience) {
         let scene = self.scene(experience, self.effect(experience.primitive));
         self.score_trials(&scene, experience);
-        if experience.primitive != ANYTHING {
+        if experience.primitive != ANYTHING || self.of_ends().is_some() {
             let mut facets = std::mem::take(&mut self.facets);
             self.score_in(&mut facets, &self.novelty(&scene.context), &scene, experience, false);
             self.facets = facets;
@@ -38,10 +38,9 @@ impl Pool {
                 continue;
             }
             let Some(mut trial) = self.trials.remove(&kind) else { continue };
-            let after = facet.part(&experience.after);
+            let after = facet.after(experience);
             let [general, particular, _] = self.told(facet, experience.primitive, scene, &after, false);
-            let together = [general, particular].map(|told| told.map(|told| told.probability));
-            let together = together.map(|told| told.unwrap_or_else(|| facet.of_nothing()));
+            let together = [general, particular].map(|told| told.unwrap_or_else(|| facet.of_nothing()));
             trial.score(together, experience.primitive, scene, &after);
             match trial.verdict(CERTAIN) {
                 None => drop(self.trials.insert(kind, trial)),
@@ -58,7 +57,9 @@ impl Pool {
     pub(super) fn score_anew(&mut self) {
         let mut facets = std::mem::take(&mut self.facets);
         let mut novelties = BTreeMap::new();
-        for (experience, scene) in self.examples.iter().filter(|(one, _)| one.primitive != ANYTHING) {
+        let is_scored = |one: &Experience| one.primitive != ANYTHING || self.of_ends().is_some();
+        let scored: Vec<_> = self.examples.iter().filter(|(one, _)| is_scored(one)).collect();
+        for (experience, scene) in scored {
             if novelties.len() == NOVELTIES_MAX && !novelties.contains_key(&experience.before) {
                 novelties.clear();
             }
@@ -81,21 +82,24 @@ impl Pool {
     ) {
         let met = self.together(novelty, experience.primitive, |_| true);
         let newness = self.newness_of_all(novelty, experience.primitive, &met, already);
-        for facet in facets.iter_mut().filter(|facet| facet.is_told_by(experience)) {
-            let after = facet.part(&experience.after);
+        // What is to be expected whatever is done is not scored, but for ends, which are of no action.
+        let is_scored = |facet: &Facet| experience.primitive != ANYTHING || facet.is_of_ends();
+        for facet in facets.iter_mut().filter(|facet| is_scored(facet) && facet.is_told_by(experience)) {
+            let after = facet.after(experience);
             let views = self.told(facet, experience.primitive, scene, &after, already);
             // Where a view says nothing, it is as if it had said anything alike.
             let nothing = facet.of_nothing();
             let scores = facet.scores.entry(experience.primitive).or_default();
-            let surprise = relied(*scores, |view| views[view as usize]).is_none_or(|told| told.surprises);
+            let relied_on = relied(*scores, |view| views[view as usize]);
+            let surprise = relied_on.is_none_or(|told| told < nothing);
             facet.surprise.note(newness, surprise);
             for (score, told) in scores.iter_mut().zip(views) {
-                *score = *score * SCORE_KEPT + told.map_or(nothing, |told| told.probability);
+                *score = *score * SCORE_KEPT + told.unwrap_or(nothing);
             }
         }
     }
 
-    /// How each view told what came, which was learnt from `already` or not.
+    /// ln of the probability that each view gave what came, which was learnt from `already` or not.
     fn told(
         &self,
         facet: &Facet,
@@ -103,10 +107,10 @@ impl Pool {
         scene: &Scene,
         after: &[Observation],
         already: bool,
-    ) -> [Option<Told>; 3] {
+    ) -> [Option<f64>; 3] {
         let told = |seen: Seen| {
             let seen = if already { seen.without_one() } else { seen };
-            (seen.trials > 0).then(|| Told::of(seen, facet.changes.len()))
+            (seen.trials > 0).then(|| libm::log(seen.probability(facet.changes.len())))
         };
         let claimed = |grown: &Grown| Seen::of_claim(grown, scene, after, facet).and_then(told);
         let (general, particular) = match self.each_of(facet) {

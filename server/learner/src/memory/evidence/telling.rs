@@ -28,7 +28,7 @@ pub(super) fn relied<T>(scores: [f64; 3], says: impl Fn(View) -> Option<T>) -> O
 
 impl Pool {
     /// What is foretold in a scene of the types of a facet.
-    fn foretold(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
+    pub(super) fn foretold(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
         let scores = facet.scores.get(&primitive).copied().unwrap_or_default();
         relied(scores, |view| self.view(facet, view, primitive, scene))
     }
@@ -82,7 +82,8 @@ impl Pool {
         context: &[Observation],
     ) -> Vec<(Vec<Observation>, u32)> {
         // Each by itself is told of contexts that were never met as a whole, and what is to be expected whatever is done by claims alone.
-        let alike = self.alike.get(&primitive).filter(|_| !facet.is_singly && primitive != ANYTHING);
+        let is_told = !facet.is_singly && (primitive != ANYTHING || facet.is_of_ends());
+        let alike = self.alike.get(&primitive).filter(|_| is_told);
         let alike = alike.and_then(|alike| alike.get(context)).into_iter().flatten().copied();
         facet.outcomes.counted(alike.filter(|at| facet.sensed.contains(*at)))
     }

@@ -202,6 +202,19 @@ pub(crate) struct BodyRecollection {
     pub(crate) there: Vec<Observation>,
 }
 
+/// What was to be learnt where episodes of a body began.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BodyBeginnings {
+    /// The number of the body.
+    pub(crate) body: u16,
+    /// Whether an episode begins, and nothing was carried out in it yet.
+    pub(crate) is_next: bool,
+    /// How much was to be learnt, all added up, and of how many; an earlier one counts less.
+    pub(crate) learnable: [f64; 2],
+}
+
 /// A change that the claims of a facet speak of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -4,18 +4,20 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use pschema_learner::digest;
-use pschema_learner::evidence::limits::{CHANGES_MAX, DEPTH_MAX, EXAMPLES_MAX, KNOWN_MAX, RECOLLECTIONS_MAX};
+use pschema_learner::evidence::limits::{
+    BEGINNINGS_MAX, CHANGES_MAX, DEPTH_MAX, EXAMPLES_MAX, KNOWN_MAX, RECOLLECTIONS_MAX,
+};
 use pschema_learner::evidence::{
-    Evidence, Found, FoundClaim, FoundEach, FoundFacet, FoundPlace, FoundTrial, OwnEffect, Recollection,
-    Recollections,
+    Beginnings, Evidence, Found, FoundClaim, FoundEach, FoundFacet, FoundPlace, FoundTrial, OwnEffect,
+    Recollection, Recollections,
 };
 use pschema_learner::experience::Experience;
 use pschema_learner::observation::{Observation, TypeId};
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 
 use super::claim::{
-    BodyMemory, BodyRecollection, ClaimTree, ExamplePlaces, FacetChange, FoundPool, PLACES_MAX, PoolEffect,
-    PoolFacet, Singly, TreeClaim,
+    BodyBeginnings, BodyMemory, BodyRecollection, ClaimTree, ExamplePlaces, FacetChange, FoundPool,
+    PLACES_MAX, PoolEffect, PoolFacet, Singly, TreeClaim,
 };
 use super::item::{Item, KeptExperience, Kind};
 use crate::content_error::ContentError;
@@ -32,6 +34,7 @@ pub(super) struct Finding {
     trees: Vec<Tree>,
     /// How many experiences each body had, and what it recalls.
     recalled: BTreeMap<BodyId, (u64, Vec<Recollection>)>,
+    beginnings: BTreeMap<BodyId, Beginnings>,
 }
 
 /// A pool, and what was said of what was found of it.
@@ -120,8 +123,23 @@ impl Finding {
                 }
             }
             Item::Recollection(one) => self.recollection(extent, *one),
+            Item::Beginnings(one) => self.beginnings(extent, &one),
             // All others are taken elsewhere.
             item => Err(ContentError::second(item.kind().name())),
+        }
+    }
+
+    fn beginnings(&mut self, extent: &Extent, one: &BodyBeginnings) -> Taken {
+        let BodyBeginnings { body, is_next, learnable } = *one;
+        let body = body.live();
+        extent.body(body)?;
+        let [all, count] = learnable;
+        if !(0.0..=count).contains(&all) || count > BEGINNINGS_MAX {
+            return Err(ContentError::value("how much was to be learnt where episodes began"));
+        }
+        match self.beginnings.insert(body, Beginnings { is_next, learnable: (all, count) }) {
+            None => Ok(()),
+            Some(_) => Err(ContentError::second(Kind::Beginnings.name())),
         }
     }
 
@@ -192,7 +210,10 @@ impl Finding {
         let (of, announced) = self.announced(pool)?;
         within("facet", of.facets, announced)?;
         of.facets += 1;
-        extent.kinds(&found.kinds)?;
+        // Of ends it is told with what is to be expected whatever is done, and no body declares them.
+        if pool.is_some() || found.kinds != [TypeId::ENDED] {
+            extent.kinds(&found.kinds)?;
+        }
         let new =
             found.kinds.is_sorted_by(|a, b| a < b) && found.kinds.iter().all(|kind| of.kinds.insert(*kind));
         if !new || found.kinds.is_empty() {
@@ -270,7 +291,9 @@ impl Finding {
         let FoundFacet { kinds, changes, .. } = &mut facet.found;
         limited("changes of a facet", changes.len() + 1, CHANGES_MAX)?;
         for sketch in change.sketches() {
-            extent.sketch(parameters, sketch)?;
+            if sketch.kind != TypeId::ENDED || !sketch.properties.is_empty() {
+                extent.sketch(parameters, sketch)?;
+            }
             if kinds.binary_search(&sketch.kind).is_err() {
                 return Err(ContentError::new("a change of a facet is of a type that is not one of its own"));
             }
@@ -288,10 +311,12 @@ impl Finding {
         let pool = self.facet_of(number)?.pool;
         let pool = self.pools.get(&pool).ok_or_else(no_pool)?;
         let experiences = self.examples_of(number);
-        if let Some(primitive) = found.primitive
-            && (!pool.tried.contains_key(&primitive) || self.facet_of(number)?.pool.is_none())
-        {
-            return Err(untried(primitive));
+        if let Some(primitive) = found.primitive {
+            let is_tried = pool.tried.contains_key(&primitive);
+            let facet = self.facet_of(number)?;
+            if !is_tried || (facet.pool.is_none() && facet.found.kinds != [TypeId::ENDED]) {
+                return Err(untried(primitive));
+            }
         }
         for count in [found.examples, found.exceptional, found.unforetold] {
             limited("experiences of the pool", count, experiences)?;
@@ -365,7 +390,7 @@ impl Finding {
 
     /// The evidence, if all came that was announced.
     pub(super) fn end(self) -> Result<Evidence, ContentError> {
-        let Self { pools, mut facets, trees, recalled } = self;
+        let Self { pools, mut facets, trees, recalled, beginnings } = self;
         for Tree { facet, number, announced, .. } in trees {
             let grown = facets.get(facet).and_then(|facet| facet.found.grown.get(number));
             if grown.map_or(0, |grown| grown.claims.len()) != announced {
@@ -406,6 +431,9 @@ impl Finding {
         }
         for (body, (noted, all)) in recalled {
             evidence.recall(body, Recollections::new(noted, all));
+        }
+        for (body, beginnings) in beginnings {
+            evidence.begin(body, beginnings);
         }
         for (number, found) in evidence.found() {
             let found = digest::found(&found);

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use pschema_learner::digest;
-use pschema_learner::evidence::{FoundFacet, Recollection};
+use pschema_learner::evidence::{Beginnings, FoundFacet, Recollection};
 use pschema_learner::experience::Experience as LiveExperience;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Content;
@@ -13,8 +13,8 @@ use pschema_learner::vocabulary::{ValueKind as LiveKind, Vocabulary};
 use serde::{Deserialize, Serialize};
 
 use super::claim::{
-    BodyMemory, BodyRecollection, ClaimTree, ExamplePlaces, FacetChange, FoundPool, PLACES_MAX, PoolEffect,
-    PoolFacet, Singly, TreeClaim,
+    BodyBeginnings, BodyMemory, BodyRecollection, ClaimTree, ExamplePlaces, FacetChange, FoundPool,
+    PLACES_MAX, PoolEffect, PoolFacet, Singly, TreeClaim,
 };
 use super::execution::Execution;
 use super::experience::{Experience, Mechanism, SyntheticItem};
@@ -129,6 +129,8 @@ items! {
     Recollection(Box<BodyRecollection>) = "recollection",
     /// The policy of one of the plans of the goal; it stands before the end.
     Policy(Box<PlanPolicy>) = "policy",
+    /// What was to be learnt where episodes of a body began; it stands before the end.
+    Beginnings(BodyBeginnings) = "beginnings",
 }
 
 /// What a memory lives under, and how much of it follows.
@@ -369,7 +371,7 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
         .chain(policies)
 }
 
-/// What was found of the experiences that are kept, and what bodies recall.
+/// What was found of the experiences that are kept, what bodies recall, and what was to be learnt where their episodes began.
 fn found(content: &Content) -> Vec<Item> {
     let (mut pools, mut effects, mut facets) = (Vec::new(), Vec::new(), FacetItems::default());
     for (pool, found) in content.evidence.found() {
@@ -391,8 +393,14 @@ fn found(content: &Content) -> Vec<Item> {
             Item::Recollection(Box::new(BodyRecollection { body, shown, noted, there }))
         }));
     }
+    let beginnings = content.evidence.beginnings().map(|(body, Beginnings { is_next, learnable })| {
+        let (all, count) = *learnable;
+        let (body, is_next) = (Mirror::of(&body), *is_next);
+        Item::Beginnings(BodyBeginnings { body, is_next, learnable: [all, count] })
+    });
+    let beginnings = beginnings.collect();
     let FacetItems { facets, changes, trees, claims, places } = facets;
-    [pools, effects, facets, changes, trees, claims, places, bodies, recollections].concat()
+    [pools, effects, facets, changes, trees, claims, places, bodies, recollections, beginnings].concat()
 }
 
 /// Facets, and what is found of each.
