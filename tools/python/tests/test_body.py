@@ -324,6 +324,14 @@ def test_a_declaration_that_contradicts_what_was_learnt(sandbox: Sandbox) -> Non
         with pytest.raises(pschema.RefusedError, match="lit") as refused:
             pschema.run(Other(), "lamp")
         assert refused.value.code == 16
+    with sandbox.daemon("lamp", arguments=["--accept-changes"]), pschema.connect("lamp") as client:
+        with running(Lamp(), "lamp"):
+            steps(client, 5)
+        with pytest.raises(pschema.RefusedError) as refused:
+            pschema.run(Other(), "lamp")
+        # In words, and not as a program is written.
+        told = "observation type lamp is already known with other flags or properties: it is a state {lit: a boolean}; declare it the same"
+        assert told in str(refused.value)
 
 
 def test_a_run_that_cannot_begin() -> None:
