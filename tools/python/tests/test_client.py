@@ -95,6 +95,27 @@ def test_a_goal_is_achieved_and_told(sandbox: Sandbox) -> None:
             client.achieve("lampe{}")
 
 
+def test_a_goal_beyond_what_is_declared_is_refused(sandbox: Sandbox) -> None:
+    class Dial(Lamp):
+        def describe(self) -> pschema.Description:
+            return pschema.Description("dial", senses=[pschema.state("dial", at=pschema.integer(0, 9))], actions=[pschema.action("press")])
+
+        def sense(self) -> list[pschema.Observation]:
+            return [("dial", (self.pressed % 10,))]
+
+    with sandbox.daemon("dial"), pschema.connect("dial") as client:
+        with pytest.raises(pschema.AnswerError, match="no body is attached"):
+            client.achieve("dial{at=99}")
+        with running(Dial(), "dial"):
+            steps(client, 20)
+            for ask in (client.achieve, client.plan):
+                with pytest.raises(pschema.AnswerError, match=r"dial\{at=99\} will never be so: body dial declares at of dial as 0..=9"):
+                    ask("dial{at=99}")
+            told = sandbox.command("--name", "dial", "achieve", "dial{at=99}")
+            assert told.returncode != 0
+            assert "declares at of dial as 0..=9" in told.stderr
+
+
 def test_a_goal_is_called_off_from_another_thread(sandbox: Sandbox) -> None:
     begun, free, stop = threading.Event(), threading.Event(), pschema.Stop()
 

@@ -99,6 +99,27 @@ def test_a_goal_is_achieved() -> None:
         learner.cancel()
 
 
+def test_a_goal_beyond_what_is_declared_is_refused() -> None:
+    dial = pschema.state("dial", at=pschema.integer(0, 9), of=pschema.symbol("red", "blue"), x=pschema.real(0, 1, 0.25, unit="m"))
+    other = pschema.state("flag", of=pschema.symbol("green", "blue"))
+    learner = pschema.Learner(1)
+    learner.declare(pschema.Description("panel", senses=[dial, other], actions=[pschema.action("turn")]))
+    learner.step([("dial", (0, "red", 0.0)), ("flag", ("green",))])
+    for goal, told in (
+        ("dial{at=10}", "dial{at=10} will never be so: body panel declares at of dial as 0..=9"),
+        ("dial{at=-1}", "at of dial as 0..=9"),
+        ("dial{x=1.4}", "x of dial as 0..=1 m"),
+        ("dial{of=green}", "of of dial as red, blue"),
+    ):
+        for ask in (learner.achieve, learner.plan):
+            with pytest.raises(pschema.AnswerError) as refused:
+                ask(goal)
+            assert told in str(refused.value)
+    with pytest.raises(pschema.AnswerError, match="no observation type"):
+        learner.achieve("lamp{}")
+    learner.achieve("dial{at=9, of=blue, x=1.0}")
+
+
 def test_it_can_be_asked() -> None:
     learner = pschema.Learner(1, profile="paper")
     lived(learner, 60)

@@ -147,6 +147,9 @@ class Client(Questions):
 
         Returns:
             How it ended: ``state``, ``achieved``, ``actions``, ``plans``.
+
+        Raises:
+            AnswerError: a pattern that can't be read, a value outside the range that the body declares, or no body is attached.
         """
         now: Answer = self._send("order", "achieve", {"goal": list(goal), "actions_max": actions_max})
         number, until, told = now["number"], time.monotonic() + wait_s, None

@@ -132,7 +132,7 @@ class Learner(Questions):
             body: the name of the body that pursues it; it can be left out where one is declared.
 
         Raises:
-            AnswerError: a pattern that can't be read, or another goal is pursued.
+            AnswerError: a pattern that can't be read, a value outside the range that the body declares, or another goal is pursued.
         """
         self._native.achieve(self._body(body), list(goal), actions_max)
 
