@@ -27,7 +27,7 @@ use pyo3::types::PyBytes;
 
 use crate::body::of_kind;
 use crate::declared::PlainDescription;
-use crate::errors::{AnswerError, DeclarationError, Error, FrameError, error};
+use crate::errors::{AnswerError, ArgumentError, DeclarationError, Error, FrameError, error};
 use crate::values::{Action, SenseTable};
 
 /// A body that was declared to a learner in this process.
@@ -59,7 +59,7 @@ fn mechanisms(profile: &str) -> PyResult<Mechanisms> {
         "full" => Ok(Mechanisms::FULL),
         "paper" => Ok(Mechanisms::PAPER),
         other => {
-            Err(PyValueError::new_err(format!("there is no profile {other:?}: give \"full\" or \"paper\"")))
+            Err(ArgumentError::new_err(format!("there is no profile {other:?}: give \"full\" or \"paper\"")))
         }
     }
 }
@@ -94,9 +94,9 @@ impl Learner {
     fn new(seed: u64, profile: &str, curriculum: &str, settings: Vec<String>) -> PyResult<Self> {
         let usual = LearnerSettings { parameters: Parameters::default(), mechanisms: mechanisms(profile)? };
         let (curriculum, learner) = config::lesson(curriculum, usual, &settings)
-            .map_err(|problem| PyValueError::new_err(problem.to_string()))?;
+            .map_err(|problem| ArgumentError::new_err(problem.to_string()))?;
         let learner = Setup { seed, learner, curriculum }.begin();
-        Ok(Self::going_on(learner.map_err(|problem| PyValueError::new_err(problem.to_string()))?, seed))
+        Ok(Self::going_on(learner.map_err(|problem| ArgumentError::new_err(problem.to_string()))?, seed))
     }
 
     /// A learner that goes on from the file at `path`, which [`Learner::save`] or `pschema export` wrote.
@@ -224,7 +224,7 @@ impl Learner {
     /// Words are heard together, with the next step.
     fn say(&mut self, words: Vec<String>) -> PyResult<()> {
         if let Some(problem) = words.iter().find_map(|word| no_word(word)) {
-            return Err(PyValueError::new_err(problem));
+            return Err(ArgumentError::new_err(problem));
         }
         self.words.extend(words);
         Ok(())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import logging
 import os
@@ -215,6 +216,27 @@ def test_an_exception_in_act_is_an_action_that_failed(sandbox: Sandbox, caplog: 
     assert [record.exc_info is not None for record in caplog.records if record.name == "pschema"] == [True]
 
 
+def test_an_exception_that_can_not_be_said_is_an_action_that_failed(sandbox: Sandbox, caplog: pytest.LogCaptureFixture) -> None:
+    """Its text is what asking for it raises: it was guarded against, and never tried."""
+
+    class Mute(Exception):
+        def __str__(self) -> str:
+            raise RuntimeError("no words")
+
+    class Broken(Lamp):
+        def act(self, action: pschema.Action) -> Optional[pschema.Outcome]:
+            raise Mute
+
+    with caplog.at_level(logging.ERROR, "pschema"), sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        with running(Broken(), "lamp"):
+            steps(client, 20)
+            failure = client.status()["bodies"][0]["last_failure"]
+        assert (failure["outcome"], failure["reason"]) == ("failed", "Mute")
+    assert [record.getMessage() for record in caplog.records if record.name == "pschema"] == [
+        "an action of Broken failed; said once until it fails otherwise"
+    ]
+
+
 def test_an_outcome_is_told(sandbox: Sandbox) -> None:
     class Weary(Lamp):
         def act(self, action: pschema.Action) -> Optional[pschema.Outcome]:
@@ -310,6 +332,16 @@ def test_two_bodies_of_one_name(sandbox: Sandbox) -> None:
             pschema.run(Lamp(), "lamp")
         assert refused.value.code == 21
         assert steps(client, 5)
+
+
+def test_a_daemon_with_as_many_bodies_as_it_takes(sandbox: Sandbox) -> None:
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client, contextlib.ExitStack() as lamps:
+        for number in range(8):
+            lamps.enter_context(running(Lamp(f"lamp-{number}"), "lamp"))
+        until("they are attached", lambda: sum(body["state"] == "attached" for body in client.status()["bodies"]) == 8 or None)
+        with pytest.raises(pschema.RefusedError, match="already has 8 bodies, which is all it takes") as refused:
+            pschema.run(Lamp("ninth"), "lamp")
+        assert refused.value.code == 0
 
 
 def test_a_declaration_that_contradicts_what_was_learnt(sandbox: Sandbox) -> None:

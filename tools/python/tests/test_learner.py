@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,9 @@ def test_a_goal_is_achieved() -> None:
     assert str(lamp.lit).lower() == wanted
     with pytest.raises(pschema.AnswerError, match="lamp"):
         learner.achieve("lampe{}")
+    for wrong in (0, -1, math.nan, "5", 2**40):
+        with pytest.raises(pschema.ArgumentError, match="actions_max="):
+            learner.achieve("lamp{lit=true}", actions_max=wrong)  # type: ignore[arg-type]
     with pytest.raises(pschema.AnswerError):
         learner.cancel()
 
@@ -163,6 +167,10 @@ def test_an_outcome_is_of_an_action() -> None:
         learner.step(lamp.sense())
         learner.step(lamp.sense(), outcome)
     assert learner.steps == 12
+    with pytest.raises(pschema.ArgumentError, match=r"outcome='done': give a pschema\.Outcome"):
+        learner.step(lamp.sense(), "done")  # type: ignore[arg-type]
+    with pytest.raises(pschema.DeclarationError, match=r"declare\(5\): give a pschema\.Description"):
+        learner.declare(5)  # type: ignore[arg-type]
 
 
 def test_two_bodies_of_one_learner() -> None:
@@ -196,5 +204,5 @@ def test_what_there_is_not_is_refused() -> None:
         pschema.Learner(curriculum="nowhere")
     with pytest.raises(ValueError, match="sure"):
         pschema.Learner(settings=["learner.sure=1"])
-    with pytest.raises(OverflowError):
+    with pytest.raises(pschema.ArgumentError, match="seed=-1: give a whole number from 0"):
         pschema.Learner(-1)

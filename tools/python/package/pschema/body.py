@@ -12,8 +12,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Optional, Union
 
-from . import _native
+from . import _checked, _native
 from .declare import Description, Observation, Outcome
+from .errors import ArgumentError, DeclarationError
 
 if TYPE_CHECKING:
     import numpy
@@ -217,17 +218,24 @@ def run(
     Raises:
         DeclarationError: the description is not allowed.
         FrameError: the body sensed what it did not declare.
-        RefusedError: the daemon does not take the body; with code 21, because one of its name is attached already.
-        Exception: whatever ``describe``, ``sense`` or ``picture`` raise.
+        RefusedError: the daemon does not take the body; with code 21, because one of its name is attached already; with code 0, because as
+            many are as it takes.
+        ArgumentError: something else is given than a body, the name of a learner, or a flag.
+        Exception: whatever ``describe`` or ``sense`` raise.
     """
+    missing = [name for name in ("describe", "sense", "act", "arrange", "picture") if not callable(getattr(body, name, None))]
+    if missing:
+        raise ArgumentError(f"body={_checked.shown(body)}: it has no {missing[0]}(); give an object of a class made of pschema.Body")
+    if stop is not None and not isinstance(stop, _native.Stop):
+        raise ArgumentError(f"stop={_checked.shown(stop)}: give a pschema.Stop")
     description = body.describe()
     if not isinstance(description, Description):
-        raise TypeError(f"describe() returned {description!r}: return a pschema.Description")
+        raise DeclarationError(f"describe() returned {_checked.shown(description)}: return a pschema.Description")
     flag = _native.Stop() if stop is None else stop
     calls = _Calls(body.sense, body.act, body.arrange, _pictures(body), _failures(body))
     learner = _named() if name is None else name
     with _ended_by_signals(flag):
-        return Summary(*_native.run(calls, description._plain(), learner, exit_when_daemon_gone, flag))
+        return Summary(*_native.run(calls, description._plain(), learner, bool(exit_when_daemon_gone), flag))
 
 
 def _named() -> str:

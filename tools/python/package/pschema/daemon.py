@@ -10,8 +10,9 @@ import time
 from collections.abc import Iterable
 from typing import Optional, Union
 
+from . import _checked
 from .client import connect
-from .errors import Error, NoDaemonError
+from .errors import ArgumentError, Error, NoDaemonError
 
 __all__ = ["Daemon", "program"]
 
@@ -50,6 +51,7 @@ class Daemon:
         arguments: more of ``pschema server``.
 
     Raises:
+        ArgumentError: one of these is of another kind.
         Error: it could not be started; with what it said.
     """
 
@@ -62,7 +64,14 @@ class Daemon:
         curriculum: Optional[str] = None,
         arguments: Iterable[str] = (),
     ) -> None:
-        self.name = name
+        self.name = _checked.text("name", name)
+        if data is not None and not isinstance(data, (str, os.PathLike)):
+            raise ArgumentError(f"data={_checked.shown(data)}: give the path of a data directory")
+        self.data = data
+        if seed is not None:
+            _checked.whole("seed", seed, 0, 2**64 - 1)
+        if curriculum is not None:
+            _checked.text("curriculum", curriculum)
         command = [program(), "server", "--name", name, "--parent", str(os.getpid())]
         command += [] if data is None else ["--data", os.fspath(data)]
         command += [] if seed is None else ["--seed", str(seed)]
