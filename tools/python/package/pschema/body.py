@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import signal
 import socket
 import sys
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["Body", "Summary", "run"]
 
 _log = logging.getLogger("pschema")
+
+#: Places in pictures are numbers of 32 bits.
+_PIXELS_FAR = 1e30
 
 #: The signals by which a person or another program asks a process to end.
 _TO_END = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -77,6 +81,9 @@ class Body:
 
         An array of height × width × 3 bytes (red, green, blue; ``uint8``; at most 2,304,000 pixels), or that and its visual fields as
         (x, y, radius) in pixels, in the order in which observations number them. Asked for only while somebody watches.
+
+        Nothing is learnt of a picture, so a body does not end for one: an exception, or anything else than such an array, goes to the log
+        ``pschema`` once, and is not shown.
         """
         return None
 
@@ -98,15 +105,19 @@ class Summary:
     refused: int
 
 
+#: What a picture is when it is handed over: width, height, the bytes of its pixels, its fields.
+_PlainPicture = tuple[int, int, bytes, list[tuple[float, float, float]]]
+
+
 class _Calls(NamedTuple):
     sense: Callable[[], Iterable[Observation]]
     act: Callable[[_native.Action], Optional[Outcome]]
     arrange: Callable[[_native.Action], Optional[Outcome]]
-    picture: Callable[[], Optional[tuple[int, int, bytes, list[tuple[float, float, float]]]]]
+    picture: Callable[[], Optional[_PlainPicture]]
     failed: Callable[[BaseException], None]
 
 
-def _failures(body: Body) -> Callable[[BaseException], None]:
+def _failures(what: str, body: Body) -> Callable[[BaseException], None]:
     """What logs the exceptions of a body: with their trace, but one that comes again and again only once."""
     last: Optional[tuple[type[BaseException], str]] = None
 
@@ -119,25 +130,51 @@ def _failures(body: Body) -> Callable[[BaseException], None]:
         if this != last:
             last = this
             trace = (type(raised), raised, raised.__traceback__)
-            _log.error("an action of %s failed; said once until it fails otherwise", type(body).__name__, exc_info=trace)
+            _log.error("%s of %s failed; said once until it fails otherwise", what, type(body).__name__, exc_info=trace)
 
     return failed
 
 
-def _pictures(body: Body) -> Callable[[], Optional[tuple[int, int, bytes, list[tuple[float, float, float]]]]]:
-    def picture() -> Optional[tuple[int, int, bytes, list[tuple[float, float, float]]]]:
-        taken = body.picture()
-        if taken is None:
-            return None
-        import numpy
+class _NoPictureError(Exception):
+    """What a body returned is no picture."""
 
-        pixels, fields = taken if isinstance(taken, tuple) else (taken, ())
-        pixels = numpy.asarray(pixels)
-        if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.dtype != numpy.uint8:
-            raise TypeError(f"picture() returned {pixels.dtype} of the shape {pixels.shape}: height × width × 3 of uint8 are wanted")
-        height, width, _ = pixels.shape
-        marks = [(float(x), float(y), float(radius)) for x, y, radius in fields]
-        return width, height, numpy.ascontiguousarray(pixels).tobytes(), marks
+
+def _plain_picture(taken: Any) -> _PlainPicture:
+    import numpy
+
+    pixels, fields = taken if isinstance(taken, tuple) and len(taken) == 2 else (taken, ())
+    pixels = numpy.asarray(pixels)
+    told = f"picture() returned {pixels.dtype} of the shape {pixels.shape}"
+    if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.dtype != numpy.uint8:
+        raise _NoPictureError(f"{told}: height × width × 3 of uint8 are wanted")
+    height, width, _ = pixels.shape
+    if not 1 <= height * width <= _native.PICTURE_PIXELS_MAX:
+        raise _NoPictureError(f"{told}: 1 to {_native.PICTURE_PIXELS_MAX:,} pixels are wanted, height × width; show it smaller")
+    marks = []
+    for number, field in enumerate(fields):
+        try:
+            x, y, radius = (float(at) for at in field)
+        except (TypeError, ValueError):
+            raise _NoPictureError(f"picture(): field {number} is {_checked.shown(field)}: (x, y, radius) are wanted, in pixels") from None
+        if not all(math.isfinite(at) and abs(at) <= _PIXELS_FAR for at in (x, y, radius)):
+            raise _NoPictureError(f"picture(): field {number} is {_checked.shown(field)}, which is nowhere")
+        marks.append((x, y, radius))
+    if len(marks) > _native.PICTURE_FIELDS_MAX:
+        raise _NoPictureError(f"picture(): it has {len(marks):,} fields, and at most {_native.PICTURE_FIELDS_MAX:,} are shown")
+    return width, height, numpy.ascontiguousarray(pixels).tobytes(), marks
+
+
+def _pictures(body: Body) -> Callable[[], Optional[_PlainPicture]]:
+    failed = _failures("a picture", body)
+
+    def picture() -> Optional[_PlainPicture]:
+        # For people alone: a body that has lived for a week does not end for what one of them would have looked at.
+        try:
+            taken = body.picture()
+            return None if taken is None else _plain_picture(taken)
+        except Exception as wrong:
+            failed(wrong)
+            return None
 
     return picture
 
@@ -232,8 +269,8 @@ def run(
     if not isinstance(description, Description):
         raise DeclarationError(f"describe() returned {_checked.shown(description)}: return a pschema.Description")
     flag = _native.Stop() if stop is None else stop
-    calls = _Calls(body.sense, body.act, body.arrange, _pictures(body), _failures(body))
-    learner = _named() if name is None else name
+    calls = _Calls(body.sense, body.act, body.arrange, _pictures(body), _failures("an action", body))
+    learner = _named() if name is None else _checked.text("name", name)
     with _ended_by_signals(flag):
         return Summary(*_native.run(calls, description._plain(), learner, bool(exit_when_daemon_gone), flag))
 
