@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -263,6 +264,39 @@ def test_the_daemon_of_a_command_ends_with_it(sandbox: Sandbox) -> None:
     assert sandbox.left() == []
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["FrozenLake-v1"],
+        ["FrozenLake-v1", "--episodes", "100000", "--goal", "field{field=15}"],
+        ["pettingzoo:classic/tictactoe-v3"],
+    ],
+)
+def test_a_command_ends_when_its_daemon_is_killed(sandbox: Sandbox, arguments: list[str]) -> None:
+    """It waited for another daemon, which nobody would start."""
+    if arguments[0].startswith(pschema.gym.GAME):
+        pytest.importorskip("pettingzoo")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pschema.gym", *arguments, "--name", "lake"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    sandbox.processes.append(process)
+
+    def daemon() -> Optional[int]:
+        try:
+            with pschema.connect("lake") as client:
+                return int(client.status()["pid"]) if client.status()["step"] else None
+        except pschema.NoDaemonError:
+            return None
+
+    pid = until("it lives", daemon)
+    sandbox.note()
+    os.kill(pid, signal.SIGKILL)
+    _, told = finished(process, 1)
+    assert "the daemon that was started for lake was killed by signal 9" in told
+    assert "its memory was in RAM only" in told
+    assert "Traceback" not in told
+
+
 def test_minigrid_is_found_by_its_id(sandbox: Sandbox) -> None:
     text = """
         import pschema.gym
@@ -292,6 +326,8 @@ def test_the_command_says_what_is_wrong(sandbox: Sandbox) -> None:
         (["FrozenLake-v1", "--episodes", "1", "--set", "nope=3"], "can't be made with nope=3"),
         (["NoSuchThing-v1", "--episodes", "1"], "NoSuchThing-v1 can't be made"),
         (["FrozenLake-v1", "--episodes", "1", "--goal", "nope{}"], "nope"),
+        # Before the episodes are lived: so many would take hours.
+        (["FrozenLake-v1", "--episodes", "100000", "--goal", "field{field=99}"], "body FrozenLake-v1 declares field of field as 0..=15"),
     ]:
         command = [sys.executable, "-m", "pschema.gym", *wrong]
         told = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)

@@ -104,6 +104,15 @@ class Daemon:
         """The number of its process."""
         return self._process.pid
 
+    @property
+    def exit_code(self) -> Optional[int]:
+        """How it ended: 0 if cleanly, the number of a signal below zero if it was killed; none while it runs."""
+        return self._process.poll()
+
+    def wait(self) -> int:
+        """Waits until it has ended, whoever ends it, and returns its `exit_code`."""
+        return self._process.wait()
+
     def end(self) -> None:
         """Ends it, cleanly, and waits for it."""
         if self._process.poll() is None:

@@ -115,6 +115,8 @@ class EnvironmentBody(Body):
     total: float = 0.0
     #: What the environment raised, if it did: it is lived in no longer then.
     broken: Optional[Exception] = None
+    #: Whether it was asked for an action, so that it is attached.
+    asked: bool = False
 
     def __post_init__(self) -> None:
         if self.episodes is not None and (not isinstance(self.episodes, int) or self.episodes < 1):
@@ -155,6 +157,7 @@ class EnvironmentBody(Body):
             yield "end", (self._end,)
 
     def act(self, action: _native.Action) -> Optional[Outcome]:
+        self.asked = True
         if self._end:
             outcome = Outcome.episode_ended() if self._end == "terminated" else Outcome.episode_cut()
             self._begin()
@@ -374,14 +377,17 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             options[key] = text
     if given.render or given.picture:
         options["render_mode"] = "human" if given.render else "rgb_array"
-    daemon = None
+    daemon, stop = None, _native.Stop()
     try:
         try:
             with connect(given.name):
                 pass
         except NoDaemonError:
             daemon = Daemon(given.name, seed=given.seed, data=given.data, arguments=["--quiet"])
-        return _live(given, options)
+            # Nobody starts it again: without this the body would wait for the next one for ever.
+            threading.Thread(target=_ends_with, args=(daemon, stop), name="pschema-daemon", daemon=True).start()
+        code = _live(given, options, stop)
+        return _without(daemon) or code
     except Error as error:
         print(f"pschema.gym: {error}", file=sys.stderr)
         return 1
@@ -395,23 +401,46 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             daemon.end()
 
 
-def _live(given: argparse.Namespace, options: dict[str, Any]) -> int:
+def _ends_with(daemon: Daemon, stop: _native.Stop) -> None:
+    daemon.wait()
+    stop.set()
+
+
+def _without(daemon: Optional[Daemon]) -> int:
+    """Says that the daemon which was started here has ended by itself, if it has; returns the exit code that this means."""
+    code = None if daemon is None else daemon.exit_code
+    if daemon is None or code is None:
+        return 0
+    how = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
+    kept = "what it kept with --data is there, and the next run goes on from it" if daemon.data else "its memory was in RAM only"
+    print(f"pschema.gym: the daemon that was started for {daemon.name} {how}, so there is nothing more to do: {kept}", file=sys.stderr)
+    return int(code != 0)
+
+
+def _live(given: argparse.Namespace, options: dict[str, Any], stop: _native.Stop) -> int:
     if given.env.startswith(GAME):
-        summary = attach(given.env, given.name, seed=given.seed, episodes=given.episodes, **options)
+        summary = attach(given.env, given.name, seed=given.seed, episodes=given.episodes, stop=stop, **options)
         print(f"{summary.sessions} players, {summary.orders} actions.")
         return 0
     env = _made(given.env, options)
-    body = EnvironmentBody(env, as_name(given.env), given.seed, None if given.goal else given.episodes)
+    body = EnvironmentBody(env, as_name(given.env), given.seed, None if given.goal else given.episodes, stop=stop)
     over, called_off = threading.Event(), _native.Stop()
     achieved: list[Any] = []
     raised: list[Exception] = []
 
     def pursue() -> None:
-        while body.done < given.episodes and not over.wait(0.02):
-            pass
-        if over.is_set():
-            return
         try:
+            while not body.asked and not over.wait(0.02):
+                pass
+            if over.is_set():
+                return
+            with connect(given.name) as learner:
+                # What is wrong with a goal is said before the episodes are lived, and not after.
+                learner.plan(*given.goal)
+            while body.done < given.episodes and not over.wait(0.02):
+                pass
+            if over.is_set():
+                return
             with connect(given.name) as learner:
                 achieved.append(learner.achieve(*given.goal, actions_max=given.actions_max, wait_s=600, stop=called_off))
         except Exception as error:
