@@ -119,7 +119,12 @@ class Questions:
         return self._answer("show", {"id": _checked.whole("schema", schema)})
 
     def claims(self, action: Optional[str] = None, *, limit: int = 0) -> Answer:
-        """Under the profile ``full``: what the learner holds to be so of an action, or of each."""
+        """Under the profile ``full``: what the learner holds to be so of an action, or of each.
+
+        ``trials``, ``trials_with`` and ``trials_without`` count experiences: each action that was carried out is one, and the end of an
+        episode is one of up to 16 primitives, since nothing leads on from there whatever is done. So they may be more than the actions that
+        were taken. Where ``each`` is true every observation of the type counts.
+        """
         question = {"action": _given(_checked.text, "action", action), "limit": _checked.whole("limit", limit)}
         return self._answer("claims", question)
 
