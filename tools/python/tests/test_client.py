@@ -308,6 +308,28 @@ def test_an_argument_that_is_wrong_is_named(sandbox: Sandbox, tmp_path: Path, as
         assert client.status()["step"] == 0
 
 
+def test_words_and_what_they_are_associated_with(sandbox: Sandbox) -> None:
+    class Presses(Lamp):
+        """A lamp that is named when it is lit."""
+
+        def act(self, action: pschema.Action) -> Optional[pschema.Outcome]:
+            super().act(action)
+            if self.lit and action.name == "press":
+                client.say("light")
+            return None
+
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        assert client.words() == {}
+        with running(Presses(), "lamp"):
+            steps(client, 50)
+            until("the word is known", lambda: client.words() or None)
+        words = client.words()
+        assert set(words) == {"light"}
+        (first, *_) = words["light"]
+        assert 1 <= first["occurrences"] <= first["trials"]
+        assert client.show(first["schema"])["associated"]
+
+
 def test_a_child_connects_by_itself(sandbox: Sandbox) -> None:
     with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
         reader, writer = os.pipe()

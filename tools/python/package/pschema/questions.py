@@ -166,6 +166,25 @@ class Questions:
         }
         return Graph(self._answer("graph", question))
 
+    def words(self) -> dict[str, list[Answer]]:
+        """The words that remind the learner of something, each with the schemas that it is associated with.
+
+        Of each schema there are its number (``schema``), how often the word was heard (``occurrences``) of how often it could have been
+        (``trials``), and their ratio (``probability``); the most probable first. A word that came with nothing is not among them.
+
+        Every schema is asked for by itself: of ten thousand it takes seconds.
+        """
+        known: dict[str, list[Answer]] = {}
+        for schema in self.schemas():
+            for condition in self.show(schema["id"])["associated"]:
+                observed = condition["observation"]
+                if observed["type"] == "word" and not condition.get("absent"):
+                    told = {"schema": schema["id"], **{name: condition[name] for name in ("occurrences", "trials", "probability")}}
+                    known.setdefault(observed["properties"]["text"], []).append(told)
+        for associated in known.values():
+            associated.sort(key=lambda one: -one["probability"])
+        return dict(sorted(known.items()))
+
     def network(self, **which: Any) -> networkx.MultiDiGraph:
         """The graph of `graph` as a networkx ``MultiDiGraph``; networkx has to be installed.
 
