@@ -511,8 +511,9 @@ impl Daemon {
             Order::Say(order) => self.mind.say(&order.words).map_err(Problem::of),
             Order::Stage(order) => self.lead(order),
             Order::Achieve(order) => {
-                let body = self.shown().map(Session::body).ok_or_else(|| Problem::of(NO_BODY))?;
-                let effects = self.mind.achieve(body, &order.goal, order.actions_max).map_err(Problem::of)?;
+                let session = self.sessions.shown(self.mind.student()).ok_or_else(|| Problem::of(NO_BODY))?;
+                let effects =
+                    self.mind.achieve(session, &order.goal, order.actions_max).map_err(Problem::of)?;
                 let (goal, actions_max) = (order.goal.join(" and "), order.actions_max);
                 self.keep(
                     Cause::Order(&format!("achieve {goal} with at most {actions_max} actions")),

@@ -170,7 +170,7 @@ impl<B: Body> InProcess<B> {
     /// # Errors
     /// As [`Mind::achieve`].
     pub fn achieve(&mut self, goal: &[String], actions_max: u32) -> Result<(), GoalError> {
-        self.mind.achieve(self.session.body(), goal, actions_max).map(drop)
+        self.mind.achieve(&self.session, goal, actions_max).map(drop)
     }
 
     /// Calls a goal off.

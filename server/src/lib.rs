@@ -13,6 +13,7 @@ pub mod config;
 mod daemon;
 mod described;
 mod error;
+pub mod goal;
 mod growth;
 pub mod in_process;
 pub mod inspect;

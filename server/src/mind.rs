@@ -9,7 +9,7 @@ use pschema_inspect::StageState;
 use pschema_learner::decision::Decision;
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::Content;
-use pschema_learner::notation::{self, PatternError};
+use pschema_learner::notation;
 use pschema_learner::progress::{StageCommand, StageCommandError, StageEffect};
 use pschema_learner::pursuit::{PursueError, PursuitEffect};
 use pschema_learner::schema::SchemaId;
@@ -18,6 +18,7 @@ use pschema_learner::vocabulary::limits::SYMBOLS_MAX;
 use pschema_learner::{Learner, LearnerError, Step};
 use pschema_protocol::wire::message::RawFrame;
 
+use crate::goal::{self, GoalTextError};
 use crate::session::{FrameOutcome, Session, WORDS_WAITING_MAX, no_word};
 use crate::setup::Setup;
 use crate::view::{Account, Host, Senses, View, state};
@@ -62,9 +63,9 @@ pub enum SayError {
 /// Why a goal can't be taken up or called off.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GoalError {
-    /// One of the goal's patterns can't be read.
+    /// One of the goal's patterns can't be read, or asks for what the body never senses.
     #[error(transparent)]
-    Pattern(#[from] PatternError),
+    Text(#[from] GoalTextError),
     /// The learner can't pursue the goal.
     #[error(transparent)]
     Pursue(#[from] PursueError),
@@ -306,19 +307,20 @@ impl Mind {
         Ok(effects)
     }
 
-    /// Takes up a goal, whose patterns are given as they print: `body` pursues it with at most `actions_max` actions.
-    /// Returns what that changed in memory.
+    /// Takes up a goal, whose patterns are given as they print: the body of `session` pursues it with at most `actions_max`
+    /// actions. Returns what that changed in memory.
     ///
     /// # Errors
-    /// When a pattern can't be read, or the learner can't pursue it.
+    /// When a pattern can't be read or asks for what the body never senses, or the learner can't pursue it.
     pub fn achieve(
         &mut self,
-        body: BodyId,
+        session: &Session,
         goal: &[String],
         actions_max: u32,
     ) -> Result<Vec<Effect>, GoalError> {
-        let goal = notation::parse_goal(&self.learner.memory().content().vocabulary, goal)?;
-        let effects = self.learner.pursue(body, goal, actions_max)?;
+        let vocabulary = &self.learner.memory().content().vocabulary;
+        let goal = goal::read(vocabulary, Some(session.description().as_ref()), goal)?;
+        let effects = self.learner.pursue(session.body(), goal, actions_max)?;
         log(self.learner.memory().content(), &effects);
         Ok(effects)
     }
@@ -349,6 +351,7 @@ impl Mind {
                 last: session.input().clone(),
                 before: session.input_before().clone(),
             }),
+            declared: shown.map(|session| session.description().clone()),
             host: Some(host),
             account: self.account.clone(),
             taken: Instant::now(),

@@ -90,6 +90,8 @@ pub struct FrameOutcome {
 #[derive(Debug)]
 pub struct Session {
     checks: SessionChecks,
+    /// What the body declares. Views share it.
+    description: Arc<Description>,
     body: BodyId,
     translation: Translation,
     /// Scene commands of the present arrangement that are still to be sent.
@@ -150,6 +152,7 @@ impl Session {
         };
         let session = Self {
             checks: SessionChecks::new(number, description.clone()),
+            description: Arc::new(description.clone()),
             body,
             translation,
             to_arrange: VecDeque::new(),
@@ -173,6 +176,12 @@ impl Session {
     #[must_use]
     pub fn body(&self) -> BodyId {
         self.body
+    }
+
+    /// What the body declares.
+    #[must_use]
+    pub fn description(&self) -> &Arc<Description> {
+        &self.description
     }
 
     /// The body's status, as tools are told of it.

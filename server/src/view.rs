@@ -13,6 +13,7 @@ use pschema_learner::observation::Observation;
 use pschema_learner::progress::{Activity, Progress};
 use pschema_learner::vocabulary::BodyId;
 use pschema_learner::{Frame, Learner};
+use pschema_protocol::description::Description;
 
 use crate::growth::Growth;
 use crate::latency::Latencies;
@@ -76,6 +77,8 @@ pub struct View {
     pub(crate) decisions: Arc<VecDeque<Arc<Decision>>>,
     /// None where no body has been attached.
     pub(crate) senses: Option<Senses>,
+    /// What the body declares that questions are about; none where only memory is known, which has no ranges.
+    pub(crate) declared: Option<Arc<Description>>,
     /// None: a past of which only memory is known.
     pub(crate) host: Option<Host>,
     pub(crate) account: Account,
@@ -105,11 +108,19 @@ impl View {
                 last: frame(body, observations),
                 before: frame(body, Vec::new()),
             }),
+            declared: None,
             host: None,
             account: Account::default(),
             taken: Instant::now(),
             problem: None,
         }
+    }
+
+    /// The same, where it is known what the body declares.
+    #[must_use]
+    pub fn declared(mut self, description: Option<Arc<Description>>) -> Self {
+        self.declared = description;
+        self
     }
 
     /// The body that questions are about and what it perceived last.

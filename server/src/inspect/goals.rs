@@ -21,6 +21,7 @@ use pschema_learner::world_state::WorldState;
 
 use super::question::Inspect;
 use super::{claims, schemas, text};
+use crate::goal;
 use crate::mind::NO_BODY;
 use crate::view::View;
 
@@ -66,11 +67,11 @@ impl Inspect for PlanQuery {
 /// A plan that brings `patterns` about from the world as it is.
 ///
 /// # Errors
-/// When no body is attached, or a pattern can't be read.
+/// When no body is attached, or a pattern can't be read or asks for what the body never senses.
 pub(super) fn plan(view: &View, patterns: &[String]) -> Result<Plan, Problem> {
     let (body, world) = here(view)?;
     let content = &view.content;
-    let goal = notation::parse_goal(&content.vocabulary, patterns).map_err(Problem::of)?;
+    let goal = goal::read(&content.vocabulary, view.declared.as_deref(), patterns).map_err(Problem::of)?;
     if goal.is_empty() || goal.len() > GOAL_PATTERNS_MAX {
         let (most, given) = (GOAL_PATTERNS_MAX, goal.len());
         return Err(Problem::of(format!("a goal has 1 to {most} patterns, not {given}")));

@@ -9,12 +9,12 @@ use pschema_protocol::body::{Body, Outcome, RunEnding, RunOptions, RunSummary, S
 use pschema_protocol::description::{self, Description};
 use pschema_protocol::domain::{LearnerName, Place, RuntimeDir};
 use pschema_protocol::picture::{FieldMark, Picture};
-use pyo3::exceptions::{PyException, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyException, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::declared::PlainDescription;
-use crate::errors::{error, of_run};
+use crate::errors::{ArgumentError, error, of_run};
 use crate::stop::Stop;
 use crate::values::{Action, SenseTable};
 
@@ -245,6 +245,6 @@ pub(crate) fn run(
 
 /// Where the learner of this name is, by the environment.
 pub(crate) fn place(name: &str) -> PyResult<Place> {
-    let learner = LearnerName::new(name).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let learner = LearnerName::new(name).map_err(|error| ArgumentError::new_err(error.to_string()))?;
     Ok(Place::new(RuntimeDir::from_environment().map_err(error)?, learner))
 }

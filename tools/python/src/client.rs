@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::body::place;
-use crate::errors::{AnswerError, error, of_client};
+use crate::errors::{AnswerError, ArgumentError, error, of_client};
 
 /// How often a wait for an answer looks whether the program was interrupted.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -45,7 +45,7 @@ impl Client {
     #[new]
     fn new(py: Python<'_>, name: &str, timeout_s: f64) -> PyResult<Self> {
         let timeout = Duration::try_from_secs_f64(timeout_s)
-            .map_err(|_| PyValueError::new_err(format!("timeout_s = {timeout_s} is no time to wait")))?;
+            .map_err(|_| ArgumentError::new_err(format!("timeout_s = {timeout_s} is no time to wait")))?;
         let place = place(name)?;
         let (errands, waiting) = sync_channel(1);
         let (ready, is_ready) = sync_channel(1);

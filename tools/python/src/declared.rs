@@ -1,6 +1,8 @@
 //! What a body declares, from the plain tuples that `package/pschema/declare.py` makes of it.
 
+use pschema_learner::vocabulary::Vocabulary;
 use pschema_protocol::description::{ActionType, Description, ObservationType, Property, Value, ValueKind};
+use pschema_server::translate::declaration;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -81,7 +83,11 @@ impl PlainDescription<'_> {
         for (name, parameters, _) in scene_commands {
             description.scene_command(action_type(name, &parameters)?);
         }
-        description.check().map_err(|refusal| DeclarationError::new_err(refusal.to_string()))?;
+        let refused = |problem: String| DeclarationError::new_err(problem);
+        description.check().map_err(|refusal| refused(refusal.to_string()))?;
+        // What a learner that knows nothing would refuse, every learner does.
+        let declared = declaration(&description).map_err(|problem| refused(problem.to_string()))?;
+        Vocabulary::default().check(&declared).map_err(|problem| refused(problem.to_string()))?;
         Ok(description)
     }
 }

@@ -4,10 +4,12 @@ use std::fmt::Display;
 
 use pschema_protocol::body::RunError;
 use pschema_protocol::client::ClientError;
+use pschema_protocol::transport::TransportError;
 use pyo3::import_exception;
 use pyo3::prelude::*;
 
 import_exception!(pschema.errors, Error);
+import_exception!(pschema.errors, ArgumentError);
 import_exception!(pschema.errors, DeclarationError);
 import_exception!(pschema.errors, FrameError);
 import_exception!(pschema.errors, NoDaemonError);
@@ -25,6 +27,8 @@ pub(crate) fn of_run(failed: RunError) -> PyErr {
         RunError::Description(refusal) => DeclarationError::new_err(refusal.to_string()),
         RunError::FramesRefused { .. } => FrameError::new_err(failed.to_string()),
         RunError::Refused { code, .. } => RefusedError::new_err((failed.to_string(), code)),
+        // There is no place for it, which is no refusal of the protocol and has no number.
+        RunError::Transport(TransportError::Full { .. }) => RefusedError::new_err((failed.to_string(), 0)),
         failed => error(failed),
     }
 }

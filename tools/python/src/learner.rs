@@ -3,18 +3,19 @@
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use pschema_inspect::{Question, Request, codec};
 use pschema_learner::decision::Decision;
+use pschema_learner::digest;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Memory;
 use pschema_learner::parameters::Parameters;
-use pschema_learner::vocabulary::BodyId;
-use pschema_learner::{digest, notation};
 use pschema_protocol::body::{BodyLoop, Outcome, Senses};
 use pschema_protocol::description::{self, Description};
 use pschema_protocol::wire::decode;
 use pschema_protocol::wire::message::{OrderReport, Reply};
+use pschema_server::goal;
 use pschema_server::inspect;
 use pschema_server::session::{Session, no_word};
 use pschema_server::view::View;
@@ -26,7 +27,7 @@ use pyo3::types::PyBytes;
 
 use crate::body::of_kind;
 use crate::declared::PlainDescription;
-use crate::errors::{AnswerError, DeclarationError, Error, FrameError, error};
+use crate::errors::{AnswerError, ArgumentError, DeclarationError, Error, FrameError, error};
 use crate::values::{Action, SenseTable};
 
 /// A body that was declared to a learner in this process.
@@ -58,7 +59,7 @@ fn mechanisms(profile: &str) -> PyResult<Mechanisms> {
         "full" => Ok(Mechanisms::FULL),
         "paper" => Ok(Mechanisms::PAPER),
         other => {
-            Err(PyValueError::new_err(format!("there is no profile {other:?}: give \"full\" or \"paper\"")))
+            Err(ArgumentError::new_err(format!("there is no profile {other:?}: give \"full\" or \"paper\"")))
         }
     }
 }
@@ -76,7 +77,9 @@ impl Learner {
     fn view(&self) -> View {
         let shown = self.last.and_then(|at| self.bodies.get(at));
         let perceived = shown.map(|body| (body.session.body(), body.session.perceived().to_vec()));
+        let declared = shown.map(|body| Arc::clone(body.session.description()));
         View::alone("in-process", &self.learner, self.seed, self.decision.clone(), perceived)
+            .declared(declared)
     }
 }
 
@@ -91,9 +94,9 @@ impl Learner {
     fn new(seed: u64, profile: &str, curriculum: &str, settings: Vec<String>) -> PyResult<Self> {
         let usual = LearnerSettings { parameters: Parameters::default(), mechanisms: mechanisms(profile)? };
         let (curriculum, learner) = config::lesson(curriculum, usual, &settings)
-            .map_err(|problem| PyValueError::new_err(problem.to_string()))?;
+            .map_err(|problem| ArgumentError::new_err(problem.to_string()))?;
         let learner = Setup { seed, learner, curriculum }.begin();
-        Ok(Self::going_on(learner.map_err(|problem| PyValueError::new_err(problem.to_string()))?, seed))
+        Ok(Self::going_on(learner.map_err(|problem| ArgumentError::new_err(problem.to_string()))?, seed))
     }
 
     /// A learner that goes on from the file at `path`, which [`Learner::save`] or `pschema export` wrote.
@@ -221,7 +224,7 @@ impl Learner {
     /// Words are heard together, with the next step.
     fn say(&mut self, words: Vec<String>) -> PyResult<()> {
         if let Some(problem) = words.iter().find_map(|word| no_word(word)) {
-            return Err(PyValueError::new_err(problem));
+            return Err(ArgumentError::new_err(problem));
         }
         self.words.extend(words);
         Ok(())
@@ -229,9 +232,11 @@ impl Learner {
 
     /// Takes up a goal for `body`, to be pursued with at most `actions_max` actions.
     fn achieve(&mut self, body: usize, goal: Vec<String>, actions_max: u32) -> PyResult<()> {
-        let body: BodyId = self.body(body)?.session.body();
-        let goal = notation::parse_goal(&self.learner.memory().content().vocabulary, &goal)
+        let session = &self.body(body)?.session;
+        let vocabulary = &self.learner.memory().content().vocabulary;
+        let goal = goal::read(vocabulary, Some(session.description().as_ref()), &goal)
             .map_err(|problem| AnswerError::new_err(problem.to_string()))?;
+        let body = session.body();
         let begun = self.learner.pursue(body, goal, actions_max);
         begun.map(drop).map_err(|problem| AnswerError::new_err(problem.to_string()))
     }

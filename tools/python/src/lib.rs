@@ -12,6 +12,7 @@ mod learner;
 mod stop;
 mod values;
 
+use pschema_protocol::limits;
 use pyo3::prelude::*;
 
 /// What `pschema` imports. Its interface is `package/pschema/_native.pyi`, and is the package's own.
@@ -39,6 +40,14 @@ mod _native {
 
     #[pymodule_init]
     fn named(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        module.add("__version__", env!("CARGO_PKG_VERSION"))
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        // Each is what it is called in `protocol/src/limits.rs`.
+        module.add("ACTIONS_MAX", limits::ACTIONS_MAX)?;
+        module.add("BODIES_MAX", limits::BODIES_MAX)?;
+        module.add("PICTURE_FIELDS_MAX", limits::PICTURE_FIELDS_MAX)?;
+        module.add("PICTURE_PIXELS_MAX", limits::PICTURE_PIXELS_MAX)?;
+        module.add("PRIMITIVES_MAX", limits::PRIMITIVES_MAX)?;
+        module.add("PROPERTIES_MAX", limits::PROPERTIES_MAX)?;
+        module.add("SYMBOLS_MAX", limits::SYMBOLS_MAX)
     }
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import logging
 import os
@@ -215,6 +216,27 @@ def test_an_exception_in_act_is_an_action_that_failed(sandbox: Sandbox, caplog: 
     assert [record.exc_info is not None for record in caplog.records if record.name == "pschema"] == [True]
 
 
+def test_an_exception_that_can_not_be_said_is_an_action_that_failed(sandbox: Sandbox, caplog: pytest.LogCaptureFixture) -> None:
+    """Its text is what asking for it raises: it was guarded against, and never tried."""
+
+    class Mute(Exception):
+        def __str__(self) -> str:
+            raise RuntimeError("no words")
+
+    class Broken(Lamp):
+        def act(self, action: pschema.Action) -> Optional[pschema.Outcome]:
+            raise Mute
+
+    with caplog.at_level(logging.ERROR, "pschema"), sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        with running(Broken(), "lamp"):
+            steps(client, 20)
+            failure = client.status()["bodies"][0]["last_failure"]
+        assert (failure["outcome"], failure["reason"]) == ("failed", "Mute")
+    assert [record.getMessage() for record in caplog.records if record.name == "pschema"] == [
+        "an action of Broken failed; said once until it fails otherwise"
+    ]
+
+
 def test_an_outcome_is_told(sandbox: Sandbox) -> None:
     class Weary(Lamp):
         def act(self, action: pschema.Action) -> Optional[pschema.Outcome]:
@@ -312,6 +334,16 @@ def test_two_bodies_of_one_name(sandbox: Sandbox) -> None:
         assert steps(client, 5)
 
 
+def test_a_daemon_with_as_many_bodies_as_it_takes(sandbox: Sandbox) -> None:
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client, contextlib.ExitStack() as lamps:
+        for number in range(8):
+            lamps.enter_context(running(Lamp(f"lamp-{number}"), "lamp"))
+        until("they are attached", lambda: sum(body["state"] == "attached" for body in client.status()["bodies"]) == 8 or None)
+        with pytest.raises(pschema.RefusedError, match="already has 8 bodies, which is all it takes") as refused:
+            pschema.run(Lamp("ninth"), "lamp")
+        assert refused.value.code == 0
+
+
 def test_a_declaration_that_contradicts_what_was_learnt(sandbox: Sandbox) -> None:
     class Other(Lamp):
         def describe(self) -> pschema.Description:
@@ -324,6 +356,14 @@ def test_a_declaration_that_contradicts_what_was_learnt(sandbox: Sandbox) -> Non
         with pytest.raises(pschema.RefusedError, match="lit") as refused:
             pschema.run(Other(), "lamp")
         assert refused.value.code == 16
+    with sandbox.daemon("lamp", arguments=["--accept-changes"]), pschema.connect("lamp") as client:
+        with running(Lamp(), "lamp"):
+            steps(client, 5)
+        with pytest.raises(pschema.RefusedError) as refused:
+            pschema.run(Other(), "lamp")
+        # In words, and not as a program is written.
+        told = "observation type lamp is already known with other flags or properties: it is a state {lit: a boolean}; declare it the same"
+        assert told in str(refused.value)
 
 
 def test_a_run_that_cannot_begin() -> None:
@@ -387,21 +427,52 @@ def test_a_picture_is_shown(sandbox: Sandbox) -> None:
             pixels[..., 0] = 255 * self.lit
             return pixels, [(3.0, 2.0, 1.5)]
 
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client, running(Seeing(), "lamp"):
+        steps(client, 5)
+        # It shows where the fields are, which come with the picture alone.
+        shown = sandbox.command("--name", "lamp", "watch", "--once", "--width", "120", "--height", "40")
+        assert shown.returncode == 0, shown.stderr
+        assert "camera: lamp" in shown.stdout
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ("numpy.zeros((4, 6))", "picture() returned float64 of the shape (4, 6): height × width × 3 of uint8 are wanted"),
+        ("numpy.zeros((4, 6, 3))", "picture() returned float64 of the shape (4, 6, 3): height × width × 3 of uint8 are wanted"),
+        ("numpy.zeros((0, 6, 3), numpy.uint8)", "picture() returned uint8 of the shape (0, 6, 3): 1 to 2,304,000 pixels are wanted"),
+        ("numpy.zeros((2000, 2000, 3), numpy.uint8)", "of the shape (2000, 2000, 3): 1 to 2,304,000 pixels are wanted"),
+        ("'a cat'", "height × width × 3 of uint8 are wanted"),
+        ("(numpy.zeros((4, 6, 3), numpy.uint8), [(1, 2)])", "field 0 is (1, 2): (x, y, radius) are wanted, in pixels"),
+        ("(numpy.zeros((4, 6, 3), numpy.uint8), [(1, 2, float('nan'))])", "field 0 is (1, 2, nan), which is nowhere"),
+        ("(numpy.zeros((4, 6, 3), numpy.uint8), [(1, 2, 3)] * 20000)", "it has 20,000 fields, and at most 16,384 are shown"),
+        ("1 / 0", "ZeroDivisionError: division by zero"),
+    ],
+)
+def test_a_picture_that_is_none_is_said_once_and_the_body_goes_on(
+    sandbox: Sandbox, caplog: pytest.LogCaptureFixture, wrong: str, told: str
+) -> None:
+    numpy = pytest.importorskip("numpy")
+    asked: list[int] = []
+
     class Blurred(Lamp):
         def picture(self) -> Any:
-            return numpy.zeros((4, 6))
+            asked.append(self.pressed)
+            return eval(wrong, {"numpy": numpy})
 
-    with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
-        with running(Seeing(), "lamp"):
+    with caplog.at_level(logging.ERROR, "pschema"), sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        with running(Blurred(), "lamp"):
             steps(client, 5)
-            # It shows where the fields are, which come with the picture alone.
-            shown = sandbox.command("--name", "lamp", "watch", "--once", "--width", "120", "--height", "40")
-            assert shown.returncode == 0, shown.stderr
-            assert "camera: lamp" in shown.stdout
-        with pytest.raises(TypeError, match="height × width × 3 of uint8"), running(Blurred(), "lamp"):
-            until("it is back", lambda: client.status()["bodies"][0]["state"] == "attached" or None)
-            sandbox.command("--name", "lamp", "watch", "--once", "--width", "120", "--height", "40")
-            until("the body is gone", lambda: client.status()["bodies"][0]["state"] == "left" or None)
+            # Somebody watches for as long as it takes to ask for several pictures.
+            eye = pschema._native.Eye("lamp")
+            until("pictures were asked for", lambda: len(asked) > 5 or None)
+            assert eye.newest() is None
+            assert steps(client, client.status()["step"] + 20)
+        assert client.status()["bodies"][0]["frames_refused"] == 0
+    (record,) = [record for record in caplog.records if record.name == "pschema"]
+    assert record.getMessage() == "a picture of Blurred failed; said once until it fails otherwise"
+    assert record.exc_info is not None
+    assert told in f"{record.exc_info[0].__name__ if record.exc_info[0] else ''}: {record.exc_info[1]}"
 
 
 def test_it_keeps_the_protocol(sandbox: Sandbox) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 import time
 from pathlib import Path
-from typing import Any, Optional
+from typing import Any, Callable, Optional
 
 import pytest
 
@@ -93,6 +94,27 @@ def test_a_goal_is_achieved_and_told(sandbox: Sandbox) -> None:
         assert told[-1]["state"] == end["state"] == "achieved"
         with pytest.raises(pschema.AnswerError, match="lampe"):
             client.achieve("lampe{}")
+
+
+def test_a_goal_beyond_what_is_declared_is_refused(sandbox: Sandbox) -> None:
+    class Dial(Lamp):
+        def describe(self) -> pschema.Description:
+            return pschema.Description("dial", senses=[pschema.state("dial", at=pschema.integer(0, 9))], actions=[pschema.action("press")])
+
+        def sense(self) -> list[pschema.Observation]:
+            return [("dial", (self.pressed % 10,))]
+
+    with sandbox.daemon("dial"), pschema.connect("dial") as client:
+        with pytest.raises(pschema.AnswerError, match="no body is attached"):
+            client.achieve("dial{at=99}")
+        with running(Dial(), "dial"):
+            steps(client, 20)
+            for ask in (client.achieve, client.plan):
+                with pytest.raises(pschema.AnswerError, match=r"dial\{at=99\} will never be so: body dial declares at of dial as 0..=9"):
+                    ask("dial{at=99}")
+            told = sandbox.command("--name", "dial", "achieve", "dial{at=99}")
+            assert told.returncode != 0
+            assert "declares at of dial as 0..=9" in told.stderr
 
 
 def test_a_goal_is_called_off_from_another_thread(sandbox: Sandbox) -> None:
@@ -195,7 +217,7 @@ def test_there_is_no_daemon(sandbox: Sandbox) -> None:
         pschema.connect("nobody")
     with pytest.raises(ValueError, match="Not A Name"):
         pschema.connect("Not A Name")
-    with pytest.raises(ValueError, match="is no time to wait"):
+    with pytest.raises(ValueError, match="timeout_s=-1: give a finite number"):
         pschema.connect("nobody", timeout_s=-1)
 
 
@@ -231,8 +253,81 @@ def test_a_question_that_is_not_known_is_refused(sandbox: Sandbox) -> None:
             client._asked("status", {"more": 1})
         with pytest.raises(pschema.AnswerError, match="there is no schema 7"):
             client.show(7)
-        with pytest.raises(ValueError, match="no request"):
+        with pytest.raises(pschema.ArgumentError, match="schema='xxx") as refused:
             client.show("x" * 10_000_000)  # type: ignore[arg-type]
+        assert len(str(refused.value)) < 200
+
+
+@pytest.mark.parametrize(
+    ("ask", "told"),
+    [
+        (lambda client: client.show(-1), "schema=-1: give a whole number from 0"),
+        (lambda client: client.show(1.0), "schema=1.0: give a whole number from 0"),
+        (lambda client: client.show(True), "schema=True: give a whole number from 0"),
+        (lambda client: client.show(2**70), "schema=1180591620717411303424: give a whole number from 0 to 4,294,967,295"),
+        (lambda client: client.why_not("a"), "schema='a': give a whole number from 0"),
+        (lambda client: client.explain(step=-1), "step=-1: give a whole number from 0"),
+        (lambda client: client.explain(candidates=None), "candidates=None: give a whole number from 0"),
+        (lambda client: client.schemas(sort="x"), "sort='x': give one of age, uses, probability, excitation"),
+        (lambda client: client.schemas(limit=-1), "limit=-1: give a whole number from 0"),
+        (lambda client: client.schemas(post=3), "post=3: give a text"),
+        (lambda client: client.claims(3), "action=3: give a text"),
+        (lambda client: client.predict(None), "action=None: give a text"),
+        (lambda client: client.plan("lamp{}", 3), "goal[1]=3: give a text"),
+        (lambda client: client.graph(around=-1), "around=-1: give a whole number from 0"),
+        (lambda client: client.say(3), "words[0]=3: give a text"),
+        (lambda client: client.say("light", "\ud800"), "words[1]='\\ud800': leave out U+D800, which is half of a character"),
+        (lambda client: client.stage(5), "order=5: give a text"),
+        (lambda client: client.achieve("lamp{}", actions_max=-1), "actions_max=-1: give a whole number from 1"),
+        (lambda client: client.achieve("lamp{}", actions_max=math.nan), "actions_max=nan: give a whole number from 1"),
+        (lambda client: client.achieve("lamp{}", wait_s=math.nan), "wait_s=nan: give a finite number from 0"),
+        (lambda client: client.achieve("\udfff{}"), "goal[0]='\\udfff{}': leave out U+DFFF"),
+        (lambda client: client.cancel(-1), "number=-1: give a whole number from 0"),
+        (lambda client: client.watch(rate=0), "rate=0: give a finite number above 0"),
+        (lambda client: client.excitation(-1), "last=-1: give a whole number from 0"),
+        (lambda client: client.past(-1), "at=-1: give a whole number from 0"),
+        (lambda _: pschema.connect(5), "name=5: give a text"),  # type: ignore[arg-type]
+        (lambda _: pschema.connect("lamp", timeout_s="soon"), "timeout_s='soon': give a finite number from 0"),  # type: ignore[arg-type]
+        (lambda _: pschema.Past(5), "data=5: give the path of a data directory"),  # type: ignore[arg-type]
+        (lambda _: pschema.Daemon(5), "name=5: give a text"),  # type: ignore[arg-type]
+        (lambda _: pschema.Daemon("other", data=5), "data=5: give the path"),  # type: ignore[arg-type]
+        (lambda _: pschema.Daemon("other", seed=-1), "seed=-1: give a whole number from 0"),
+        (lambda _: pschema.run(5), "body=5: it has no describe()"),  # type: ignore[arg-type]
+        (lambda _: pschema.run(Lamp(), 5), "name=5: give a text"),  # type: ignore[arg-type]
+        (lambda _: pschema.run(Lamp(), stop=True), "stop=True: give a pschema.Stop"),  # type: ignore[arg-type]
+    ],
+)
+def test_an_argument_that_is_wrong_is_named(sandbox: Sandbox, tmp_path: Path, ask: Callable[[pschema.Client], Any], told: str) -> None:
+    with sandbox.daemon("lamp", data=tmp_path), pschema.connect("lamp") as client:
+        with pytest.raises(pschema.ArgumentError) as refused:
+            ask(client)
+        assert told in str(refused.value)
+        assert isinstance(refused.value, ValueError)
+        assert isinstance(refused.value, TypeError)
+        # Nothing went anywhere.
+        assert client.status()["step"] == 0
+
+
+def test_words_and_what_they_are_associated_with(sandbox: Sandbox) -> None:
+    class Presses(Lamp):
+        """A lamp that is named when it is lit."""
+
+        def act(self, action: pschema.Action) -> Optional[pschema.Outcome]:
+            super().act(action)
+            if self.lit and action.name == "press":
+                client.say("light")
+            return None
+
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client:
+        assert client.words() == {}
+        with running(Presses(), "lamp"):
+            steps(client, 50)
+            until("the word is known", lambda: client.words() or None)
+        words = client.words()
+        assert set(words) == {"light"}
+        (first, *_) = words["light"]
+        assert 1 <= first["occurrences"] <= first["trials"]
+        assert client.show(first["schema"])["associated"]
 
 
 def test_a_child_connects_by_itself(sandbox: Sandbox) -> None:

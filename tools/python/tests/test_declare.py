@@ -48,7 +48,29 @@ def described(*senses: Any, actions: Any = ()) -> pschema.Description:
         (lambda: described(actions=[action("go", by=integer(0, 5), primitives=[{}])]), "go: primitive 0: {} should have the parameters by"),
         (lambda: described(actions=[action("go", by=integer(0, 5), primitives=[(1, 2)])]), "it has 2 values, and the action 1 parameters"),
         (lambda: pschema.Description(""), "the body's name: it is empty"),
-        (lambda: pschema.Description(3), "the body's name 3 is no text"),  # type: ignore[arg-type]
+        (lambda: pschema.Description(3), "the body's name: 3 is no text"),  # type: ignore[arg-type]
+        (lambda: pschema.Description("x", kind=3), "the body's kind: 3 is no text"),  # type: ignore[arg-type]
+        (lambda: pschema.Description("\ud800"), "the body's name: '\\ud800' holds half of a character"),
+        (lambda: pschema.Description("x", senses=5), "senses=5: give a list of them"),  # type: ignore[arg-type]
+        (lambda: pschema.Description("x", actions=None), "actions=None: give a list of them"),  # type: ignore[arg-type]
+        (lambda: state(5), "state(): the name of a sense: 5 is no text"),  # type: ignore[arg-type]
+        (lambda: event(None), "event(): the name of a sense: None is no text"),  # type: ignore[arg-type]
+        (lambda: action(5), "action(): the name of an action: 5 is no text"),  # type: ignore[arg-type]
+        (lambda: state("x", [boolean()]), "sense x: [Values("),  # type: ignore[arg-type]
+        (lambda: state("x", own="yes"), "sense x: own='yes': give True or False"),  # type: ignore[arg-type]
+        (lambda: action("go", primitives=5), "action go: primitives=5: give a list"),  # type: ignore[arg-type]
+        (lambda: integer(0, 9, unit=5), "integer(0, 9): its unit: 5 is no text"),  # type: ignore[arg-type]
+        (lambda: symbol("a", unit=5), "symbol(): its unit: 5 is no text"),  # type: ignore[arg-type]
+        (lambda: symbol("\udc80"), "symbol(): '\\udc80' holds half of a character"),
+        (lambda: real(0, 1, 0.1, unit=5), "real(0, 1, 0.1): its unit: 5 is no text"),  # type: ignore[arg-type]
+        (lambda: real(0, [1, 2], 1), "[1, 2] is no number"),  # type: ignore[arg-type]
+        (lambda: described(state("x", at=pschema.Values("integer", (0,)))), "the description of body: "),
+        (lambda: described(state("word", text=symbol("a"))), "observation type word is the learner's own sense of hearing"),
+        (
+            lambda: described(state("a", at=integer(0, 9)), event("b", at=real(0, 9, 0.5))),
+            "property at of b is a real in bins of 0.5, and the property of that name of a is an integer: give both the same kind",
+        ),
+        (lambda: described(state("a", at=real(0, 9, 1)), state("b", at=real(0, 9, 2))), "property at of b is a real in bins of 2.0, and"),
     ],
 )
 def test_a_mistake_is_refused_with_its_place(declare: Callable[[], object], told: str) -> None:

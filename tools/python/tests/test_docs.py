@@ -51,6 +51,20 @@ def test_the_package_shows_a_body_that_runs(sandbox: Sandbox) -> None:
     assert sandbox.left() == []
 
 
+def test_an_environment_is_attached_as_its_page_says(sandbox: Sandbox, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("gymnasium")
+    page = (PAGES / "docs" / "howto" / "gymnasium.md").read_text()
+    names: dict[str, Any] = {"__name__": "page"}
+    for text in re.findall(r"```python\n(.*?)```\n", page, re.DOTALL):
+        exec(compile(text, "docs/howto/gymnasium.md", "exec"), names)
+    told = capsys.readouterr().out
+    assert "15,625 actions" in told
+    assert "achieved with" in told
+    # It says of a picture that it is refused, once the actions are not.
+    with pytest.raises(pschema.DeclarationError, match="an image of 4×12×3 numbers"):
+        names["pschema"].gym.attach(names["Track"](), "track", actions=names["actions"])
+
+
 def test_what_the_how_tos_show_is_python() -> None:
     """A robot with ROS 2 is not at hand, so its page is only compiled."""
     page = (PAGES / "docs" / "howto" / "ros2.md").read_text()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -137,13 +138,123 @@ def test_each_action_space_is_acted_in(space: Any) -> None:
     assert len(body.env.taken) == 30
 
 
+@pytest.mark.parametrize(
+    ("space", "told"),
+    [
+        (S.Discrete(5000), "the action space Discrete(5000): it has 5,000 actions, and a body at most 4,096."),
+        (
+            S.Box(-1.0, 1.0, (6,)),
+            "the action space Box(-1.0, 1.0, (6,), float32): it has 5 × 5 × 5 × 5 × 5 × 5 = 15,625 actions, each real in 5 values,",
+        ),
+        (S.MultiDiscrete([50, 50, 50]), "the action space MultiDiscrete([50 50 50]): it has 50 × 50 × 50 = 125,000 actions, and a body"),
+        (S.MultiBinary(9), "the action space MultiBinary(9): an action of it has 9 numbers, and an action of a body at most 8 parameters."),
+        (
+            S.Dict({"a": S.Discrete(100), "b": S.Box(0, 1, (3,))}),
+            "it has 100 × 5 × 5 × 5 = 12,500 actions, each real in 5 values, and a body",
+        ),
+        (S.Box(-numpy.inf, numpy.inf, (1,)), "act has no bounds, which gymnasium.wrappers.RescaleAction gives it."),
+        (S.Graph(S.Discrete(3), S.Discrete(2)), "nothing is known of a space Graph."),
+    ],
+)
+def test_an_action_space_that_is_too_large_is_refused_with_a_way_out(space: Any, told: str) -> None:
+    with pytest.raises(pschema.DeclarationError) as refused:
+        body_of(S.Discrete(2), space)
+    assert told in str(refused.value)
+    assert 'Give attach() actions=, which says by name what may be done and what each is to the environment, as {"left": 0' in str(
+        refused.value
+    )
+    assert len(str(refused.value)) < 600
+
+
+def test_actions_of_ones_own_by_their_names() -> None:
+    """A walker with six joints has too many actions; it can be told which of them to try."""
+    stand, step = numpy.zeros(6), [0.5, -0.5, 0.0, 0.5, -0.5, 0.0]
+    body = body_of(S.Discrete(2), S.Box(-1.0, 1.0, (6,)), actions={"stand": stand, "step": step})
+    assert [(one.name, one.parameters) for one in body.describe().actions] == [("stand", {}), ("step", {})]
+    lived(body, 40)
+    assert {tuple(taken) for taken in body.env.taken} == {tuple(stand), tuple(step)}
+    body.env.taken[0][:] = 7
+    assert not stand.any(), "what the environment does to an action does not change the next one"
+
+    many = body_of(S.Discrete(2), S.Discrete(5000), actions={f"go-{place}": place for place in range(0, 5000, 100)})
+    (act,) = many.describe().actions
+    assert (act.name, list(act.parameters)) == ("act", ["do"])
+    lived(many, 100)
+    assert len(set(many.env.taken)) > 30
+    assert all(taken % 100 == 0 for taken in many.env.taken)
+
+
+def test_actions_of_ones_own_by_a_function() -> None:
+    turn = pschema.action("turn", by=pschema.integer(-1, 1))
+
+    def perform(asked: pschema.Action) -> Any:
+        return numpy.full(6, asked["by"], numpy.float32)
+
+    body = body_of(S.Discrete(2), S.Box(-1.0, 1.0, (6,)), actions=[turn], perform=perform)
+    lived(body, 40)
+    assert {taken[0] for taken in body.env.taken} == {-1, 0, 1}
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"actions": {}}, "actions={}: give at least one action"),
+        ({"actions": {"left": 7}}, "actions['left']: 7 (int) is no action of the environment, whose action space is Discrete(2)"),
+        ({"actions": {"left": 0.5}}, "actions['left']: 0.5 (float) is no action of the environment"),
+        ({"actions": {3: 0}}, "actions: 3 is no name"),
+        ({"actions": {"a{": 0}}, "holds '{'"),
+        ({"actions": [pschema.action("go")]}, "and perform=, a function"),
+        ({"perform": lambda _: 0}, "give actions= as a dict"),
+        ({"actions": {"left": 0}, "perform": lambda _: 0}, "perform= is for actions= that are declared"),
+        ({"actions": 5, "perform": lambda _: 0}, "actions=5: give a dict"),
+        ({"actions": ["go"], "perform": lambda _: 0}, "actions[0]: 'go' is none of them; give action(…)"),
+        ({"actions": [pschema.action("go")], "perform": 5}, "perform=5: give a function"),
+        ({"bins": 0}, "bins=0: give a whole number from 1"),
+        ({"bins": 2.5}, "bins=2.5: give a whole number from 1"),
+        ({"bins": True}, "bins=True: give a whole number from 1"),
+        ({"senses": [], "observe": 5}, "observe=5: give a function"),
+    ],
+)
+def test_what_is_said_wrong_of_an_environment_is_named(given: dict[str, Any], told: str) -> None:
+    with pytest.raises(pschema.DeclarationError) as refused:
+        body_of(S.Discrete(2), **given).describe()
+    assert told in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("env", "given", "told"),
+    [
+        (5, {}, "env=5: give an environment of Gymnasium, or the id of one"),
+        (None, {}, "env=None: give an environment"),
+        ("FrozenLake-v1", {"bins": 0}, "bins=0: give a whole number from 1"),
+        ("FrozenLake-v1", {"seed": -1}, "seed=-1: give a whole number from 0"),
+        ("FrozenLake-v1", {"seed": "a"}, "seed='a': give a whole number from 0"),
+        ("FrozenLake-v1", {"stop": True}, "stop=True: give a pschema.Stop"),
+        ("FrozenLake-v1", {"body": 5}, "body=5: give a text"),
+        ("FrozenLake-v1", {"name": 5}, "name=5: give a text"),
+    ],
+)
+def test_what_can_not_be_attached_is_refused_before_it_is(env: Any, given: dict[str, Any], told: str) -> None:
+    with pytest.raises(pschema.Error) as refused:
+        pschema.gym.attach(env, **given)
+    assert told in str(refused.value)
+
+
+def test_more_environments_than_places_are_refused_before_one_attaches() -> None:
+    """Eight of nine bodies lived, and the ninth waited for a place."""
+    env = gymnasium.vector.SyncVectorEnv([lambda: gymnasium.make("FrozenLake-v1")] * 9)
+    with pytest.raises(
+        pschema.DeclarationError, match=r"at most 8 bodies at a time, and there are 9 environments, .*: give a SyncVectorEnv of"
+    ):
+        pschema.gym.attach(env, "nobody")
+    env.close()
+
+
 def test_an_image_is_refused_with_a_way_out() -> None:
     with pytest.raises(pschema.DeclarationError, match=r"an image of 8×8×3 numbers.*observe="):
         body_of(S.Box(0, 255, (8, 8, 3), numpy.uint8))
     with pytest.raises(pschema.DeclarationError, match="both, or neither"):
         body_of(S.Discrete(2), senses=[])
-    with pytest.raises(pschema.DeclarationError, match="no bounds"):
-        body_of(S.Discrete(2), S.Box(-numpy.inf, numpy.inf, (1,)))
 
     def bright(seen: Any) -> Iterator[pschema.Observation]:
         if seen.mean() > 100:
@@ -263,6 +374,39 @@ def test_the_daemon_of_a_command_ends_with_it(sandbox: Sandbox) -> None:
     assert sandbox.left() == []
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["FrozenLake-v1"],
+        ["FrozenLake-v1", "--episodes", "100000", "--goal", "field{field=15}"],
+        ["pettingzoo:classic/tictactoe-v3"],
+    ],
+)
+def test_a_command_ends_when_its_daemon_is_killed(sandbox: Sandbox, arguments: list[str]) -> None:
+    """It waited for another daemon, which nobody would start."""
+    if arguments[0].startswith(pschema.gym.GAME):
+        pytest.importorskip("pettingzoo")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pschema.gym", *arguments, "--name", "lake"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    sandbox.processes.append(process)
+
+    def daemon() -> Optional[int]:
+        try:
+            with pschema.connect("lake") as client:
+                return int(client.status()["pid"]) if client.status()["step"] else None
+        except pschema.NoDaemonError:
+            return None
+
+    pid = until("it lives", daemon)
+    sandbox.note()
+    os.kill(pid, signal.SIGKILL)
+    _, told = finished(process, 1)
+    assert "the daemon that was started for lake was killed by signal 9" in told
+    assert "its memory was in RAM only" in told
+    assert "Traceback" not in told
+
+
 def test_minigrid_is_found_by_its_id(sandbox: Sandbox) -> None:
     text = """
         import pschema.gym
@@ -292,6 +436,8 @@ def test_the_command_says_what_is_wrong(sandbox: Sandbox) -> None:
         (["FrozenLake-v1", "--episodes", "1", "--set", "nope=3"], "can't be made with nope=3"),
         (["NoSuchThing-v1", "--episodes", "1"], "NoSuchThing-v1 can't be made"),
         (["FrozenLake-v1", "--episodes", "1", "--goal", "nope{}"], "nope"),
+        # Before the episodes are lived: so many would take hours.
+        (["FrozenLake-v1", "--episodes", "100000", "--goal", "field{field=99}"], "body FrozenLake-v1 declares field of field as 0..=15"),
     ]:
         command = [sys.executable, "-m", "pschema.gym", *wrong]
         told = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -95,8 +96,32 @@ def test_a_goal_is_achieved() -> None:
     assert str(lamp.lit).lower() == wanted
     with pytest.raises(pschema.AnswerError, match="lamp"):
         learner.achieve("lampe{}")
+    for wrong in (0, -1, math.nan, "5", 2**40):
+        with pytest.raises(pschema.ArgumentError, match="actions_max="):
+            learner.achieve("lamp{lit=true}", actions_max=wrong)  # type: ignore[arg-type]
     with pytest.raises(pschema.AnswerError):
         learner.cancel()
+
+
+def test_a_goal_beyond_what_is_declared_is_refused() -> None:
+    dial = pschema.state("dial", at=pschema.integer(0, 9), of=pschema.symbol("red", "blue"), x=pschema.real(0, 1, 0.25, unit="m"))
+    other = pschema.state("flag", of=pschema.symbol("green", "blue"))
+    learner = pschema.Learner(1)
+    learner.declare(pschema.Description("panel", senses=[dial, other], actions=[pschema.action("turn")]))
+    learner.step([("dial", (0, "red", 0.0)), ("flag", ("green",))])
+    for goal, told in (
+        ("dial{at=10}", "dial{at=10} will never be so: body panel declares at of dial as 0..=9"),
+        ("dial{at=-1}", "at of dial as 0..=9"),
+        ("dial{x=1.4}", "x of dial as 0..=1 m"),
+        ("dial{of=green}", "of of dial as red, blue"),
+    ):
+        for ask in (learner.achieve, learner.plan):
+            with pytest.raises(pschema.AnswerError) as refused:
+                ask(goal)
+            assert told in str(refused.value)
+    with pytest.raises(pschema.AnswerError, match="no observation type"):
+        learner.achieve("lamp{}")
+    learner.achieve("dial{at=9, of=blue, x=1.0}")
 
 
 def test_it_can_be_asked() -> None:
@@ -142,6 +167,10 @@ def test_an_outcome_is_of_an_action() -> None:
         learner.step(lamp.sense())
         learner.step(lamp.sense(), outcome)
     assert learner.steps == 12
+    with pytest.raises(pschema.ArgumentError, match=r"outcome='done': give a pschema\.Outcome"):
+        learner.step(lamp.sense(), "done")  # type: ignore[arg-type]
+    with pytest.raises(pschema.DeclarationError, match=r"declare\(5\): give a pschema\.Description"):
+        learner.declare(5)  # type: ignore[arg-type]
 
 
 def test_two_bodies_of_one_learner() -> None:
@@ -175,5 +204,5 @@ def test_what_there_is_not_is_refused() -> None:
         pschema.Learner(curriculum="nowhere")
     with pytest.raises(ValueError, match="sure"):
         pschema.Learner(settings=["learner.sure=1"])
-    with pytest.raises(OverflowError):
+    with pytest.raises(pschema.ArgumentError, match="seed=-1: give a whole number from 0"):
         pschema.Learner(-1)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import platform
+import re
 import subprocess
 import sys
+from importlib.metadata import distribution
 from pathlib import Path
 
 import pschema
@@ -22,6 +25,14 @@ def test_the_demo_runs(sandbox: Sandbox) -> None:
     told = sandbox.command("demo", "--json")
     assert told.returncode == 0, told.stderr
     assert '"placements"' in told.stdout
+
+
+def test_the_wheel_says_which_linux_it_needs() -> None:
+    """Its tag was that of the machine which built it, whatever it was built on."""
+    files = [pschema.program(), pschema._native.__file__ or ""]
+    needed = {int(minor) for file in files for minor in re.findall(rb"\0GLIBC_2\.(\d+)", Path(file).read_bytes())}
+    (tag,) = re.findall(r"^Tag: (.*)$", distribution("pschema").read_text("WHEEL") or "", re.MULTILINE)
+    assert tag == f"cp39-abi3-manylinux_2_{max(needed)}_{platform.machine()}"
 
 
 def test_it_is_typed() -> None:

@@ -2,6 +2,7 @@
 //! merged by name and never taken back. Everything else in memory refers to it by number.
 
 use std::collections::BTreeSet;
+use std::fmt;
 
 use rustc_hash::FxHashMap;
 
@@ -97,6 +98,32 @@ impl ValueKind {
     }
 }
 
+impl fmt::Display for ValueKind {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Integer => to.write_str("an integer"),
+            Self::Symbol => to.write_str("a symbol"),
+            Self::Boolean => to.write_str("a boolean"),
+            // As Rust writes it, which is short however small it is.
+            Self::Real { resolution } => write!(to, "a real in bins of {resolution:?}"),
+        }
+    }
+}
+
+impl fmt::Display for DeclaredType {
+    /// Its flags, and what each of its properties takes: `an event of the body's own {field: an integer, reach: a real in bins of 0.01 m}`.
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        to.write_str(if self.transient { "an event" } else { "a state" })?;
+        to.write_str(if self.own { " of the body's own {" } else { " {" })?;
+        for (number, property) in self.properties.iter().enumerate() {
+            let comma = if number == 0 { "" } else { ", " };
+            let unit = if property.unit.is_empty() { String::new() } else { format!(" {}", property.unit) };
+            write!(to, "{comma}{}: {}{unit}", property.name, property.kind)?;
+        }
+        to.write_str("}")
+    }
+}
+
 /// An action as declared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeclaredAction {
@@ -124,7 +151,7 @@ pub enum Parameter {
 pub enum DeclarationError {
     /// A type was learnt under another meaning.
     #[error(
-        "observation type {name} is already known with other flags or properties ({known}); declare it the same, \
+        "observation type {name} is already known with other flags or properties: it is {known}; declare it the same, \
          or give it another name"
     )]
     TypeDiffers {
@@ -135,16 +162,20 @@ pub enum DeclarationError {
     },
     /// A property was learnt with values of another kind, so that equal values would not mean the same.
     #[error(
-        "property {name} of {kind} takes other values than the property of that name that is already known \
-         ({known}); give it the same kind and resolution, or another name"
+        "property {name} of {kind} is {declared}, and the property of that name of {other} is {known}: give both the same kind and \
+         resolution, or one of them another name"
     )]
     PropertyDiffers {
         /// The property's name.
         name: String,
         /// The observation type that declares it.
         kind: String,
-        /// What memory knows.
-        known: String,
+        /// What it takes.
+        declared: ValueKind,
+        /// The observation type whose property of that name came first.
+        other: String,
+        /// What that takes.
+        known: ValueKind,
     },
     /// Values could not be told apart.
     #[error("the resolution of {name} is {resolution}; it must be finite and above 0")]
@@ -297,7 +328,7 @@ impl Vocabulary {
             {
                 return Err(DeclarationError::TypeDiffers {
                     name: declared.name.clone(),
-                    known: format!("{:?}", known.declared),
+                    known: known.declared.to_string(),
                 });
             }
         }
@@ -351,21 +382,31 @@ impl Vocabulary {
     /// Properties of one name are comparable, so they must take the same kind of values, in memory and within
     /// the declaration.
     fn check_properties(&self, declaration: &Declaration) -> Result<(), DeclarationError> {
-        let mut met: FxHashMap<&str, &ValueKind> = FxHashMap::default();
+        let mut met: FxHashMap<&str, (&DeclaredType, &ValueKind)> = FxHashMap::default();
         for declared in &declaration.observation_types {
             for property in &declared.properties {
                 let known = self.property_named(&property.name).and_then(|id| self.property_kind(id));
-                let known = known.unwrap_or_else(|| met.entry(&property.name).or_insert(&property.kind));
+                let (first, kind) = met.entry(&property.name).or_insert((declared, &property.kind));
+                let known = known.unwrap_or(kind);
                 if *known != property.kind {
+                    let other = self.first_with(&property.name).unwrap_or(first);
                     return Err(DeclarationError::PropertyDiffers {
                         name: property.name.clone(),
                         kind: declared.name.clone(),
-                        known: format!("{known:?}"),
+                        declared: property.kind.clone(),
+                        other: other.name.clone(),
+                        known: known.clone(),
                     });
                 }
             }
         }
         Ok(())
+    }
+
+    /// The type that brought a property of this name.
+    fn first_with(&self, property: &str) -> Option<&DeclaredType> {
+        let mut types = self.lists.types.iter().map(|known| &known.declared);
+        types.find(|known| known.properties.iter().any(|declared| declared.name == property))
     }
 
     /// A bin without a width holds nothing.

@@ -30,7 +30,7 @@ from .declare import (
     state,
     symbol,
 )
-from .errors import AnswerError, DeclarationError, Error, FrameError, NoDaemonError, RefusedError
+from .errors import AnswerError, ArgumentError, DeclarationError, Error, FrameError, NoDaemonError, RefusedError
 from .functions import FunctionBody
 from .learner import Learner
 
@@ -38,6 +38,7 @@ __all__ = [
     "Action",
     "ActionType",
     "AnswerError",
+    "ArgumentError",
     "Body",
     "Client",
     "Daemon",

@@ -7,6 +7,14 @@ PlainDescription = tuple[str, str, list[Any], list[Any], list[Any]]
 
 __version__: str
 
+ACTIONS_MAX: int
+BODIES_MAX: int
+PICTURE_FIELDS_MAX: int
+PICTURE_PIXELS_MAX: int
+PRIMITIVES_MAX: int
+PROPERTIES_MAX: int
+SYMBOLS_MAX: int
+
 class Action:
     """An action that a body is asked for: its name, and its parameters."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -11,12 +12,12 @@ from typing import Any, Optional
 import numpy
 from gymnasium import spaces
 
-from . import _native
+from . import _checked, _native
 from .declare import ActionType, Observation, Sense, Values, action, boolean, integer, real, state, symbol
 from .errors import DeclarationError
 from .table import Table
 
-__all__ = ["BINS", "Part", "Read", "acts", "as_name", "senses_of"]
+__all__ = ["BINS", "Acts", "Part", "Perform", "Read", "acts", "acts_of", "as_name", "senses_of"]
 
 #: How many bins a real is learnt in, between its bounds.
 BINS = 20
@@ -56,6 +57,7 @@ _OBSERVATIONS: dict[str, tuple[str, ...]] = {
 }
 
 Read = Callable[[Any], Iterable[Observation]]
+Perform = Callable[[_native.Action], Any]
 
 
 def as_name(name: object) -> str:
@@ -239,7 +241,7 @@ class Acts:
     """The actions, and what each is to the environment."""
 
     actions: list[ActionType]
-    put: Callable[[_native.Action], Any]
+    put: Perform
 
 
 def acts(env: Any, known: str) -> Acts:
@@ -263,8 +265,107 @@ def acts(env: Any, known: str) -> Acts:
         places = {name: start + at for at, name in enumerate(names)}
         return Acts([action(name) for name in names], lambda asked: places[asked.name])
     parameters: dict[str, Values] = {}
-    build = _parameters("act" if not isinstance(space, spaces.Dict) else "", space, parameters)
+    try:
+        build = _parameters("act" if not isinstance(space, spaces.Dict) else "", space, parameters)
+    except _OwnActionsError as wanted:
+        raise DeclarationError(f"the action space {_brief(space)}: {wanted}. {_OWN_ACTIONS}") from None
+    counts = [_count(values) for values in parameters.values()]
+    if len(counts) > _native.PROPERTIES_MAX:
+        told = f"an action of it has {len(counts)} numbers, and an action of a body at most {_native.PROPERTIES_MAX} parameters"
+        raise DeclarationError(f"the action space {_brief(space)}: {told}. {_OWN_ACTIONS}")
+    if math.prod(counts) > _native.PRIMITIVES_MAX:
+        product = " × ".join(map(str, counts)) + " = " if len(counts) > 1 else ""
+        told = f"it has {product}{math.prod(counts):,} actions{_cut(space)}, and a body at most {_native.PRIMITIVES_MAX:,}"
+        raise DeclarationError(f"the action space {_brief(space)}: {told}. {_OWN_ACTIONS}")
     return Acts([action("act", parameters)], lambda asked: build(asked.parameters))
+
+
+#: The way out where an action space can't be taken as it is.
+_OWN_ACTIONS = (
+    'Give attach() actions=, which says by name what may be done and what each is to the environment, as {"left": 0, "right": 3}, or '
+    "actions= and perform=, a function from what is asked for to an action of the environment"
+)
+
+
+class _OwnActionsError(Exception):
+    """An action space that can't be taken as it is."""
+
+
+def _brief(space: Any) -> str:
+    """A space as it prints; what its bounds are in each place is left out where that is long."""
+    return " ".join(_checked.shown(space).split())
+
+
+def _count(values: Values) -> int:
+    """How many values are told apart."""
+    if values.kind == "integer":
+        least, most = values.of_kind
+        return int(most - least + 1)
+    if values.kind == "real":
+        least, most, resolution = values.of_kind
+        widths: float = (most - least) / resolution
+        return round(widths) + 1
+    return len(values.of_kind[0]) if values.kind == "symbol" else 2
+
+
+def _cut(space: Any) -> str:
+    """What is to be said of a space that has reals."""
+    parts = space.spaces.values() if isinstance(space, spaces.Dict) else space.spaces if isinstance(space, spaces.Tuple) else [space]
+    return f", each real in {ACTION_BINS} values" if any(isinstance(part, spaces.Box) for part in parts) else ""
+
+
+def acts_of(env: Any, actions: object, perform: Optional[Perform]) -> Acts:
+    """The actions that somebody says for an environment: by name, each with what it is there; or declared, with a function."""
+    if isinstance(actions, Mapping):
+        if perform is not None:
+            raise DeclarationError("perform= is for actions= that are declared: a dict says by itself what each action is")
+        return _named(env.action_space, actions)
+    if actions is None or perform is None:
+        raise DeclarationError(
+            "give actions= as a dict from names to actions of the environment; or actions= as a list of pschema.action(…), and perform=, a "
+            "function from what is asked for to an action of the environment"
+        )
+    if isinstance(actions, (str, bytes)) or not isinstance(actions, Iterable):
+        raise DeclarationError(f"actions={_checked.shown(actions)}: give a dict from names to actions, or a list of pschema.action(…)")
+    if not callable(perform):
+        raise DeclarationError(f"perform={_checked.shown(perform)}: give a function from what is asked for to an action of the environment")
+    return Acts(list(actions), perform)
+
+
+def _named(space: Any, actions: Mapping[Any, Any]) -> Acts:
+    """Actions by their names; where a body can't have so many, one with the names as its parameter."""
+    if not actions:
+        raise DeclarationError("actions={}: give at least one action")
+    meanings: dict[str, Any] = {}
+    for name, given in actions.items():
+        if not isinstance(name, str):
+            raise DeclarationError(f"actions: {_checked.shown(name)} is no name")
+        meanings[name] = _as_action(space, given)
+        if not space.contains(meanings[name]):
+            told = f"{_checked.shown(given)} ({type(given).__name__})"
+            raise DeclarationError(f"actions[{name!r}]: {told} is no action of the environment, whose action space is {_brief(space)}")
+    # The environment may change what it is given.
+    if len(actions) <= _native.ACTIONS_MAX:
+        return Acts([action(name) for name in actions], lambda asked: copy.deepcopy(meanings[asked.name]))
+    if len(actions) > _native.SYMBOLS_MAX:
+        raise DeclarationError(
+            f"actions: {len(actions):,} are named, and at most {_native.SYMBOLS_MAX} can be: declare some with parameters instead, and "
+            "give perform=, a function from what is asked for to an action of the environment"
+        )
+    return Acts([action("act", do=symbol(*actions))], lambda asked: copy.deepcopy(meanings[asked["do"]]))
+
+
+def _as_action(space: Any, given: Any) -> Any:
+    """What somebody wrote for an action, with the type of number that the space has."""
+    if isinstance(space, (spaces.Box, spaces.MultiDiscrete, spaces.MultiBinary)):
+        try:
+            numbers = numpy.asarray(given)
+            whole = numpy.issubdtype(space.dtype, numpy.integer)
+            # Where whole numbers are wanted, a fraction is none of them.
+            return numbers.astype(space.dtype, casting="same_kind" if whole else "unsafe") if numbers.shape == space.shape else given
+        except (TypeError, ValueError, OverflowError):
+            return given
+    return given
 
 
 def _parameters(name: str, space: Any, to: dict[str, Values]) -> Callable[[Mapping[str, Any]], Any]:
@@ -289,10 +390,10 @@ def _parameters(name: str, space: Any, to: dict[str, Values]) -> Callable[[Mappi
             else:
                 low, high = float(space.low.reshape(-1)[at]), float(space.high.reshape(-1)[at])
                 if not (math.isfinite(low) and math.isfinite(high)):
-                    raise DeclarationError(f"the action {own} has no bounds: wrap the environment in gymnasium.wrappers.RescaleAction")
+                    raise _OwnActionsError(f"{own} has no bounds, which gymnasium.wrappers.RescaleAction gives it")
                 to[own] = real(low, high, (high - low) / (ACTION_BINS - 1) or 1.0)
         return lambda given: numpy.asarray([given[own] for own in names], dtype=space.dtype).reshape(space.shape)
-    raise DeclarationError(f"nothing is known of an action space {type(space).__name__}")
+    raise _OwnActionsError(f"nothing is known of a space {type(space).__name__}")
 
 
 def _is_open(space: Any) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import signal
 import socket
 import sys
@@ -12,8 +13,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Optional, Union
 
-from . import _native
+from . import _checked, _native
 from .declare import Description, Observation, Outcome
+from .errors import ArgumentError, DeclarationError
 
 if TYPE_CHECKING:
     import numpy
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["Body", "Summary", "run"]
 
 _log = logging.getLogger("pschema")
+
+#: Places in pictures are numbers of 32 bits.
+_PIXELS_FAR = 1e30
 
 #: The signals by which a person or another program asks a process to end.
 _TO_END = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -76,6 +81,9 @@ class Body:
 
         An array of height × width × 3 bytes (red, green, blue; ``uint8``; at most 2,304,000 pixels), or that and its visual fields as
         (x, y, radius) in pixels, in the order in which observations number them. Asked for only while somebody watches.
+
+        Nothing is learnt of a picture, so a body does not end for one: an exception, or anything else than such an array, goes to the log
+        ``pschema`` once, and is not shown.
         """
         return None
 
@@ -97,15 +105,19 @@ class Summary:
     refused: int
 
 
+#: What a picture is when it is handed over: width, height, the bytes of its pixels, its fields.
+_PlainPicture = tuple[int, int, bytes, list[tuple[float, float, float]]]
+
+
 class _Calls(NamedTuple):
     sense: Callable[[], Iterable[Observation]]
     act: Callable[[_native.Action], Optional[Outcome]]
     arrange: Callable[[_native.Action], Optional[Outcome]]
-    picture: Callable[[], Optional[tuple[int, int, bytes, list[tuple[float, float, float]]]]]
+    picture: Callable[[], Optional[_PlainPicture]]
     failed: Callable[[BaseException], None]
 
 
-def _failures(body: Body) -> Callable[[BaseException], None]:
+def _failures(what: str, body: Body) -> Callable[[BaseException], None]:
     """What logs the exceptions of a body: with their trace, but one that comes again and again only once."""
     last: Optional[tuple[type[BaseException], str]] = None
 
@@ -118,25 +130,51 @@ def _failures(body: Body) -> Callable[[BaseException], None]:
         if this != last:
             last = this
             trace = (type(raised), raised, raised.__traceback__)
-            _log.error("an action of %s failed; said once until it fails otherwise", type(body).__name__, exc_info=trace)
+            _log.error("%s of %s failed; said once until it fails otherwise", what, type(body).__name__, exc_info=trace)
 
     return failed
 
 
-def _pictures(body: Body) -> Callable[[], Optional[tuple[int, int, bytes, list[tuple[float, float, float]]]]]:
-    def picture() -> Optional[tuple[int, int, bytes, list[tuple[float, float, float]]]]:
-        taken = body.picture()
-        if taken is None:
-            return None
-        import numpy
+class _NoPictureError(Exception):
+    """What a body returned is no picture."""
 
-        pixels, fields = taken if isinstance(taken, tuple) else (taken, ())
-        pixels = numpy.asarray(pixels)
-        if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.dtype != numpy.uint8:
-            raise TypeError(f"picture() returned {pixels.dtype} of the shape {pixels.shape}: height × width × 3 of uint8 are wanted")
-        height, width, _ = pixels.shape
-        marks = [(float(x), float(y), float(radius)) for x, y, radius in fields]
-        return width, height, numpy.ascontiguousarray(pixels).tobytes(), marks
+
+def _plain_picture(taken: Any) -> _PlainPicture:
+    import numpy
+
+    pixels, fields = taken if isinstance(taken, tuple) and len(taken) == 2 else (taken, ())
+    pixels = numpy.asarray(pixels)
+    told = f"picture() returned {pixels.dtype} of the shape {pixels.shape}"
+    if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.dtype != numpy.uint8:
+        raise _NoPictureError(f"{told}: height × width × 3 of uint8 are wanted")
+    height, width, _ = pixels.shape
+    if not 1 <= height * width <= _native.PICTURE_PIXELS_MAX:
+        raise _NoPictureError(f"{told}: 1 to {_native.PICTURE_PIXELS_MAX:,} pixels are wanted, height × width; show it smaller")
+    marks = []
+    for number, field in enumerate(fields):
+        try:
+            x, y, radius = (float(at) for at in field)
+        except (TypeError, ValueError):
+            raise _NoPictureError(f"picture(): field {number} is {_checked.shown(field)}: (x, y, radius) are wanted, in pixels") from None
+        if not all(math.isfinite(at) and abs(at) <= _PIXELS_FAR for at in (x, y, radius)):
+            raise _NoPictureError(f"picture(): field {number} is {_checked.shown(field)}, which is nowhere")
+        marks.append((x, y, radius))
+    if len(marks) > _native.PICTURE_FIELDS_MAX:
+        raise _NoPictureError(f"picture(): it has {len(marks):,} fields, and at most {_native.PICTURE_FIELDS_MAX:,} are shown")
+    return width, height, numpy.ascontiguousarray(pixels).tobytes(), marks
+
+
+def _pictures(body: Body) -> Callable[[], Optional[_PlainPicture]]:
+    failed = _failures("a picture", body)
+
+    def picture() -> Optional[_PlainPicture]:
+        # For people alone: a body that has lived for a week does not end for what one of them would have looked at.
+        try:
+            taken = body.picture()
+            return None if taken is None else _plain_picture(taken)
+        except Exception as wrong:
+            failed(wrong)
+            return None
 
     return picture
 
@@ -217,17 +255,24 @@ def run(
     Raises:
         DeclarationError: the description is not allowed.
         FrameError: the body sensed what it did not declare.
-        RefusedError: the daemon does not take the body; with code 21, because one of its name is attached already.
-        Exception: whatever ``describe``, ``sense`` or ``picture`` raise.
+        RefusedError: the daemon does not take the body; with code 21, because one of its name is attached already; with code 0, because as
+            many are as it takes.
+        ArgumentError: something else is given than a body, the name of a learner, or a flag.
+        Exception: whatever ``describe`` or ``sense`` raise.
     """
+    missing = [name for name in ("describe", "sense", "act", "arrange", "picture") if not callable(getattr(body, name, None))]
+    if missing:
+        raise ArgumentError(f"body={_checked.shown(body)}: it has no {missing[0]}(); give an object of a class made of pschema.Body")
+    if stop is not None and not isinstance(stop, _native.Stop):
+        raise ArgumentError(f"stop={_checked.shown(stop)}: give a pschema.Stop")
     description = body.describe()
     if not isinstance(description, Description):
-        raise TypeError(f"describe() returned {description!r}: return a pschema.Description")
+        raise DeclarationError(f"describe() returned {_checked.shown(description)}: return a pschema.Description")
     flag = _native.Stop() if stop is None else stop
-    calls = _Calls(body.sense, body.act, body.arrange, _pictures(body), _failures(body))
-    learner = _named() if name is None else name
+    calls = _Calls(body.sense, body.act, body.arrange, _pictures(body), _failures("an action", body))
+    learner = _named() if name is None else _checked.text("name", name)
     with _ended_by_signals(flag):
-        return Summary(*_native.run(calls, description._plain(), learner, exit_when_daemon_gone, flag))
+        return Summary(*_native.run(calls, description._plain(), learner, bool(exit_when_daemon_gone), flag))
 
 
 def _named() -> str:

@@ -8,9 +8,9 @@ import time
 from collections.abc import Iterator
 from typing import Any, Callable, Optional, Union
 
-from . import _native
-from .errors import AnswerError, NoDaemonError
-from .questions import Answer, Explanation, Questions
+from . import _checked, _native
+from .errors import AnswerError, ArgumentError, NoDaemonError
+from .questions import _STEP_MAX, Answer, Explanation, Questions
 
 __all__ = ["Client", "Excitation", "Past", "connect"]
 
@@ -52,8 +52,10 @@ class Past(Questions):
     """The memory in a data directory as it was after step ``at``, or as it is; with a daemon on it or without. Nothing is changed."""
 
     def __init__(self, data: Union[str, os.PathLike[str]], at: Optional[int] = None) -> None:
-        self.data = os.fspath(data)
-        self.at = at
+        if not isinstance(data, (str, os.PathLike)):
+            raise ArgumentError(f"data={_checked.shown(data)}: give the path of a data directory")
+        self.data = _checked.text("data", os.fspath(data))
+        self.at = None if at is None else _checked.whole("at", at, 0, _STEP_MAX)
         self._native = _native.Past(self.data)
 
     def _asked(self, kind: str, question: dict[str, Any]) -> Any:
@@ -70,9 +72,9 @@ class Client(Questions):
     """
 
     def __init__(self, name: str, timeout_s: float) -> None:
-        self.name = name
-        self._timeout_s = timeout_s
-        self._native: Optional[_native.Client] = _native.Client(name, timeout_s)
+        self.name = _checked.text("name", name)
+        self._timeout_s = _checked.number("timeout_s", timeout_s)
+        self._native: Optional[_native.Client] = _native.Client(self.name, self._timeout_s)
 
     def _send(self, sort: str, kind: str, asked: Any) -> Any:
         if self._native is None:
@@ -115,7 +117,7 @@ class Client(Questions):
 
     def say(self, *words: str) -> Answer:
         """Words are heard, together, in the learner's next frame."""
-        return dict(self._send("order", "say", {"words": list(words)}))
+        return dict(self._send("order", "say", {"words": _checked.texts("words", words)}))
 
     def stage(self, order: Optional[str] = None) -> Answer:
         """Developmental control: ``"next"``, ``"hold"``, ``"resume"``, ``"step"``, or the name of a stage to enter; none only asks.
@@ -124,6 +126,7 @@ class Client(Questions):
         """
         if order is None:
             return self.report()
+        order = _checked.text("order", order)
         known = order in ("next", "hold", "resume", "step")
         return dict(self._send("order", "stage", order if known else {"set": order}))
 
@@ -147,8 +150,13 @@ class Client(Questions):
 
         Returns:
             How it ended: ``state``, ``achieved``, ``actions``, ``plans``.
+
+        Raises:
+            AnswerError: a pattern that can't be read, a value outside the range that the body declares, or no body is attached.
         """
-        now: Answer = self._send("order", "achieve", {"goal": list(goal), "actions_max": actions_max})
+        order = {"goal": _checked.texts("goal", goal), "actions_max": _checked.whole("actions_max", actions_max, 1)}
+        wait_s = _checked.number("wait_s", wait_s)
+        now: Answer = self._send("order", "achieve", order)
         number, until, told = now["number"], time.monotonic() + wait_s, None
         try:
             while True:
@@ -170,7 +178,7 @@ class Client(Questions):
 
     def cancel(self, number: int) -> Answer:
         """Calls off the goal of this number; one that is over stays as it ended."""
-        return dict(self._send("order", "cancel", {"number": number}))
+        return dict(self._send("order", "cancel", {"number": _checked.whole("number", number, 0, _STEP_MAX)}))
 
     def shutdown(self) -> None:
         """Ends the daemon, cleanly."""
@@ -181,6 +189,9 @@ class Client(Questions):
 
         The daemon is asked ``rate`` times a second at most. The iterator ends when the daemon does.
         """
+        return self._watched(1.0 / _checked.number("rate", rate, above=True))
+
+    def _watched(self, pause_s: float) -> Iterator[Answer]:
         after = self._asked("trace", {"from": 2**63})["total"]
         while True:
             try:
@@ -190,10 +201,11 @@ class Client(Questions):
             yield from page["records"]
             after = page["from"] + len(page["records"])
             if not page["records"]:
-                time.sleep(1.0 / rate)
+                time.sleep(pause_s)
 
     def excitation(self, last: int = 200) -> Excitation:
         """How excited the learner was in the last of its steps: the curve of the paper's figure 6."""
+        last = _checked.whole("last", last)
         total = self._asked("trace", {"from": 2**63})["total"]
         start, records = max(0, total - last), []
         while start < total:
@@ -234,6 +246,6 @@ def connect(name: str = "default", *, timeout_s: float = 5.0) -> Client:
 
     Raises:
         NoDaemonError: there is none.
-        ValueError: no learner can have that name.
+        ArgumentError: no learner can have that name, or that is no time.
     """
     return Client(name, timeout_s)

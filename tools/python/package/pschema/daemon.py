@@ -10,8 +10,9 @@ import time
 from collections.abc import Iterable
 from typing import Optional, Union
 
+from . import _checked
 from .client import connect
-from .errors import Error, NoDaemonError
+from .errors import ArgumentError, Error, NoDaemonError
 
 __all__ = ["Daemon", "program"]
 
@@ -50,6 +51,7 @@ class Daemon:
         arguments: more of ``pschema server``.
 
     Raises:
+        ArgumentError: one of these is of another kind.
         Error: it could not be started; with what it said.
     """
 
@@ -62,7 +64,14 @@ class Daemon:
         curriculum: Optional[str] = None,
         arguments: Iterable[str] = (),
     ) -> None:
-        self.name = name
+        self.name = _checked.text("name", name)
+        if data is not None and not isinstance(data, (str, os.PathLike)):
+            raise ArgumentError(f"data={_checked.shown(data)}: give the path of a data directory")
+        self.data = data
+        if seed is not None:
+            _checked.whole("seed", seed, 0, 2**64 - 1)
+        if curriculum is not None:
+            _checked.text("curriculum", curriculum)
         command = [program(), "server", "--name", name, "--parent", str(os.getpid())]
         command += [] if data is None else ["--data", os.fspath(data)]
         command += [] if seed is None else ["--seed", str(seed)]
@@ -94,6 +103,15 @@ class Daemon:
     def pid(self) -> int:
         """The number of its process."""
         return self._process.pid
+
+    @property
+    def exit_code(self) -> Optional[int]:
+        """How it ended: 0 if cleanly, the number of a signal below zero if it was killed; none while it runs."""
+        return self._process.poll()
+
+    def wait(self) -> int:
+        """Waits until it has ended, whoever ends it, and returns its `exit_code`."""
+        return self._process.wait()
 
     def end(self) -> None:
         """Ends it, cleanly, and waits for it."""

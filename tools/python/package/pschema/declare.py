@@ -10,12 +10,11 @@ Mistakes are found where the declaration is made, and are named with their place
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Optional, Union
 
-from . import _native
+from . import _checked, _native
 from .errors import DeclarationError
 
 __all__ = [
@@ -55,6 +54,15 @@ def _is_integer(given: object) -> bool:
     return hasattr(given, "__index__") and not isinstance(given, bool)
 
 
+def _text(place: str, given: object) -> str:
+    """A name, a unit or a symbol, which may be any text that can be sent."""
+    if not isinstance(given, str):
+        raise DeclarationError(f"{place}: {_checked.shown(given)} is no text")
+    if any("\ud800" <= letter <= "\udfff" for letter in given):
+        raise DeclarationError(f"{place}: {_checked.shown(given)} holds half of a character, which can't be sent")
+    return given
+
+
 def integer(least: int, most: int, *, unit: str = "") -> Values:
     """A whole number from ``least`` to ``most``, both included and within 64 bits.
 
@@ -66,7 +74,7 @@ def integer(least: int, most: int, *, unit: str = "") -> Values:
             raise DeclarationError(f"integer({least!r}, {most!r}): {given!r} is no whole number")
         if not -(2**63) <= int(given) < 2**63:
             raise DeclarationError(f"integer({least!r}, {most!r}): {given!r} does not fit into 64 bits")
-    return Values("integer", (int(least), int(most)), unit)
+    return Values("integer", (int(least), int(most)), _text(f"integer({least!r}, {most!r}): its unit", unit))
 
 
 def symbol(*symbols: str, unit: str = "") -> Values:
@@ -78,7 +86,8 @@ def symbol(*symbols: str, unit: str = "") -> Values:
     for given in symbols:
         if not isinstance(given, str):
             raise DeclarationError(f"symbol(): {given!r} is no text; give each symbol as one argument")
-    return Values("symbol", (list(symbols),), unit)
+        _text("symbol()", given)
+    return Values("symbol", (list(symbols),), _text("symbol(): its unit", unit))
 
 
 def boolean() -> Values:
@@ -95,13 +104,20 @@ def real(least: float, most: float, resolution: float, *, unit: str = "") -> Val
     Raises:
         DeclarationError: when one of them is no number.
     """
+    place, numbers = f"real({least!r}, {most!r}, {resolution!r})", []
     for given in (least, most, resolution):
-        if isinstance(given, (bool, str)) or not hasattr(given, "__float__"):
-            raise DeclarationError(f"real({least!r}, {most!r}, {resolution!r}): {given!r} is no number")
-    return Values("real", (float(least), float(most), float(resolution)), unit)
+        if isinstance(given, (bool, str, bytes)):
+            raise DeclarationError(f"{place}: {given!r} is no number")
+        try:
+            numbers.append(float(given))
+        except (TypeError, ValueError, OverflowError):
+            raise DeclarationError(f"{place}: {_checked.shown(given)} is no number") from None
+    return Values("real", tuple(numbers), _text(f"{place}: its unit", unit))
 
 
 def _properties(of: str, given: Optional[Mapping[str, Values]], named: Mapping[str, Values]) -> dict[str, Values]:
+    if given is not None and not isinstance(given, Mapping):
+        raise DeclarationError(f"{of}: {_checked.shown(given)} is no dict; give properties by name, or in a dict from names to values")
     both = {**(given or {}), **named}
     if given and len(both) != len(given) + len(named):
         raise DeclarationError(f"{of}: a property is given twice, in the dict and by its name")
@@ -133,12 +149,21 @@ def state(name: str, properties: Optional[Mapping[str, Values]] = None, *, own: 
     Python name. A property of one name is comparable in all senses of all bodies, so it has one kind everywhere, and a real one
     resolution.
     """
-    return Sense(name, _properties(f"sense {name}", properties, named), own, False)
+    return _sense("state", name, properties, named, own=own, transient=False)
 
 
 def event(name: str, properties: Optional[Mapping[str, Values]] = None, *, own: bool = False, **named: Values) -> Sense:
     """A sense of what holds for the one frame that reports it: a touch, a sound. It is otherwise as `state`."""
-    return Sense(name, _properties(f"sense {name}", properties, named), own, True)
+    return _sense("event", name, properties, named, own=own, transient=True)
+
+
+def _sense(
+    maker: str, name: str, properties: Optional[Mapping[str, Values]], named: Mapping[str, Values], *, own: bool, transient: bool
+) -> Sense:
+    _text(f"{maker}(): the name of a sense", name)
+    if not isinstance(own, bool):
+        raise DeclarationError(f"sense {name}: own={_checked.shown(own)}: give True or False")
+    return Sense(name, _properties(f"sense {name}", properties, named), own, transient)
 
 
 @dataclass(frozen=True)
@@ -162,6 +187,9 @@ def action(
     ``primitives`` are the combinations of parameters that the learner may ask for, each a dict or a tuple in declared order; without it,
     each combination that the learner tells apart. A body has at most 4096 of them in all.
     """
+    _text("action(): the name of an action", name)
+    if primitives is not None and (isinstance(primitives, (str, bytes)) or not isinstance(primitives, Iterable)):
+        raise DeclarationError(f"action {name}: primitives={_checked.shown(primitives)}: give a list, of a dict or a tuple for each")
     listed = None if primitives is None else list(primitives)
     return ActionType(name, _properties(f"action {name}", parameters, named), listed)
 
@@ -261,8 +289,11 @@ class Description:
         *,
         kind: Optional[str] = None,
     ) -> None:
-        self.name = name
-        self.kind = name if kind is None else kind
+        self.name = _text("the body's name", name)
+        self.kind = name if kind is None else _text("the body's kind", kind)
+        for what, given in (("senses", senses), ("actions", actions), ("scene_commands", scene_commands)):
+            if not isinstance(given, Iterable):
+                raise DeclarationError(f"{what}={_checked.shown(given)}: give a list of them")
         self.senses = tuple(senses)
         self.actions = tuple(actions)
         self.scene_commands = tuple(scene_commands)
@@ -275,12 +306,14 @@ class Description:
                 if not isinstance(one, sort):
                     makers = "state(…) or event(…)" if sort is Sense else "action(…)"
                     raise DeclarationError(f"{what}[{number}]: {one!r} is none of them; give {makers}")
-                if not isinstance(one.name, str):
-                    raise DeclarationError(f"{what}[{number}]: its name {one.name!r} is no text")
-        for what, text in (("name", self.name), ("kind", self.kind)):
-            if not isinstance(text, str):
-                raise DeclarationError(f"the body's {what} {text!r} is no text")
-        _native.check(self._plain())
+                _text(f"{what}[{number}]: its name", one.name)
+        try:
+            _native.check(self._plain())
+        except DeclarationError:
+            raise
+        except (TypeError, ValueError, OverflowError) as wrong:
+            # Made by hand, without the functions that look at each part.
+            raise DeclarationError(f"the description of {self.name}: {wrong}") from wrong
 
     @classmethod
     def _of(cls, plain: _native.PlainDescription) -> Description:
@@ -304,11 +337,3 @@ class Description:
         senses = ", ".join(one.name for one in self.senses)
         actions = ", ".join(one.name for one in self.actions)
         return f"<Description {self.name}: senses {senses}; actions {actions}>"
-
-
-def real_of(least: float, most: float, bins: int, *, unit: str = "") -> Values:
-    """As `real`, in ``bins`` steps from ``least`` to ``most``."""
-    if not (math.isfinite(least) and math.isfinite(most)):
-        raise DeclarationError(f"real_of({least!r}, {most!r}, {bins!r}): the limits are not finite")
-    width = (most - least) / max(bins, 1)
-    return real(least, most, width if width > 0 else 1.0, unit=unit)

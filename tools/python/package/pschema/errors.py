@@ -4,6 +4,7 @@ from __future__ import annotations
 
 __all__ = [
     "AnswerError",
+    "ArgumentError",
     "DeclarationError",
     "Error",
     "FrameError",
@@ -14,6 +15,10 @@ __all__ = [
 
 class Error(Exception):
     """Something that pschema could not do."""
+
+
+class ArgumentError(Error, ValueError, TypeError):
+    """A function was given what it does not take, of another type or of another value. The message names the argument."""
 
 
 class DeclarationError(Error, ValueError):
@@ -32,7 +37,7 @@ class RefusedError(Error):
     """The daemon does not take the body, for the reason in the message.
 
     ``code`` is the number of the refusal in ``docs/PROTOCOL.md``: 21 when a body of the same name is attached, 16 when the
-    declaration contradicts what was learnt.
+    declaration contradicts what was learnt; 0 when it has as many bodies as it takes.
     """
 
     def __init__(self, reason: str, code: int = 0) -> None:

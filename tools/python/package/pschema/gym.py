@@ -12,6 +12,8 @@ What an environment's spaces become:
 * ``Discrete`` is a whole number, ``MultiDiscrete``, ``MultiBinary``, ``Tuple`` and ``Dict`` are as many senses as they have parts,
   and a small ``Box`` one real for each number, in 20 bins between its bounds; where there are no bounds, between twice those of what
   random episodes showed. A ``Text`` is its words. An image is refused.
+* An action space of at most 16 actions is as many actions; of others, up to 4,096, the action ``act`` with parameters, a real in five
+  values. A larger one is refused: say the actions yourself then.
 * MiniGrid's view is objects: each thing in sight with its kind, its colour and where it is from the agent.
 * A reward other than zero is the event ``reward``. The end of an episode is the event ``end``; the action after it is not carried out but
   begins the next episode, as in Gymnasium's autoreset at the next step, and its outcome says so.
@@ -32,11 +34,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Optional, Union
 
-from . import _native
+from . import _checked, _native
 from .body import Body, Summary, run
 from .client import connect
 from .daemon import Daemon
-from .declare import Description, Observation, Outcome, Sense, event, real, symbol
+from .declare import ActionType, Description, Observation, Outcome, Sense, event, real, symbol
 from .errors import DeclarationError, Error, NoDaemonError
 
 try:
@@ -48,7 +50,7 @@ except ImportError as missing:
     raise ImportError(wanted) from missing
 
 from ._games import Game, RefusedByRules, Seat
-from ._spaces import BINS, Part, Read, acts, as_name, senses_of
+from ._spaces import BINS, Part, Perform, Read, acts, acts_of, as_name, senses_of
 
 #: The simulated arm as an environment, which this import registers.
 TABLE = "pschema/Table-v0"
@@ -66,6 +68,8 @@ REWARD_RESOLUTION = 0.1
 REWARD_MAX = 1e6
 
 
+#: More bins than numbers that a person would tell apart are a mistake.
+BINS_MAX = 1_000_000
 #: The longest name of a body's kind.
 NAME_BYTES_MAX = 32
 
@@ -99,6 +103,9 @@ class EnvironmentBody(Body):
         observe: from an observation of the environment to what is sensed in it.
         bins: how many bins a real is learnt in, between its bounds.
         stop: is set after the last episode.
+        actions: what may be done: a dict from names to actions of the environment, or declared, with ``perform``; those that the
+            action space says unless given.
+        perform: from an action that is asked for to one of the environment.
     """
 
     env: Any
@@ -109,21 +116,35 @@ class EnvironmentBody(Body):
     observe: Optional[Read] = None
     bins: int = BINS
     stop: _native.Stop = field(default_factory=_native.Stop)
+    actions: Union[Mapping[str, Any], Sequence[ActionType], None] = None
+    perform: Optional[Perform] = None
     #: Episodes that are over, and how many actions and what sum of rewards the last of them had.
     done: int = 0
     length: int = 0
     total: float = 0.0
     #: What the environment raised, if it did: it is lived in no longer then.
     broken: Optional[Exception] = None
+    #: Whether it was asked for an action, so that it is attached.
+    asked: bool = False
 
     def __post_init__(self) -> None:
         if self.episodes is not None and (not isinstance(self.episodes, int) or self.episodes < 1):
             raise DeclarationError(f"episodes={self.episodes!r}: give a whole number from 1, or nothing to live without end")
+        if not hasattr(self.env, "action_space") or not callable(getattr(self.env, "step", None)):
+            raise DeclarationError(f"env={_checked.shown(self.env)}: give an environment of Gymnasium, or the id of one")
+        if isinstance(self.bins, bool) or not isinstance(self.bins, int) or not 1 <= self.bins <= BINS_MAX:
+            raise DeclarationError(f"bins={_checked.shown(self.bins)}: give a whole number from 1 to {BINS_MAX:,}")
+        _checked_seed(self.seed)
         if (self.senses is None) != (self.observe is None):
             raise DeclarationError("give senses= and observe= both, or neither: what is sensed, and how it is told from an observation")
+        if self.observe is not None and not callable(self.observe):
+            raise DeclarationError(f"observe={_checked.shown(self.observe)}: give a function from an observation to what is sensed in it")
         spec = getattr(self.env, "spec", None)
         known = re.sub(r"-v\d+$", "", spec.id.rpartition("/")[2]) if spec is not None else ""
-        self._acts = acts(self.env, known)
+        if self.actions is None and self.perform is None:
+            self._acts = acts(self.env, known)
+        else:
+            self._acts = acts_of(self.env, self.actions, self.perform)
         if self.observe is not None and self.senses is not None:
             self._part = Part(list(self.senses), self.observe)
         else:
@@ -155,6 +176,7 @@ class EnvironmentBody(Body):
             yield "end", (self._end,)
 
     def act(self, action: _native.Action) -> Optional[Outcome]:
+        self.asked = True
         if self._end:
             outcome = Outcome.episode_ended() if self._end == "terminated" else Outcome.episode_cut()
             self._begin()
@@ -221,6 +243,8 @@ def attach(
     observe: Optional[Read] = None,
     bins: int = BINS,
     stop: Optional[_native.Stop] = None,
+    actions: Union[Mapping[str, Any], Sequence[ActionType], None] = None,
+    perform: Optional[Perform] = None,
     **options: Any,
 ) -> Summary:
     """Attaches an environment to the learner ``name``, and lives in it until ``episodes`` are over, or Ctrl-C.
@@ -238,21 +262,32 @@ def attach(
         observe: a function from an observation of the environment to what is sensed in it.
         bins: how many bins a real is learnt in.
         stop: a flag that ends it from another thread.
+        actions: what may be done, if you say so yourself: a dict from names to actions of the environment, as
+            ``{"left": 0, "right": 3}``; of more than 16 (at most 512) one action is made, ``act``, with the names as its parameter. Or a
+            list of `pschema.action`, with ``perform``.
+        perform: a function from an action that is asked for, with its parameters, to an action of the environment.
 
     Returns:
         What happened; of several bodies, in all.
 
     Raises:
-        DeclarationError: an observation or action that can't be taken, as an image.
-        RefusedError: the learner knows the body otherwise.
+        DeclarationError: no environment; an observation or action that can't be taken, as an image; more than 8 bodies.
+        RefusedError: the learner knows the body otherwise, or has no place for another.
     """
+    if body is not None:
+        _checked.text("body", body)
+    _checked.text("name", name)
+    _checked_seed(seed)
+    if stop is not None and not isinstance(stop, _native.Stop):
+        raise DeclarationError(f"stop={_checked.shown(stop)}: give a pschema.Stop")
     flag = _native.Stop() if stop is None else stop
     made = _made(env, options) if isinstance(env, str) else env
     if hasattr(made, "possible_agents"):
+        _places(len(made.possible_agents), "players, each of which is a body")
         game = Game(made, seed, flag)
 
         def player(seat: Seat) -> EnvironmentBody:
-            return EnvironmentBody(seat, as_name(seat.player), None, episodes, senses, observe, bins, flag)
+            return EnvironmentBody(seat, as_name(seat.player), None, episodes, senses, observe, bins, flag, actions, perform)
 
         try:
             # Only one player has the first turn: the others wait for it in their own threads.
@@ -263,6 +298,10 @@ def attach(
     if several is None and hasattr(made, "num_envs"):
         raise DeclarationError(f"{type(made).__name__} has its environments elsewhere: give a gymnasium.vector.SyncVectorEnv")
     environments = [made] if several is None else list(several)
+    _places(
+        len(environments),
+        "environments, each of which is a body: give a SyncVectorEnv of fewer, or attach the others to a learner of another name",
+    )
     spec = getattr(environments[0], "spec", None)
     called = body or (as_name(spec.id) if spec is not None else "gym")
     try:
@@ -271,13 +310,24 @@ def attach(
             own = called if len(environments) == 1 else f"{called[:29]}-{number}"
             own_seed = None if seed is None else seed + number
             own_flag = flag if len(environments) == 1 else _native.Stop()
-            bodies.append(EnvironmentBody(one, own, own_seed, episodes, senses, observe, bins, own_flag))
+            bodies.append(EnvironmentBody(one, own, own_seed, episodes, senses, observe, bins, own_flag, actions, perform))
         if len(bodies) == 1:
             return _lived(bodies[0], name, flag)
         return _together([functools.partial(_itself, one) for one in bodies], name, flag)
     finally:
         if isinstance(env, str):
             made.close()
+
+
+def _places(count: int, what: str) -> None:
+    """Refuses more bodies than there are places for, before the first of them attaches."""
+    if count > _native.BODIES_MAX:
+        raise DeclarationError(f"a daemon takes at most {_native.BODIES_MAX} bodies at a time, and there are {count} {what}")
+
+
+def _checked_seed(seed: Any) -> None:
+    if seed is not None and (isinstance(seed, bool) or not hasattr(seed, "__index__") or seed < 0):
+        raise DeclarationError(f"seed={_checked.shown(seed)}: give a whole number from 0, or nothing for one that is drawn")
 
 
 def _itself(body: EnvironmentBody) -> EnvironmentBody:
@@ -374,16 +424,20 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             options[key] = text
     if given.render or given.picture:
         options["render_mode"] = "human" if given.render else "rgb_array"
-    daemon = None
+    daemon, stop = None, _native.Stop()
     try:
         try:
             with connect(given.name):
                 pass
         except NoDaemonError:
             daemon = Daemon(given.name, seed=given.seed, data=given.data, arguments=["--quiet"])
-        return _live(given, options)
+            # Nobody starts it again: without this the body would wait for the next one for ever.
+            threading.Thread(target=_ends_with, args=(daemon, stop), name="pschema-daemon", daemon=True).start()
+        code = _live(given, options, stop)
+        return _without(daemon) or code
     except Error as error:
         print(f"pschema.gym: {error}", file=sys.stderr)
+        _without(daemon)
         return 1
     except Exception as error:
         # Of the environment: where it comes from is for who wrote that.
@@ -395,23 +449,46 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             daemon.end()
 
 
-def _live(given: argparse.Namespace, options: dict[str, Any]) -> int:
+def _ends_with(daemon: Daemon, stop: _native.Stop) -> None:
+    daemon.wait()
+    stop.set()
+
+
+def _without(daemon: Optional[Daemon]) -> int:
+    """Says that the daemon which was started here has ended by itself, if it has; returns the exit code that this means."""
+    code = None if daemon is None else daemon.exit_code
+    if daemon is None or code is None:
+        return 0
+    how = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
+    kept = "what it kept with --data is there, and the next run goes on from it" if daemon.data else "its memory was in RAM only"
+    print(f"pschema.gym: the daemon that was started for {daemon.name} {how}, so there is nothing more to do: {kept}", file=sys.stderr)
+    return int(code != 0)
+
+
+def _live(given: argparse.Namespace, options: dict[str, Any], stop: _native.Stop) -> int:
     if given.env.startswith(GAME):
-        summary = attach(given.env, given.name, seed=given.seed, episodes=given.episodes, **options)
+        summary = attach(given.env, given.name, seed=given.seed, episodes=given.episodes, stop=stop, **options)
         print(f"{summary.sessions} players, {summary.orders} actions.")
         return 0
     env = _made(given.env, options)
-    body = EnvironmentBody(env, as_name(given.env), given.seed, None if given.goal else given.episodes)
+    body = EnvironmentBody(env, as_name(given.env), given.seed, None if given.goal else given.episodes, stop=stop)
     over, called_off = threading.Event(), _native.Stop()
     achieved: list[Any] = []
     raised: list[Exception] = []
 
     def pursue() -> None:
-        while body.done < given.episodes and not over.wait(0.02):
-            pass
-        if over.is_set():
-            return
         try:
+            while not body.asked and not over.wait(0.02):
+                pass
+            if over.is_set():
+                return
+            with connect(given.name) as learner:
+                # What is wrong with a goal is said before the episodes are lived, and not after.
+                learner.plan(*given.goal)
+            while body.done < given.episodes and not over.wait(0.02):
+                pass
+            if over.is_set():
+                return
             with connect(given.name) as learner:
                 achieved.append(learner.achieve(*given.goal, actions_max=given.actions_max, wait_s=600, stop=called_off))
         except Exception as error:

@@ -7,9 +7,9 @@ import os
 from collections.abc import Iterable, Sequence
 from typing import Any, Optional, Union
 
-from . import _native
+from . import _checked, _native
 from .declare import Description, Observation, Outcome
-from .errors import AnswerError
+from .errors import AnswerError, ArgumentError, DeclarationError
 from .questions import Questions
 
 __all__ = ["Learner"]
@@ -28,7 +28,7 @@ class Learner(Questions):
         settings: ``"learner.PARAMETER=VALUE"``, as ``pschema server --set`` takes them.
 
     Raises:
-        ValueError: a profile, curriculum or setting that there is not.
+        ArgumentError: a profile, curriculum or setting that there is not.
 
     Example::
 
@@ -47,7 +47,14 @@ class Learner(Questions):
         curriculum: str = "free",
         settings: Iterable[str] = (),
     ) -> None:
-        self._native = _native.Learner(seed, profile, curriculum, list(settings))
+        if isinstance(settings, str):
+            settings = [settings]
+        self._native = _native.Learner(
+            _checked.whole("seed", seed, 0, 2**64 - 1),
+            _checked.text("profile", profile),
+            _checked.text("curriculum", curriculum),
+            _checked.texts("settings", settings),
+        )
         self._bodies: dict[str, int] = {}
 
     @classmethod
@@ -81,6 +88,8 @@ class Learner(Questions):
         Raises:
             DeclarationError: it contradicts what was learnt, or another body of that name is declared.
         """
+        if not isinstance(description, Description):
+            raise DeclarationError(f"declare({_checked.shown(description)}): give a pschema.Description, which a body's describe() returns")
         self._bodies[description.name] = self._native.declare(description._plain())
 
     def step(
@@ -105,6 +114,8 @@ class Learner(Questions):
             FrameError: an observation that was not declared so. Nothing has changed then.
             DeclarationError: there is no such body.
         """
+        if outcome is not None and not isinstance(outcome, Outcome):
+            raise ArgumentError(f"outcome={_checked.shown(outcome)}: give a pschema.Outcome, or nothing where the action was carried out")
         kind, reason = (None, "") if outcome is None else (outcome.kind, outcome.reason)
         return self._native.step(self._body(body), observations, kind, reason)
 
@@ -112,16 +123,16 @@ class Learner(Questions):
         if name is None and len(self._bodies) == 1:
             return next(iter(self._bodies.values()))
         if name is None and self._bodies:
-            raise ValueError(f"several bodies are declared, {', '.join(self._bodies)}: say which one is meant")
+            raise ArgumentError(f"several bodies are declared, {', '.join(self._bodies)}: say which one is meant")
         return self._bodies.get(name or "", len(self._bodies))
 
     def say(self, *words: str) -> None:
         """Words are heard, together, in the next step.
 
         Raises:
-            ValueError: one of them is no word.
+            ArgumentError: one of them is no word.
         """
-        self._native.say(list(words))
+        self._native.say(_checked.texts("words", words))
 
     def achieve(self, *goal: str, actions_max: int = 50, body: Optional[str] = None) -> None:
         """From the next step on a goal is pursued; `pursuit` tells how it is doing, and ``["state"]`` of that how it ended.
@@ -132,9 +143,10 @@ class Learner(Questions):
             body: the name of the body that pursues it; it can be left out where one is declared.
 
         Raises:
-            AnswerError: a pattern that can't be read, or another goal is pursued.
+            AnswerError: a pattern that can't be read, a value outside the range that the body declares, or another goal is pursued.
         """
-        self._native.achieve(self._body(body), list(goal), actions_max)
+        patterns, actions_max = _checked.texts("goal", goal), _checked.whole("actions_max", actions_max, 1)
+        self._native.achieve(self._body(body), patterns, actions_max)
 
     def cancel(self) -> None:
         """Calls off the goal that is pursued.

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import html
 import json
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Optional
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Optional
 
-from . import _native
+from . import _checked, _native
 
 if TYPE_CHECKING:
     import networkx
@@ -23,6 +23,15 @@ Answer = dict[str, Any]
 
 #: How many schemas are asked for at a time.
 _PAGE = 100
+#: The orders in which schemas are listed.
+_SORTS = ("age", "uses", "probability", "excitation")
+#: The largest number of a step.
+_STEP_MAX = 2**64 - 1
+
+
+def _given(check: Callable[..., Any], place: str, given: Any, *more: Any) -> Any:
+    """An argument that may be left out, checked if it is not."""
+    return None if given is None else check(place, given, *more)
 
 
 class Explanation(Answer):
@@ -48,7 +57,8 @@ class Graph(Answer):
 
 
 class Questions:
-    """The questions. Each raises an `pschema.AnswerError` where the learner has no answer, with the reason."""
+    """The questions. Each raises a `pschema.AnswerError` where the learner has no answer, with the reason, and a `pschema.ArgumentError`
+    where it is given what it does not take."""
 
     def _asked(self, kind: str, question: dict[str, Any]) -> Any:
         raise NotImplementedError
@@ -81,8 +91,13 @@ class Questions:
             sort: ``age``, ``uses``, ``probability`` or ``excitation``.
             limit: at most so many.
         """
-        question: dict[str, Any] = {"generalised": generalised, "sort": sort}
-        question.update({"action": action, "pre": pre, "post": post})
+        question: dict[str, Any] = {"generalised": bool(generalised), "sort": _checked.choice("sort", sort, _SORTS)}
+        for name, pattern in (("action", action), ("pre", pre), ("post", post)):
+            question[name] = _given(_checked.text, name, pattern)
+        limit = _given(_checked.whole, "limit", limit)
+        return self._listed(question, limit)
+
+    def _listed(self, question: dict[str, Any], limit: Optional[int]) -> Iterator[Answer]:
         told = 0
         while limit is None or told < limit:
             page = _PAGE if limit is None else min(_PAGE, limit - told)
@@ -101,27 +116,35 @@ class Questions:
 
     def show(self, schema: int) -> Answer:
         """One schema whole: statistics for each observation, examples, counter-examples, lineage."""
-        return self._answer("show", {"id": schema})
+        return self._answer("show", {"id": _checked.whole("schema", schema)})
 
     def claims(self, action: Optional[str] = None, *, limit: int = 0) -> Answer:
-        """Under the profile ``full``: what the learner holds to be so of an action, or of each."""
-        return self._answer("claims", {"action": action, "limit": limit})
+        """Under the profile ``full``: what the learner holds to be so of an action, or of each.
+
+        ``trials``, ``trials_with`` and ``trials_without`` count experiences: each action that was carried out is one, and the end of an
+        episode is one of up to 16 primitives, since nothing leads on from there whatever is done. So they may be more than the actions that
+        were taken. Where ``each`` is true every observation of the type counts.
+        """
+        question = {"action": _given(_checked.text, "action", action), "limit": _checked.whole("limit", limit)}
+        return self._answer("claims", question)
 
     def explain(self, step: Optional[int] = None, *, candidates: int = 5) -> Explanation:
         """Why the action of a step was chosen, term by term; of the last decision if no step is named."""
-        return Explanation(self._answer("explain", {"step": step, "candidates_max": candidates}))
+        asked = _given(_checked.whole, "step", step, 0, _STEP_MAX)
+        return Explanation(self._answer("explain", {"step": asked, "candidates_max": _checked.whole("candidates", candidates)}))
 
     def why_not(self, schema: int, step: Optional[int] = None) -> Answer:
         """What stood in the way of a schema."""
-        return self._answer("why-not", {"schema": schema, "step": step})
+        asked = _given(_checked.whole, "step", step, 0, _STEP_MAX)
+        return self._answer("why-not", {"schema": _checked.whole("schema", schema), "step": asked})
 
     def predict(self, action: str) -> Answer:
         """What an action, as it prints (``"move(reach=0.4)"``), would do in the world as it is; nothing is done."""
-        return self._answer("predict", {"action": action})
+        return self._answer("predict", {"action": _checked.text("action", action)})
 
     def plan(self, *goal: str) -> Answer:
-        """How a goal could be brought about from here; nothing is done."""
-        return self._answer("plan", {"goal": list(goal)})
+        """How a goal could be brought about from here, as `pschema.Client.achieve` takes one; nothing is done."""
+        return self._answer("plan", {"goal": _checked.texts("goal", goal)})
 
     def pursuit(self) -> Answer:
         """How the goal is doing that is pursued, or was the last to be: ``state``, ``achieved``, ``actions``, ``plans``."""
@@ -131,9 +154,36 @@ class Questions:
         """What the curriculum has done so far."""
         return self._answer("report", {})
 
-    def graph(self, *, around: Optional[int] = None, depth: int = 0, goal: Optional[list[str]] = None, limit: int = 0) -> Graph:
+    def graph(self, *, around: Optional[int] = None, depth: int = 0, goal: Optional[Sequence[str]] = None, limit: int = 0) -> Graph:
         """The network of schemas: all of it, what is tied to one within ``depth`` ties, or the chain to a goal."""
-        return Graph(self._answer("graph", {"around": around, "depth": depth, "goal": goal or [], "limit": limit}))
+        if isinstance(goal, str):
+            goal = [goal]
+        question = {
+            "around": _given(_checked.whole, "around", around),
+            "depth": _checked.whole("depth", depth),
+            "goal": _checked.texts("goal", goal or []),
+            "limit": _checked.whole("limit", limit),
+        }
+        return Graph(self._answer("graph", question))
+
+    def words(self) -> dict[str, list[Answer]]:
+        """The words that remind the learner of something, each with the schemas that it is associated with.
+
+        Of each schema there are its number (``schema``), how often the word was heard (``occurrences``) of how often it could have been
+        (``trials``), and their ratio (``probability``); the most probable first. A word that came with nothing is not among them.
+
+        Every schema is asked for by itself: of ten thousand it takes seconds.
+        """
+        known: dict[str, list[Answer]] = {}
+        for schema in self.schemas():
+            for condition in self.show(schema["id"])["associated"]:
+                observed = condition["observation"]
+                if observed["type"] == "word" and not condition.get("absent"):
+                    told = {"schema": schema["id"], **{name: condition[name] for name in ("occurrences", "trials", "probability")}}
+                    known.setdefault(observed["properties"]["text"], []).append(told)
+        for associated in known.values():
+            associated.sort(key=lambda one: -one["probability"])
+        return dict(sorted(known.items()))
 
     def network(self, **which: Any) -> networkx.MultiDiGraph:
         """The graph of `graph` as a networkx ``MultiDiGraph``; networkx has to be installed.
