@@ -1,6 +1,6 @@
 //! Claims: under these conditions an action changes the world in one of these ways, so often. What is counted are experiences: each action that
-//! was carried out is one, and the end of an episode is one of up to 16 primitives, with which nothing leads on from there. So there
-//! may be more of them than actions were taken. Of claims about each observation by itself every observation counts.
+//! was carried out is one, and of what is to be expected whatever is done the end of an episode as well, of which the type `episode_ended`
+//! tells. Of claims about each observation by itself every observation counts.
 
 use serde::{Deserialize, Serialize};
 
@@ -53,7 +53,7 @@ pub struct ClaimEvidence {
     pub condition: ClaimCondition,
     /// By how many bits the outcomes were told shorter apart than together when the condition was made, beyond its price.
     pub gain_bits: f64,
-    /// In how many experiences it held; the end of an episode is up to 16 of them.
+    /// In how many experiences it held.
     pub trials_with: u32,
     /// In how many it did not.
     pub trials_without: u32,
@@ -92,8 +92,8 @@ pub struct Claim {
     pub because: Option<ClaimEvidence>,
     /// What followed where it was in force and no exception was, the most frequent first.
     pub outcomes: Vec<ClaimOutcome>,
-    /// In how many experiences it was in force and no exception was; the end of an episode is up to 16 of them. More than the outcomes
-    /// add up to where some changes have no form.
+    /// In how many experiences it was in force and no exception was; more than the outcomes add up to where some
+    /// changes have no form.
     pub trials: u32,
     /// The exceptions, in their order.
     pub exceptions: Vec<Claim>,

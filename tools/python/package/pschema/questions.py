@@ -121,9 +121,9 @@ class Questions:
     def claims(self, action: Optional[str] = None, *, limit: int = 0) -> Answer:
         """Under the profile ``full``: what the learner holds to be so of an action, or of each.
 
-        ``trials``, ``trials_with`` and ``trials_without`` count experiences: each action that was carried out is one, and the end of an
-        episode is one of up to 16 primitives, since nothing leads on from there whatever is done. So they may be more than the actions that
-        were taken. Where ``each`` is true every observation of the type counts.
+        ``trials``, ``trials_with`` and ``trials_without`` count experiences: actions that were carried out. Of what is to be
+        expected whatever is done the end of an episode counts as well, of which the type ``episode_ended`` tells. Where ``each`` is true every
+        observation of the type counts.
         """
         question = {"action": _given(_checked.text, "action", action), "limit": _checked.whole("limit", limit)}
         return self._answer("claims", question)

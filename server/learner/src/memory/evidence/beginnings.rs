@@ -1,9 +1,5 @@
 //! Beginnings of episodes: what was to be learnt where the last ones began, which is to be expected where the next one does.
 
-use crate::memory::evidence::Evidence;
-use crate::nouns::experience::Experience;
-use crate::nouns::vocabulary::{BodyId, Vocabulary};
-
 /// How far an earlier beginning counts after each.
 const KEPT: f64 = 0.9;
 /// So many count together, at most.
@@ -18,29 +14,16 @@ pub struct Beginnings {
     pub learnable: (f64, f64),
 }
 
-impl Evidence {
-    /// Takes in how much is to be learnt where an episode begins, with the first experience in it.
-    pub(super) fn note_beginning(&mut self, vocabulary: &Vocabulary, experience: &Experience) {
-        if !self.beginnings.get(&experience.body).is_some_and(|known| known.is_next) {
-            return;
-        }
-        let body = vocabulary.bodies().get(usize::from(experience.body.0));
-        let repertoire = body.map_or(&[][..], |body| &body.repertoire);
-        // For what was met before no episode need end.
-        let learnable = match self.background.is_met(&experience.before) {
-            true => 0.0,
-            false => {
-                self.curiosity(vocabulary, repertoire, &experience.before).into_iter().fold(0.0, f64::max)
-            }
-        };
-        let (all, count) = self.beginnings.get(&experience.body).copied().unwrap_or_default().learnable;
-        let learnable = (all * KEPT + learnable, count * KEPT + 1.0);
-        self.beginnings.insert(experience.body, Beginnings { is_next: false, learnable });
+impl Beginnings {
+    /// Takes in how much was to be learnt where an episode began.
+    pub(super) fn note(&mut self, learnable: f64) {
+        let (all, count) = self.learnable;
+        *self = Self { is_next: false, learnable: (all * KEPT + learnable, count * KEPT + 1.0) };
     }
 
-    /// How much may be learnt where the next episode of a body begins, from 0 to 1: as much as where the last ones did.
-    pub(crate) fn beginning(&self, body: BodyId) -> f64 {
-        let (all, count) = self.beginnings.get(&body).copied().unwrap_or_default().learnable;
+    /// How much may be learnt where the next one begins, from 0 to 1: as much as where the last ones did.
+    pub(super) fn next(&self) -> f64 {
+        let (all, count) = self.learnable;
         all / count.max(1.0)
     }
 }

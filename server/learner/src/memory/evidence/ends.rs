@@ -4,22 +4,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::memory::evidence::Evidence;
+use crate::memory::evidence::beginnings::Beginnings;
 use crate::memory::evidence::facet::{ANYTHING, Facet};
 use crate::memory::evidence::foretold::View;
 use crate::memory::evidence::novelty::{Novelty, newness};
-use crate::memory::evidence::outlook::shares;
 use crate::memory::evidence::pool::{Pool, room};
+use crate::memory::evidence::prospect::Ending;
 use crate::memory::evidence::scene::Scene;
+use crate::memory::evidence::shares::shares;
+use crate::nouns::experience::Experience;
 use crate::nouns::observation::{Observation, TypeId};
-
-/// What is foretold of whether an episode has ended where something is there.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Ending {
-    /// The probability that it has.
-    pub(crate) probability: f64,
-    /// How much may be learnt of that by being there, from 0 to 1.
-    pub(crate) learnable: f64,
-}
+use crate::nouns::vocabulary::{BodyId, Vocabulary};
 
 impl Pool {
     /// The facet that tells of ends; none as long as no episode ended.
@@ -75,6 +70,31 @@ impl Evidence {
     /// types alone matter, if these are given.
     pub(crate) fn ending(&self, context: &[Observation], kinds: Option<&BTreeSet<TypeId>>) -> Ending {
         self.background.ending(context, kinds)
+    }
+
+    /// Takes in how much is to be learnt where an episode begins, with the first experience in it.
+    pub(super) fn note_beginning(&mut self, vocabulary: &Vocabulary, experience: &Experience) {
+        let Some(beginnings) = self.beginnings.get(&experience.body).copied().filter(|known| known.is_next)
+        else {
+            return;
+        };
+        let body = vocabulary.bodies().get(usize::from(experience.body.0));
+        let repertoire = body.map_or(&[][..], |body| &body.repertoire);
+        // For what was met before no episode need end.
+        let learnable = match self.background.is_met(&experience.before) {
+            true => 0.0,
+            false => {
+                self.curiosity(vocabulary, repertoire, &experience.before).into_iter().fold(0.0, f64::max)
+            }
+        };
+        let mut beginnings = beginnings;
+        beginnings.note(learnable);
+        self.beginnings.insert(experience.body, beginnings);
+    }
+
+    /// How much may be learnt where the next episode of a body begins, from 0 to 1.
+    pub(crate) fn beginning(&self, body: BodyId) -> f64 {
+        self.beginnings.get(&body).map_or(0.0, Beginnings::next)
     }
 
     /// How often an episode had ended in this very context, and how often something was done there or that was so, among the experiences

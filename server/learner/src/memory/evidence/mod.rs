@@ -20,6 +20,7 @@ mod recollections;
 mod restoring;
 mod scene;
 mod scoring;
+mod shares;
 mod telling;
 #[cfg(test)]
 mod tests;
@@ -28,13 +29,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 pub use beginnings::Beginnings;
-pub(crate) use ends::Ending;
 pub(crate) use foresight::Foresight;
 pub(crate) use foretold::InForce;
 pub use foretold::{Foretold, Part, View};
 pub use found::{Found, FoundClaim, FoundClaims, FoundEach, FoundFacet, FoundPlace, FoundTrial, OwnEffect};
 use pool::Pool;
-pub(crate) use prospect::{Outlook, Prospect};
+pub(crate) use prospect::{Ending, Outlook, Prospect};
 pub use recollections::{Recollection, Recollections};
 use scene::of_kind;
 

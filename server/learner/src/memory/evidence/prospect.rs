@@ -2,7 +2,6 @@
 
 use std::sync::{Arc, Weak};
 
-use crate::memory::evidence::ends::Ending;
 use crate::memory::evidence::foretold::Foretold;
 use crate::memory::evidence::pool::Pool;
 use crate::nouns::observation::{Observation, TypeId};
@@ -16,6 +15,15 @@ pub(crate) struct Outlook {
     /// The types that are left to chance: they change by themselves, nobody can say how, and the goal does not speak of them. They are
     /// taken to stay as they are.
     pub(crate) chance: Vec<TypeId>,
+}
+
+/// What is foretold of whether an episode has ended where something is there.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Ending {
+    /// The probability that it has.
+    pub(crate) probability: f64,
+    /// How much may be learnt of that by being there, from 0 to 1.
+    pub(crate) learnable: f64,
 }
 
 /// What a primitive may make of a context.
