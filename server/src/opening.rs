@@ -63,7 +63,7 @@ pub(crate) fn open_unless_stopped(
 /// # Errors
 /// When memory can't be found again, or lives under another setup than is asked for.
 fn open(name: &str, setup: Setup, keeping: &Keeping, waker: Waker) -> Result<(Mind, Store), ServerError> {
-    let Setup { seed, learner: LearnerSettings { parameters, mechanisms }, curriculum } = setup;
+    let Setup { seed, learner: LearnerSettings { parameters, mechanisms, .. }, curriculum } = setup;
     parameters.check().map_err(LearnerError::from)?;
     curriculum.check().map_err(LearnerError::from)?;
     let options = Options {

@@ -12,12 +12,30 @@ pub struct LearnerSettings {
     pub parameters: Parameters,
     /// The mechanisms beyond the paper that are on.
     pub mechanisms: Mechanisms,
+    /// [`Parameters::heard_decays`], where somebody asked for it; none leaves it to the mechanisms.
+    pub heard_decays: Option<bool>,
 }
 
-/// The full profile, with the paper's parameters.
+impl LearnerSettings {
+    /// The paper's parameters, but that words do not wear out what they say of a learner with curiosity: it is drawn elsewhere anyway, and what it is told
+    /// many times it is to do as well as what it was told once.
+    #[must_use]
+    pub fn of(mechanisms: Mechanisms) -> Self {
+        let mut settings = Self { parameters: Parameters::default(), mechanisms, heard_decays: None };
+        settings.settle();
+        settings
+    }
+
+    /// Sets what the mechanisms decide where nobody asked for anything.
+    pub(crate) fn settle(&mut self) {
+        self.parameters.heard_decays = self.heard_decays.unwrap_or(!self.mechanisms.is_curious());
+    }
+}
+
+/// The full profile.
 impl Default for LearnerSettings {
     fn default() -> Self {
-        Self { parameters: Parameters::default(), mechanisms: Mechanisms::FULL }
+        Self::of(Mechanisms::FULL)
     }
 }
 
@@ -37,7 +55,8 @@ impl Setup {
     pub(crate) fn of(learner: &Learner, seed: u64) -> Self {
         let memory = learner.memory();
         let (parameters, mechanisms) = (memory.parameters().clone(), memory.content().mechanisms);
-        let settings = LearnerSettings { parameters, mechanisms };
+        let heard_decays = Some(parameters.heard_decays);
+        let settings = LearnerSettings { parameters, mechanisms, heard_decays };
         Self { seed, learner: settings, curriculum: learner.curriculum().clone() }
     }
 
@@ -46,7 +65,7 @@ impl Setup {
     /// # Errors
     /// When a parameter is out of range or the curriculum can't be followed.
     pub fn begin(self) -> Result<Learner, LearnerError> {
-        let Self { seed, learner: LearnerSettings { parameters, mechanisms }, curriculum } = self;
+        let Self { seed, learner: LearnerSettings { parameters, mechanisms, .. }, curriculum } = self;
         let mut learner = Learner::new(seed, parameters, curriculum)?;
         learner.set_mechanisms(mechanisms);
         Ok(learner)

@@ -18,7 +18,7 @@ type Run = InProcess<Row>;
 
 /// A learner that keeps claims, and touches blocks on a row with nothing staged: first blue ones; then red ones, which can't be felt.
 fn begun(seed: u64) -> Run {
-    let learner = LearnerSettings { mechanisms: Mechanisms::FULL, ..LearnerSettings::default() };
+    let learner = LearnerSettings::of(Mechanisms::FULL);
     let pool = |name: &str| Pool { name: name.to_owned(), from: 0, to: FIELDS - 1 };
     let mut curriculum = curriculum();
     curriculum.pools = vec![pool("blue"), pool("red")];

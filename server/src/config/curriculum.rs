@@ -387,7 +387,7 @@ mod tests {
         };
         let (curriculum, learner) = set("values.executions=7").unwrap();
         assert_eq!(curriculum.stages[0].habituation.as_ref().unwrap().executions_min, 7);
-        let paper = LearnerSettings { mechanisms: Mechanisms::PAPER, ..LearnerSettings::default() };
+        let paper = LearnerSettings::of(Mechanisms::PAPER);
         assert_eq!(learner, paper);
         assert!(!set("learner.attention=false").unwrap().1.parameters.attention);
         for full in ["learner.profile=full", "learner.profile = \"full\""] {
@@ -451,12 +451,16 @@ mod tests {
 
     #[test]
     fn a_curriculum_may_set_parameters_that_it_is_about() {
-        let parameters = Parameters { association_weight: 0.5, ..Parameters::default() };
-        let given = LearnerSettings { parameters: parameters.clone(), mechanisms: Mechanisms::FULL };
+        let set = |mechanisms| {
+            let settings = LearnerSettings::of(mechanisms);
+            let parameters = Parameters { association_weight: 0.5, ..settings.parameters };
+            LearnerSettings { parameters, ..settings }
+        };
+        let given = set(Mechanisms::FULL);
         let (_, learner) = lesson("exp1-s2", given.clone(), &[]).unwrap();
-        let paper = LearnerSettings { mechanisms: Mechanisms::PAPER, ..given.clone() };
+        let paper = set(Mechanisms::PAPER);
         assert_eq!(lesson("exp1-s1", given.clone(), &[]).unwrap().1, paper);
-        let parameters = Parameters { generalisation: false, ..parameters };
+        let parameters = Parameters { generalisation: false, ..paper.parameters.clone() };
         assert_eq!(learner, LearnerSettings { parameters, ..paper });
         assert_eq!(lesson("free", given.clone(), &[]).unwrap().1, given);
         let wrong = "name = \"x\"\nafterwards = \"hold\"\n[[stage]]\nname = \"a\"\nlift = \"all\"\n\

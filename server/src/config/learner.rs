@@ -86,7 +86,8 @@ pub(super) fn take_over(
     written: WrittenParameters,
     settings: &mut LearnerSettings,
 ) -> Result<(), ConfigError> {
-    let LearnerSettings { parameters, mechanisms } = settings;
+    settings.heard_decays = written.heard_decays.or(settings.heard_decays);
+    let LearnerSettings { parameters, mechanisms, .. } = settings;
     *mechanisms = written.profile.map_or(*mechanisms, Into::into);
     for name in written.without.into_iter().flatten() {
         let known = mechanisms.named().map(|(known, _)| known).join(", ");
@@ -97,6 +98,8 @@ pub(super) fn take_over(
         *switch = false;
     }
     *mechanisms = mechanisms.sound();
+    settings.settle();
+    let LearnerSettings { parameters, .. } = settings;
     // Each number, with where it is written: a number out of its range is reported there.
     macro_rules! numbers {
         ($($name:ident),*) => { [$((stringify!($name), take(&written.$name, &mut parameters.$name))),*] };
@@ -115,7 +118,6 @@ pub(super) fn take_over(
         written.excite_by_post_conditions.unwrap_or(parameters.excite_by_post_conditions);
     parameters.generalisation = written.generalisation.unwrap_or(parameters.generalisation);
     parameters.attention = written.attention.unwrap_or(parameters.attention);
-    parameters.heard_decays = written.heard_decays.unwrap_or(parameters.heard_decays);
     if written.types.len() > TYPE_OVERRIDES_MAX {
         let problem = format!("{} types, at most {TYPE_OVERRIDES_MAX} are allowed", written.types.len());
         return Err(source.wrong(Mistake::new(0..0, problem)));
@@ -166,7 +168,7 @@ mod tests {
     #[test]
     fn values_are_taken_over() {
         let text = "association_weight = 0.5\nattention = false\n[types.finger]\nprecondition = true\n";
-        let LearnerSettings { parameters, mechanisms } = parsed(text).unwrap();
+        let LearnerSettings { parameters, mechanisms, .. } = parsed(text).unwrap();
         assert_eq!(mechanisms, Mechanisms::FULL);
         assert_eq!(parsed("profile = \"paper\"").unwrap().mechanisms, Mechanisms::PAPER);
         let without = parsed("without = [\"curiosity\"]").unwrap().mechanisms;
@@ -177,6 +179,19 @@ mod tests {
         assert_eq!(parameters.type_overrides.len(), 1);
         assert_eq!(parameters.type_overrides[0].precondition, Some(true));
         assert_eq!(parameters.type_overrides[0].postcondition, None);
+    }
+
+    #[test]
+    fn words_wear_out_under_the_papers_profile_and_where_that_is_asked_for() {
+        let decays = |text: &str| parsed(text).unwrap().parameters.heard_decays;
+        assert!(!decays("") && !decays("profile = \"full\""));
+        assert!(decays("profile = \"paper\"") && decays("without = [\"curiosity\"]"));
+        assert!(decays("heard_decays = true") && !decays("profile = \"paper\"\nheard_decays = false"));
+        // What was asked for stands, whatever profile another file names.
+        let mut settings = parsed("heard_decays = true").unwrap();
+        let later = Source { name: "later.toml", text: "profile = \"full\"" };
+        take_over(later, later.parse().unwrap(), &mut settings).unwrap();
+        assert!(settings.parameters.heard_decays);
     }
 
     #[test]

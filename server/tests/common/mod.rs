@@ -158,6 +158,6 @@ pub(crate) fn free() -> Curriculum {
 /// A learner of the paper: what it makes of the row of fields can be worked out.
 pub(crate) fn setup(seed: u64, curriculum: Curriculum) -> Setup {
     println!("seed {seed}");
-    let learner = LearnerSettings { mechanisms: Mechanisms::PAPER, ..LearnerSettings::default() };
+    let learner = LearnerSettings::of(Mechanisms::PAPER);
     Setup { seed, learner, curriculum }
 }

@@ -92,7 +92,7 @@ impl Learner {
     /// A learner that knows nothing. `settings` are `learner.PARAMETER=VALUE` and `values.NAME=NUMBER`, as `pschema server --set` takes them.
     #[new]
     fn new(seed: u64, profile: &str, curriculum: &str, settings: Vec<String>) -> PyResult<Self> {
-        let usual = LearnerSettings { parameters: Parameters::default(), mechanisms: mechanisms(profile)? };
+        let usual = LearnerSettings::of(mechanisms(profile)?);
         let (curriculum, learner) = config::lesson(curriculum, usual, &settings)
             .map_err(|problem| ArgumentError::new_err(problem.to_string()))?;
         let learner = Setup { seed, learner, curriculum }.begin();

@@ -59,7 +59,7 @@ fn parameters(condition: &Condition) -> String {
 }
 
 /// The parameters, and the mechanisms where the learner does more than the paper's.
-fn told(LearnerSettings { parameters, mechanisms }: &LearnerSettings) -> String {
+fn told(LearnerSettings { parameters, mechanisms, .. }: &LearnerSettings) -> String {
     let beyond = (*mechanisms != Mechanisms::PAPER).then(|| format!("\n{mechanisms:#?}"));
     format!("{parameters:#?}") + &beyond.unwrap_or_default()
 }
