@@ -461,3 +461,15 @@ def test_an_environment_that_raises_is_lived_in_no_longer(sandbox: Sandbox) -> N
         pschema.gym.attach(Broken(), "gym", episodes=3)
     with pytest.raises(pschema.DeclarationError, match="episodes='a'"):
         pschema.gym.attach(Broken(), "gym", episodes="a")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_the_senses_do_not_depend_on_the_seed(name: str) -> None:
+    bodies = [pschema.gym.EnvironmentBody(gymnasium.make(name), seed=seed) for seed in (1, 2)]
+    described = [body.describe()._plain() for body in bodies]
+    assert described[0] == described[1], "a body that came back under another seed would be refused"
+
+
+def test_without_a_seed_episodes_are_drawn() -> None:
+    begun = [list(pschema.gym.EnvironmentBody(gymnasium.make("CartPole-v1")).sense()) for _ in range(2)]
+    assert begun[0] != begun[1]

@@ -29,6 +29,8 @@ BOX_MAX = 24
 WIDE = 1e6
 #: How many actions a random episode has that is looked at for what values there are.
 SAMPLED = 200
+#: The seed of these.
+SAMPLED_SEED = 0
 #: How many words of texts are told apart.
 WORDS_MAX = 64
 
@@ -407,11 +409,14 @@ def _is_open(space: Any) -> bool:
     return not isinstance(space, (spaces.Discrete, spaces.MultiDiscrete, spaces.MultiBinary))
 
 
-def _sampled(env: Any, seed: Optional[int]) -> list[Any]:
-    """What is observed in random episodes, for spaces that do not say what values they have."""
-    seen, _ = env.reset(seed=seed)
+def _sampled(env: Any) -> list[Any]:
+    """What is observed in random episodes, for spaces that do not say what values they have.
+
+    They are the same episodes each time: a body whose senses came out otherwise than before would be refused.
+    """
+    seen, _ = env.reset(seed=SAMPLED_SEED)
     samples = [seen]
-    env.action_space.seed(seed)
+    env.action_space.seed(SAMPLED_SEED)
     for _ in range(SAMPLED):
         seen, _, terminated, truncated, _ = env.step(env.action_space.sample())
         samples.append(seen)
@@ -421,7 +426,7 @@ def _sampled(env: Any, seed: Optional[int]) -> list[Any]:
     return samples
 
 
-def senses_of(env: Any, known: str, seed: Optional[int], bins: int) -> Part:
+def senses_of(env: Any, known: str, bins: int) -> Part:
     """The senses of an environment, which is ``known`` under this name."""
     space = env.observation_space
     if isinstance(env.unwrapped, Table):
@@ -430,7 +435,7 @@ def senses_of(env: Any, known: str, seed: Optional[int], bins: int) -> Part:
     if known == "Taxi":
         return _taxi(env)
     # A player's seat in a game has no random episodes of its own.
-    samples = _sampled(env, seed) if _is_open(space) and not getattr(env, "is_seat", False) else []
+    samples = _sampled(env) if _is_open(space) and not getattr(env, "is_seat", False) else []
     if _is_minigrid(env):
         return _minigrid(space, samples, bins)
     return _space("state", space, samples, _OBSERVATIONS.get(known, ()), bins)

@@ -27,6 +27,7 @@ import hashlib
 import importlib
 import json
 import re
+import secrets
 import sys
 import threading
 import traceback
@@ -148,12 +149,14 @@ class EnvironmentBody(Body):
         if self.observe is not None and self.senses is not None:
             self._part = Part(list(self.senses), self.observe)
         else:
-            self._part = senses_of(self.env, known, self.seed, self.bins)
+            self._part = senses_of(self.env, known, self.bins)
         self._begin()
 
     def _begin(self) -> None:
-        # The seed is given once: the episodes after it follow from it.
-        self._seen, _ = self.env.reset(seed=self.seed if self.done == 0 else None)
+        # The seed is given once: the episodes after it follow from it. One is drawn where none is given, for the random episodes that told the
+        # senses had one.
+        first = secrets.randbits(31) if self.seed is None else self.seed
+        self._seen, _ = self.env.reset(seed=first if self.done == 0 else None)
         self._reward, self._end, self._told = 0.0, "", False
         self._length, self._total = 0, 0.0
 
