@@ -153,8 +153,8 @@ class EnvironmentBody(Body):
         self._begin()
 
     def _begin(self) -> None:
-        # The seed is given once: the episodes after it follow from it. One is drawn where none is given, for the random episodes that told the
-        # senses had one.
+        # The seed is given once: the episodes after it follow from it. One is drawn where none is given, for the random episodes that
+        # told the senses had one.
         first = secrets.randbits(31) if self.seed is None else self.seed
         self._seen, _ = self.env.reset(seed=first if self.done == 0 else None)
         self._reward, self._end, self._told = 0.0, "", False

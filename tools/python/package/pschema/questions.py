@@ -122,8 +122,8 @@ class Questions:
         """Under the profile ``full``: what the learner holds to be so of an action, or of each.
 
         ``trials``, ``trials_with`` and ``trials_without`` count experiences: actions that were carried out. Of what is to be
-        expected whatever is done the end of an episode counts as well, of which the type ``episode_ended`` tells. Where ``each`` is true every
-        observation of the type counts.
+        expected whatever is done the end of an episode counts as well, of which the type ``episode_ended`` tells. Where ``each`` is true
+        every observation of the type counts.
         """
         question = {"action": _given(_checked.text, "action", action), "limit": _checked.whole("limit", limit)}
         return self._answer("claims", question)
