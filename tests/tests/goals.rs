@@ -60,7 +60,9 @@ fn after_scenario_1_a_goal_touches_the_block_where_learning_never_did() {
 
     let here = sandbox.run(&["plan", &format!("object{{{block}}}"), "--name", "g"]);
     assert!(here.stdout.contains("holds already"), "{here:?}");
-    let never = sandbox.run(&["achieve", "object{field=100000}", "--json", "--name", "g"]);
+    let beyond = sandbox.run(&["achieve", "object{field=100000}", "--name", "g"]);
+    assert!(beyond.stderr.contains("will never be so") && beyond.stderr.contains("0..=388"), "{beyond:?}");
+    let never = sandbox.run(&["achieve", "object{field=388}", "--json", "--name", "g"]);
     assert_eq!(never.code(), Some(1), "{never:?}");
     assert!(never.stderr.contains("nothing known leads there"), "{never:?}");
     let end: Value = serde_json::from_str(&never.stdout).expect("JSON also of what was not achieved");
