@@ -87,7 +87,7 @@ pub(super) fn take_over(
     settings: &mut LearnerSettings,
 ) -> Result<(), ConfigError> {
     settings.heard_decays = written.heard_decays.or(settings.heard_decays);
-    let LearnerSettings { parameters, mechanisms, .. } = settings;
+    let LearnerSettings { mechanisms, .. } = settings;
     *mechanisms = written.profile.map_or(*mechanisms, Into::into);
     for name in written.without.into_iter().flatten() {
         let known = mechanisms.named().map(|(known, _)| known).join(", ");

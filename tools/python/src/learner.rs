@@ -10,7 +10,6 @@ use pschema_learner::decision::Decision;
 use pschema_learner::digest;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Memory;
-use pschema_learner::parameters::Parameters;
 use pschema_protocol::body::{BodyLoop, Outcome, Senses};
 use pschema_protocol::description::{self, Description};
 use pschema_protocol::wire::decode;
