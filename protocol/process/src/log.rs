@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use serde_json::Value;
@@ -41,6 +42,11 @@ impl Log {
     /// Begins to log on stderr. A process that has a log already keeps that one. Logging never waits for who reads stderr:
     /// see [`lost_lines`].
     pub fn begin(self) {
+        // The thread of a log that nobody writes to would stay as long as the process.
+        static HAS_BEGUN: AtomicBool = AtomicBool::new(false);
+        if HAS_BEGUN.swap(true, Ordering::Relaxed) {
+            return;
+        }
         let filter = EnvFilter::builder().with_default_directive(self.level.into()).from_env_lossy();
         let coloured = io::stderr().is_terminal() && colour_is_wanted();
         let lines = Lines::to(io::stderr(), |lines| {

@@ -482,3 +482,8 @@ def test_it_keeps_the_protocol(sandbox: Sandbox) -> None:
     text = LAMP.replace("Lamp())", "Lamp(), __import__('os').environ['PSCHEMA_NAME'])")
     told = sandbox.command("conformance", "--command", f"{sys.executable} -c {shlex.quote(text)}")
     assert told.returncode == 0, told.stdout + told.stderr
+
+
+def test_the_class_of_a_body_is_no_body() -> None:
+    with pytest.raises(pschema.ArgumentError, match=r"an object of the class, as Body\(\)"):
+        pschema.run(pschema.Body, "nobody")  # type: ignore[arg-type]

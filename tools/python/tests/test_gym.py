@@ -473,3 +473,47 @@ def test_the_senses_do_not_depend_on_the_seed(name: str) -> None:
 def test_without_a_seed_episodes_are_drawn() -> None:
     begun = [list(pschema.gym.EnvironmentBody(gymnasium.make("CartPole-v1")).sense()) for _ in range(2)]
     assert begun[0] != begun[1]
+
+
+class Rewarding(gymnasium.Env):  # type: ignore[misc, name-defined]
+    """Five actions an episode, each with this reward."""
+
+    observation_space = gymnasium.spaces.Discrete(6)
+    action_space = gymnasium.spaces.Discrete(2)
+
+    def __init__(self, reward: Any) -> None:
+        self.reward, self.at = reward, 0
+
+    def reset(self, *, seed: Optional[int] = None, options: Optional[dict[str, Any]] = None) -> tuple[int, dict[str, Any]]:
+        self.at = 0
+        return 0, {}
+
+    def step(self, action: Any) -> tuple[int, Any, bool, bool, dict[str, Any]]:
+        self.at += 1
+        return self.at, self.reward, self.at == 5, False, {}
+
+
+def test_a_reward_may_be_an_array_of_one_number() -> None:
+    body = pschema.gym.EnvironmentBody(Rewarding(numpy.array([0.5])), seed=1, episodes=2)
+    lived(body, 11)
+    assert (body.done, body.total) == (2, 2.5)
+
+
+@pytest.mark.parametrize("reward", [None, "a", numpy.zeros(2)])
+def test_a_reward_that_is_no_number_ends_the_life_in_an_environment(reward: Any) -> None:
+    body = pschema.gym.EnvironmentBody(Rewarding(reward), seed=1)
+    with pytest.raises(pschema.Error, match="which is no number"):
+        lived(body, 3)
+    assert body.broken is not None
+    assert body.stop.is_set()
+
+
+def test_what_attach_can_not_take_is_said() -> None:
+    env = Rewarding(0.0)
+    with pytest.raises(pschema.DeclarationError, match="episode: no such argument"):
+        pschema.gym.attach(env, "nobody", episode=3)
+    with pytest.raises(pschema.DeclarationError, match="episodes=True"):
+        pschema.gym.EnvironmentBody(env, episodes=True)
+    body = pschema.gym.EnvironmentBody(env, senses=[pschema.state("x")], observe=lambda _: None)  # type: ignore[arg-type, return-value]
+    with pytest.raises(pschema.DeclarationError, match=r"observe\(\) returned None"):
+        list(body.sense())

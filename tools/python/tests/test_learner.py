@@ -206,3 +206,30 @@ def test_what_there_is_not_is_refused() -> None:
         pschema.Learner(settings=["learner.sure=1"])
     with pytest.raises(pschema.ArgumentError, match="seed=-1: give a whole number from 0"):
         pschema.Learner(-1)
+
+
+def test_a_learner_that_another_thread_steps_says_so() -> None:
+    learner = pschema.Learner(1)
+    learner.declare(pschema.Description("lamp", [pschema.state("lamp")], [pschema.action("press")]))
+
+    def sensed() -> Any:
+        # While it takes the observations it is in use.
+        with pytest.raises(pschema.Error, match="in use by another thread"):
+            learner.step([])
+        yield "lamp", ()
+
+    learner.step(sensed())
+
+
+@pytest.mark.parametrize("place", [3, None])
+def test_a_path_that_is_none_is_refused_by_name(place: Any) -> None:
+    with pytest.raises(pschema.ArgumentError, match=r"path=.*: give the path of a file"):
+        pschema.Learner(1).save(place)
+    with pytest.raises(pschema.ArgumentError, match="path="):
+        pschema.Learner.load(place)
+
+
+def test_arguments_of_a_daemon_are_a_list_of_texts() -> None:
+    for arguments in ("--set", [3]):
+        with pytest.raises(pschema.ArgumentError, match="arguments"):
+            pschema.Daemon("nobody", arguments=arguments)  # type: ignore[arg-type]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import operator
+import os
 from collections.abc import Iterable
 from typing import Any, Optional
 
 from .errors import ArgumentError
 
-__all__ = ["choice", "number", "shown", "text", "texts", "whole"]
+__all__ = ["choice", "number", "path", "shown", "text", "texts", "whole"]
 
 #: The longest value that is told whole, in characters.
 _SHOWN_MAX = 80
@@ -73,6 +74,13 @@ def text(place: str, given: Any) -> str:
 def texts(place: str, given: Iterable[Any]) -> list[str]:
     """Texts that can be sent."""
     return [text(f"{place}[{at}]", one) for at, one in enumerate(given)]
+
+
+def path(place: str, given: Any) -> str:
+    """The path of a file."""
+    if not isinstance(given, (str, os.PathLike)):
+        raise _refused(place, given, "the path of a file")
+    return text(place, os.fspath(given))
 
 
 def choice(place: str, given: Any, among: Iterable[str]) -> str:

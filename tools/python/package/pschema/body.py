@@ -260,6 +260,8 @@ def run(
         ArgumentError: something else is given than a body, the name of a learner, or a flag.
         Exception: whatever ``describe`` or ``sense`` raise.
     """
+    if isinstance(body, type):
+        raise ArgumentError(f"body={_checked.shown(body)}: give an object of the class, as {body.__name__}(), and not the class")
     missing = [name for name in ("describe", "sense", "act", "arrange", "picture") if not callable(getattr(body, name, None))]
     if missing:
         raise ArgumentError(f"body={_checked.shown(body)}: it has no {missing[0]}(); give an object of a class made of pschema.Body")

@@ -156,6 +156,10 @@ class Client(Questions):
         """
         order = {"goal": _checked.texts("goal", goal), "actions_max": _checked.whole("actions_max", actions_max, 1)}
         wait_s = _checked.number("wait_s", wait_s)
+        if seen is not None and not callable(seen):
+            raise ArgumentError(f"seen={_checked.shown(seen)}: give a function that takes the pursuit")
+        if stop is not None and not isinstance(stop, _native.Stop):
+            raise ArgumentError(f"stop={_checked.shown(stop)}: give a pschema.Stop")
         now: Answer = self._send("order", "achieve", order)
         number, until, told = now["number"], time.monotonic() + wait_s, None
         try:

@@ -72,6 +72,11 @@ class Daemon:
             _checked.whole("seed", seed, 0, 2**64 - 1)
         if curriculum is not None:
             _checked.text("curriculum", curriculum)
+        if isinstance(arguments, str):
+            raise ArgumentError(
+                f"arguments={_checked.shown(arguments)}: give a list of texts, as they stand on the command line one by one"
+            )
+        arguments = _checked.texts("arguments", arguments)
         command = [program(), "server", "--name", name, "--parent", str(os.getpid())]
         command += [] if data is None else ["--data", os.fspath(data)]
         command += [] if seed is None else ["--seed", str(seed)]

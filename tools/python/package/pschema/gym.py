@@ -129,7 +129,8 @@ class EnvironmentBody(Body):
     asked: bool = False
 
     def __post_init__(self) -> None:
-        if self.episodes is not None and (not isinstance(self.episodes, int) or self.episodes < 1):
+        whole = isinstance(self.episodes, int) and not isinstance(self.episodes, bool)
+        if self.episodes is not None and (not whole or self.episodes < 1):
             raise DeclarationError(f"episodes={self.episodes!r}: give a whole number from 1, or nothing to live without end")
         if not hasattr(self.env, "action_space") or not callable(getattr(self.env, "step", None)):
             raise DeclarationError(f"env={_checked.shown(self.env)}: give an environment of Gymnasium, or the id of one")
@@ -168,7 +169,13 @@ class EnvironmentBody(Body):
         return Description(self.name, [*self._part.senses, *own], self._acts.actions, kind=kind_in(self.env))
 
     def sense(self) -> Iterator[Observation]:
-        yield from self._part.read(self._seen)
+        seen = self._part.read(self._seen)
+        if isinstance(seen, str) or not hasattr(seen, "__iter__"):
+            told = _checked.shown(seen)
+            raise DeclarationError(
+                f"observe() returned {told}: return what is sensed, each a sense with its values, or no values at all as []"
+            )
+        yield from seen
         # Events are of one frame: a learner that rests is sent the same state again.
         if self._told:
             return
@@ -185,7 +192,8 @@ class EnvironmentBody(Body):
             self._begin()
             return outcome
         try:
-            self._seen, reward, terminated, truncated, _ = self.env.step(self._acts.put(action))
+            self._seen, given, terminated, truncated, _ = self.env.step(self._acts.put(action))
+            reward = _reward(given)
         except RefusedByRules as rules:
             return Outcome.refused(str(rules))
         except Exception as error:
@@ -193,7 +201,7 @@ class EnvironmentBody(Body):
             self.broken = error
             self.stop.set()
             raise
-        self._reward, self._told = float(reward), False
+        self._reward, self._told = reward, False
         self._length += 1
         self._total += self._reward
         if terminated or truncated:
@@ -207,6 +215,14 @@ class EnvironmentBody(Body):
         if getattr(self.env, "render_mode", None) != "rgb_array":
             return None
         return self.env.render()
+
+
+def _reward(given: Any) -> float:
+    """The reward of a step; some environments give an array of one number."""
+    try:
+        return float(given.item() if hasattr(given, "item") else given)
+    except (TypeError, ValueError) as error:
+        raise Error(f"the environment's reward is {_checked.shown(given)}, which is no number") from error
 
 
 def _made(name: str, options: Mapping[str, Any]) -> Any:
@@ -284,6 +300,8 @@ def attach(
     if stop is not None and not isinstance(stop, _native.Stop):
         raise DeclarationError(f"stop={_checked.shown(stop)}: give a pschema.Stop")
     flag = _native.Stop() if stop is None else stop
+    if options and not isinstance(env, str):
+        raise DeclarationError(f"{', '.join(options)}: no such argument; what an environment is made with goes with the id of one")
     made = _made(env, options) if isinstance(env, str) else env
     if hasattr(made, "possible_agents"):
         _places(len(made.possible_agents), "players, each of which is a body")

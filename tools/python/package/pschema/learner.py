@@ -9,7 +9,7 @@ from typing import Any, Optional, Union
 
 from . import _checked, _native
 from .declare import Description, Observation, Outcome
-from .errors import AnswerError, ArgumentError, DeclarationError
+from .errors import AnswerError, ArgumentError, DeclarationError, Error
 from .questions import Questions
 
 __all__ = ["Learner"]
@@ -68,7 +68,7 @@ class Learner(Questions):
             Error: it is no export, or is damaged; the line is named.
         """
         learner = cls.__new__(cls)
-        learner._native = _native.Learner.load(os.fspath(path))
+        learner._native = _native.Learner.load(_checked.path("path", path))
         learner._bodies = {}
         return learner
 
@@ -80,7 +80,7 @@ class Learner(Questions):
         Raises:
             OSError: it can't be written.
         """
-        self._native.save(os.fspath(path))
+        self._native.save(_checked.path("path", path))
 
     def declare(self, description: Description) -> None:
         """Takes in what a body declares, before its first step.
@@ -113,11 +113,17 @@ class Learner(Questions):
         Raises:
             FrameError: an observation that was not declared so. Nothing has changed then.
             DeclarationError: there is no such body.
+            Error: another thread is using the learner.
         """
         if outcome is not None and not isinstance(outcome, Outcome):
             raise ArgumentError(f"outcome={_checked.shown(outcome)}: give a pschema.Outcome, or nothing where the action was carried out")
         kind, reason = (None, "") if outcome is None else (outcome.kind, outcome.reason)
-        return self._native.step(self._body(body), observations, kind, reason)
+        try:
+            return self._native.step(self._body(body), observations, kind, reason)
+        except RuntimeError as error:
+            if "borrowed" not in str(error):
+                raise
+            raise Error("this learner is in use by another thread: it belongs to one at a time") from None
 
     def _body(self, name: Optional[str]) -> int:
         if name is None and len(self._bodies) == 1:
