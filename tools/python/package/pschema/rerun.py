@@ -29,7 +29,10 @@ try:
     import rerun
     from rerun import blueprint
 except ImportError as missing:
-    raise ImportError(f"pschema.rerun needs rerun-sdk ({missing}): pip install 'pschema[rerun]'") from missing
+    wanted = f"pschema.rerun needs rerun-sdk ({missing}): pip install 'pschema[rerun]', or from a clone './tools/python[rerun]'"
+    if __name__ == "__main__":
+        sys.exit(wanted)
+    raise ImportError(wanted) from missing
 
 __all__ = ["Recording", "follow", "main", "replay"]
 
