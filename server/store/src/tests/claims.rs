@@ -5,8 +5,8 @@ use std::sync::Arc;
 use pschema_learner::Learner;
 use pschema_learner::digest::{self, digest};
 use pschema_learner::effect::Effect;
-use pschema_learner::evidence::Evidence;
-use pschema_learner::experience::Experience;
+use pschema_learner::evidence::{About, Evidence};
+use pschema_learner::experience::{Experience, Recalled};
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::{Content, Memory};
 use pschema_learner::observation::{Observation, PropertyId, SymbolId, TypeId, Value};
@@ -106,6 +106,32 @@ fn claims_come_back_as_they_were() {
         }
         assert!(memory.content().evidence.kept().count() < 2 * 1_024, "nothing was forgotten");
     }
+}
+
+/// Where episodes ended, and what was to be learnt where they began.
+#[test]
+fn ends_and_beginnings_come_back_as_they_were() {
+    let (mut memory, mut random) = (memory(), Random::from_seed(5));
+    for number in 0..400 {
+        let experience = lived(&mut random, false, false);
+        memory.apply(&Effect::Experienced(Box::new(experience.clone()))).unwrap();
+        if number % 7 == 0 {
+            let there = Recalled { observations: experience.before.clone(), age: 0 };
+            let end =
+                Experience { after: experience.before.clone(), recalled: Some(there), ..experience.clone() };
+            memory.apply(&Effect::Experienced(Box::new(end))).unwrap();
+            memory.apply(&Effect::Experienced(Box::new(Experience::beginning(BodyId(0))))).unwrap();
+        }
+        if number % 50 == 0 || number == 399 {
+            let (now, then) = (back(&memory), memory.content());
+            assert_eq!(now.evidence, then.evidence, "{number}");
+            assert_eq!(digest(&now), digest(then), "{number}");
+        }
+    }
+    let evidence = &memory.content().evidence;
+    let of_ends = |(kinds, _): &(&[TypeId], _)| *kinds == [TypeId::ENDED];
+    assert!(evidence.claims(&memory.content().vocabulary, About::Anything).iter().any(of_ends));
+    assert!(evidence.beginnings().any(|(_, beginnings)| beginnings.learnable.1 > 1.0));
 }
 
 /// An export of a short life, as text.

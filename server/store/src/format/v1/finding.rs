@@ -165,9 +165,11 @@ impl Finding {
 
     fn pool(&mut self, extent: &Extent, FoundPool { pool, key, facets, digest }: FoundPool) -> Taken {
         extent.kinds(key.live().as_slice())?;
-        let Some(pool) = self.pools.get_mut(&pool.live()) else { return Err(no_pool()) };
+        let number: Option<usize> = pool.live();
+        let Some(pool) = self.pools.get_mut(&number) else { return Err(no_pool()) };
         let facets = facets.live();
-        limited("facets", facets, extent.vocabulary.types().len())?;
+        // What is to be expected whatever is done tells of ends as well.
+        limited("facets", facets, extent.vocabulary.types().len() + usize::from(number.is_none()))?;
         pool.key = key.live();
         match pool.announced.replace((facets, digest)) {
             None => Ok(()),
