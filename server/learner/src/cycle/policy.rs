@@ -219,9 +219,6 @@ impl Search<'_> {
         self.arrives = self.arrives.max(reached * arrives * tried);
         let offered = outcomes.into_iter().filter_map(|(next, likely)| {
             let likely = likely * goes_on;
-            if likely == 0.0 {
-                return None;
-            }
             Some((self.offer(next, reached * likely * tried, depth + 1)?, likely))
         });
         let leads: Box<[_]> = offered.collect();

@@ -132,6 +132,18 @@ fn ends_and_beginnings_come_back_as_they_were() {
     let of_ends = |(kinds, _): &(&[TypeId], _)| *kinds == [TypeId::ENDED];
     assert!(evidence.claims(&memory.content().vocabulary, About::Anything).iter().any(of_ends));
     assert!(evidence.beginnings().any(|(_, beginnings)| beginnings.learnable.1 > 1.0));
+    let text = text_of(&memory);
+    let (before, written) = text.split_once("{\"beginnings\":").unwrap();
+    let (_, after) = written.split_once('\n').unwrap();
+    for (forged, says) in [
+        ("{\"body\":7,\"is_next\":true,\"learnable\":[0.0,0.0]}}", "it refers to body 7"),
+        ("{\"body\":0,\"is_next\":true,\"learnable\":[2.0,1.0]}}", "how much was to be learnt"),
+        ("{\"body\":0,\"is_next\":true,\"learnable\":[-1.0,1.0]}}", "how much was to be learnt"),
+        ("{\"body\":0,\"is_next\":true,\"learnable\":[1.0,1e300]}}", "how much was to be learnt"),
+    ] {
+        let told = read(&format!("{before}{{\"beginnings\":{forged}\n{after}")).map(drop);
+        assert!(told.as_ref().is_err_and(|told| told.contains(says)), "{forged}: {told:?}");
+    }
 }
 
 /// An export of a short life, as text.
@@ -140,11 +152,16 @@ fn exported() -> (Memory, String) {
     for _ in 0..150 {
         memory.apply(&Effect::Experienced(Box::new(lived(&mut random, false, false)))).unwrap();
     }
+    let text = text_of(&memory);
+    (memory, text)
+}
+
+fn text_of(memory: &Memory) -> String {
     let (curriculum, parameters) = (curriculum(), memory.parameters());
     let identity = export::Identity { learner: "it", seed: 5, parameters, curriculum: &curriculum };
     let mut bytes = Vec::new();
     export::write(memory.content(), identity, &mut bytes, |_| ()).unwrap();
-    (memory, String::from_utf8(bytes).unwrap())
+    String::from_utf8(bytes).unwrap()
 }
 
 fn read(text: &str) -> Result<Content, String> {

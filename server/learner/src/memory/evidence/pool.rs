@@ -370,8 +370,9 @@ impl Pool {
         kinds.dedup();
         // What can't be sensed may be asked for, and comes of nothing that is done.
         kinds.retain(|kind| experience.sensed.contains(kind));
+        // An end is of no action: one that is kept with an action, as it once was, tells nothing.
         if experience.is_end() {
-            kinds = vec![TypeId::ENDED];
+            kinds = if experience.primitive == ANYTHING { vec![TypeId::ENDED] } else { Vec::new() };
         }
         kinds.retain(|kind| !self.facets.iter().any(|facet| facet.kinds.contains(kind)));
         for kind in kinds {

@@ -10,7 +10,7 @@ use super::pool::Pool;
 use super::price::{Likelihood, Tier};
 use super::scene::Scene;
 use crate::nouns::claim::{Change, Claim, Condition};
-use crate::nouns::experience::Experience;
+use crate::nouns::experience::{Experience, Recalled};
 use crate::nouns::observation::{Observation, PropertyId, TypeId, Value};
 use crate::nouns::random::Random;
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
@@ -383,4 +383,17 @@ fn a_pool_is_put_back_as_it_was() {
     }
     println!("{joined} {renamed} {forgotten}");
     assert!(joined > 0 && renamed > 0 && forgotten > 0, "{joined} {renamed} {forgotten}");
+}
+
+/// Memories that were written when an end was an experience of each action have them among those of the actions.
+#[test]
+fn an_end_among_the_experiences_of_an_action_tells_nothing() {
+    let (mut random, mut pool) = (Random::from_seed(9), Pool::default());
+    for number in 0..1_100 {
+        let lived = experience(&mut random, 4);
+        let recalled = (number % 5 == 0).then(|| Recalled { observations: lived.before.clone(), age: 0 });
+        pool.experience(Arc::new(Experience { recalled, ..lived }), false);
+    }
+    assert!(pool.experiences().any(Experience::is_end), "none is kept");
+    assert!(pool.facets.iter().all(|facet| facet.kinds != [TypeId::ENDED]));
 }
