@@ -6,6 +6,7 @@ use thiserror::Error;
 use crate::distribution::chances;
 use crate::tables;
 use crate::world::{Situation, situation};
+use crate::worlds::blocks::Blocks;
 use crate::worlds::cart::Cart;
 use crate::worlds::grid::Grid;
 use crate::worlds::gripper::Gripper;
@@ -13,7 +14,9 @@ use crate::worlds::hand_eye::HandEye;
 use crate::worlds::hidden::{Flip, FloatReset};
 use crate::worlds::posture::Posture;
 use crate::worlds::push::Push;
+use crate::worlds::puzzle::Puzzle;
 use crate::worlds::table::Table;
+use crate::worlds::toys::Toys;
 
 /// A number that can be set in a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,6 +130,27 @@ pub const WORLDS: &[Entry] = &[
             situation(HandEye { objects: numbers[0], restless: share(numbers[1]) }, random)
         },
     },
+    Entry {
+        name: "blocks",
+        rules: "blocks on a table and a hand that never fails",
+        numbers: &[number("blocks", 3, 1, 6)],
+        open: |numbers, random| situation(Blocks { blocks: numbers[0] }, random),
+    },
+    Entry {
+        name: "puzzle",
+        rules: "switches that turn on in one order only, beside lamps that blink",
+        numbers: &[number("switches", 6, 1, 12), number("lamps", 1, 0, 4)],
+        open: |numbers, mut random| {
+            let puzzle = Puzzle::new(numbers[0], numbers[1], &mut random);
+            situation(puzzle, random)
+        },
+    },
+    Entry {
+        name: "toys",
+        rules: "a wheel to learn, a button without effect, pictures at random, a drawer that needs the wheel",
+        numbers: &[number("pictures", 10, 2, 1_000)],
+        open: |numbers, random| situation(Toys { pictures: numbers[0] }, random),
+    },
     Entry { name: "lake-4", rules: LAKE, numbers: &[], open: |_, random| table("lake-4", random) },
     Entry { name: "lake-8", rules: LAKE, numbers: &[], open: |_, random| table("lake-8", random) },
     Entry {
@@ -159,6 +183,18 @@ pub const WORLDS: &[Entry] = &[
         rules: "a layout of DoorKey-5x5 of minigrid, the whole state",
         numbers: &[],
         open: |_, random| table("door-key-5", random),
+    },
+    Entry {
+        name: "empty-5-seen",
+        rules: "Empty-5x5 of minigrid, what the agent sees",
+        numbers: &[],
+        open: |_, random| table("empty-5-seen", random),
+    },
+    Entry {
+        name: "door-key-5-seen",
+        rules: "all layouts of DoorKey-5x5 of minigrid, what the agent sees",
+        numbers: &[],
+        open: |_, random| table("door-key-5-seen", random),
     },
 ];
 

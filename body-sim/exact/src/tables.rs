@@ -20,6 +20,8 @@ const SOURCES: &[Source] = &[
     ("taxi", include_str!("../tables/taxi.txt")),
     ("empty-8", include_str!("../tables/empty-8.txt")),
     ("door-key-5", include_str!("../tables/door-key-5.txt")),
+    ("empty-5-seen", include_str!("../tables/empty-5-seen.txt")),
+    ("door-key-5-seen", include_str!("../tables/door-key-5-seen.txt")),
 ];
 
 /// An environment as a table: what is perceived in each of its states, and what follows.
@@ -121,7 +123,8 @@ fn parsed(text: &str) -> Option<Table> {
             "starts" => table.starts = words.map(|word| word.parse().ok()).collect::<Option<_>>()?,
             "state" => {
                 let perceived = words.enumerate().filter(|(_, word)| *word != "-");
-                let observed = perceived.map(|(sense, word)| Some(Observation::new(sense, values(word)?)));
+                let each = perceived.flat_map(|(sense, word)| word.split(';').map(move |one| (sense, one)));
+                let observed = each.map(|(sense, one)| Some(Observation::new(sense, values(one)?)));
                 let percept = observed.collect::<Option<_>>()?;
                 table.states.push(TableState { percept, next: None });
             }
@@ -158,8 +161,11 @@ fn parsed(text: &str) -> Option<Table> {
     Some(table)
 }
 
-/// Numbers with commas between them.
+/// Numbers with commas between them; `+` for none.
 fn values(word: &str) -> Option<Vec<Value>> {
+    if word == "+" {
+        return Some(Vec::new());
+    }
     word.split(',').map(|number| number.parse().ok().map(Value::Integer)).collect()
 }
 

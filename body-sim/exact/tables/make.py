@@ -10,7 +10,8 @@ A table has a line for each thing it says:
     goal      the observation in which an episode has succeeded: a sense and its values, or '*:' and another sense with
               its property, which has the value of the present episode
     starts    the states in which an episode begins, all equally probable
-    state     what is perceived in the next state, counted from 0: values of the senses, in their order, '-' for none
+    state     what is perceived in the next state, counted from 0: values of the senses, in their order, '-' for none,
+              '+' for one without values, ';' between several
     next      of that state: for each action the states that follow, with ' ' between actions; 3*2/3,7*1/3 are chances;
               'end' when the episode is over there
 """
@@ -21,6 +22,7 @@ from fractions import Fraction
 
 import gymnasium
 import minigrid
+from minigrid.core.constants import IDX_TO_OBJECT
 from minigrid.core.world_object import Door, Key
 
 
@@ -30,17 +32,23 @@ def outcome(state, chance):
 
 
 def write(name, source, senses, actions, goal, starts, states):
-    """`states` has for each state its values, a tuple or None for each sense, and its transitions, or None at the end."""
+    """`states` has for each state its values, for each sense a tuple, None or a list of tuples, and its transitions, or None
+    at the end."""
+
+    def word(value):
+        if isinstance(value, list):
+            return ";".join(map(word, value)) or "-"
+        return "-" if value is None else ",".join(map(str, value)) or "+"
+
     with open(f"{name}.txt", "w") as out:
         print(f"from {source}", file=out)
         for sense, properties in senses:
-            print(f"sense {sense} {' '.join(properties)}", file=out)
+            print(' '.join(["sense", sense, *properties]), file=out)
         print(f"actions {' '.join(actions)}", file=out)
         print(f"goal {goal}", file=out)
         print(f"starts {' '.join(map(str, starts))}", file=out)
         for values, following in states:
-            told = ["-" if value is None else ",".join(map(str, value)) for value in values]
-            print(f"state {' '.join(told)}", file=out)
+            print(f"state {' '.join(map(word, values))}", file=out)
             if following is None:
                 print("next end", file=out)
                 continue
@@ -87,6 +95,9 @@ def lake(name, size, slippery):
     toy_text(name, "FrozenLake-v1", [("at", ["place"])], ["left", "down", "right", "up"], f"at {end}",
              lambda _, state: [(state,)], map_name=f"{size}x{size}", is_slippery=slippery)
 
+
+# Layouts are drawn from so many seeds.
+LAYOUTS = 1_000
 
 MOVES = ["left", "right", "forward", "pickup", "drop", "toggle", "done"]
 
@@ -142,6 +153,63 @@ def grid_world(name, identity, seed):
     write(name, source, senses, MOVES, goal, [0], states)
 
 
+def seen_world(name, identity):
+    """All layouts of minigrid, of which what the agent sees is perceived: things by how far ahead and to which side they are.
+    Where it stands when it succeeds is `reached`, which it does not see."""
+    environment = gymnasium.make(identity)
+    number, queue, starts, states = {}, [], [], []
+
+    def identity_of(env):
+        carried = env.carrying and (env.carrying.type, env.carrying.color)
+        return env.grid.encode().tobytes(), tuple(map(int, env.agent_pos)), int(env.agent_dir), carried
+
+    def enter(env):
+        state = identity_of(env)
+        if state not in number:
+            number[state] = len(number)
+            queue.append(copy.deepcopy(env))
+        return number[state]
+
+    def percept(env, is_over):
+        seen = {"wall": [], "goal": [], "key": [], "door": []}
+        view = env.gen_obs()["image"]
+        width, height, _ = view.shape
+        for column, row in itertools.product(range(width), range(height)):
+            kind, _, status = map(int, view[column, row])
+            where = height - 1 - row, column - width // 2
+            if where != (0, 0) and IDX_TO_OBJECT[kind] in seen:
+                told = (status, *where) if IDX_TO_OBJECT[kind] == "door" else where
+                seen[IDX_TO_OBJECT[kind]].append(told)
+        values = [(int(env.agent_dir),), *seen.values(), () if env.carrying else None]
+        return [*values, () if is_over else None]
+
+    for seed in range(LAYOUTS):
+        environment.reset(seed=seed)
+        environment.unwrapped.max_steps = 10**9
+        start = enter(environment.unwrapped)
+        if start not in starts:
+            starts.append(start)
+    while queue:
+        env = queue.pop(0)
+        here = env.grid.get(*env.agent_pos)
+        if here is not None and here.type == "goal":
+            states.append((percept(env, True), None))
+            continue
+        following = []
+        for action in range(len(MOVES)):
+            after = copy.deepcopy(env)
+            after.step(action)
+            following.append({enter(after): 1})
+        states.append((percept(env, False), following))
+    place = ["ahead", "side"]
+    senses = [("facing", ["direction"]), ("wall", place), ("goal", place), ("key", place), ("door", ["state", *place])]
+    senses += [("carries", []), ("reached", [])]
+    kept = [at for at, (sense, _) in enumerate(senses) if any(values[at] not in (None, []) for values, _ in states)]
+    states = [([values[at] for at in kept], following) for values, following in states]
+    source = f"{identity} of minigrid {minigrid.__version__}, what the agent sees"
+    write(name, source, [senses[at] for at in kept], MOVES, "reached +", starts, states)
+
+
 if __name__ == "__main__":
     for size in (4, 8):
         lake(f"lake-{size}", size, False)
@@ -153,3 +221,5 @@ if __name__ == "__main__":
              lambda environment, state: [(v,) for v in map(int, environment.decode(state))])
     grid_world("empty-8", "MiniGrid-Empty-8x8-v0", 1)
     grid_world("door-key-5", "MiniGrid-DoorKey-5x5-v0", 1)
+    seen_world("empty-5-seen", "MiniGrid-Empty-5x5-v0")
+    seen_world("door-key-5-seen", "MiniGrid-DoorKey-5x5-v0")

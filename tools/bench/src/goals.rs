@@ -37,6 +37,8 @@ const LIVES: &[(&str, usize)] = &[
     ("taxi", 4_000),
     ("empty-8", 2_000),
     ("door-key-5", 2_000),
+    ("empty-5-seen", 2_000),
+    ("door-key-5-seen", 10_000),
 ];
 
 /// The environments to measure.

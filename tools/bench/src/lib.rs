@@ -10,6 +10,7 @@ mod inspect;
 mod ipc;
 mod lives;
 mod memory;
+mod play;
 mod restart;
 mod scenes;
 mod sim;
@@ -75,6 +76,9 @@ enum Command {
     /// Whether the learner arrives where it is sent, in environments of gymnasium and minigrid
     #[command(after_help = "Example:\n  pschema-bench goals --environment taxi --seeds 1..5")]
     Goals(goals::GoalsArgs),
+    /// How soon the learner's own choices lead to a true model, and how much of its time goes to noise
+    #[command(after_help = "Example:\n  pschema-bench play --world blocks --seeds 1..5")]
+    Play(play::PlayArgs),
     /// The other process of `ipc`
     #[command(hide = true)]
     IpcPeer(ipc::PeerArgs),
@@ -116,6 +120,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Command::Vision(args) => vision::run(&args, quiet),
         Command::Tasks(args) => tasks::run(&args, quiet),
         Command::Goals(args) => goals::run(&args, quiet),
+        Command::Play(args) => play::run(&args, quiet),
         Command::IpcPeer(args) => ipc::serve(&args),
         Command::Server { args, parent } => pschema_tools::kit::serve(&args, parent),
     }

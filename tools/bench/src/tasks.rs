@@ -1,7 +1,7 @@
 //! How well the learner foretells what its actions bring about, in the exact worlds of `pschema-exact`, beside the truth, "nothing changes"
 //! and a table of the first order.
 
-mod foretelling;
+pub(crate) mod foretelling;
 mod lexicon;
 mod life;
 mod returning;

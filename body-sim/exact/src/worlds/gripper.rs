@@ -5,6 +5,7 @@ use fastrand::Rng;
 use crate::declaration::{Declaration, Observation, Percept, Primitive, Property, Sense, Value};
 use crate::distribution::Distribution;
 use crate::world::World;
+use crate::worlds::towers::{Place, is_clear, scattered};
 
 /// The senses, as they are declared.
 const ON: usize = 0;
@@ -27,14 +28,6 @@ pub(crate) struct Gripper {
     pub(crate) blocks: usize,
 }
 
-/// Where a block is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Place {
-    Table,
-    Hand,
-    On(usize),
-}
-
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct State {
     places: Vec<Place>,
@@ -45,11 +38,6 @@ pub(crate) struct State {
 impl State {
     fn held(&self) -> Option<usize> {
         self.places.iter().position(|place| *place == Place::Hand)
-    }
-
-    /// Whether nothing stands on `block`, and it is not in the hand.
-    fn is_clear(&self, block: usize) -> bool {
-        self.places[block] != Place::Hand && !self.places.contains(&Place::On(block))
     }
 
     fn with(&self, block: usize, place: Place) -> Self {
@@ -82,22 +70,9 @@ impl World for Gripper {
         .action("dry")
     }
 
-    /// Blocks in random order: the first in the hand with probability .5, each other one on the table or on top of a tower, all
-    /// choices alike. Wet with probability .5, each block painted with probability .3.
+    /// Blocks as they may stand. Wet with probability .5, each block painted with probability .3.
     fn random_state(&self, random: &mut Rng) -> State {
-        let mut order: Vec<_> = (0..self.blocks).collect();
-        random.shuffle(&mut order);
-        let (mut places, mut tops) = (vec![Place::Table; self.blocks], Vec::new());
-        for (at, block) in order.into_iter().enumerate() {
-            if at == 0 && random.bool() {
-                places[block] = Place::Hand;
-                continue;
-            }
-            match random.usize(..=tops.len()) {
-                choice if choice == tops.len() => tops.push(block),
-                choice => places[block] = Place::On(std::mem::replace(&mut tops[choice], block)),
-            }
-        }
+        let places = scattered(self.blocks, random);
         let painted = (0..self.blocks).map(|_| random.f64() < 0.3).collect();
         State { places, painted, wet: random.bool() }
     }
@@ -114,7 +89,7 @@ impl World for Gripper {
                 Place::Hand => observe(IN_HAND, &[block]),
                 Place::On(under) => observe(ON, &[block, *under]),
             }
-            if state.is_clear(block) {
+            if is_clear(&state.places, block) {
                 observe(CLEAR, &[block]);
             }
             if state.painted[block] {
@@ -131,10 +106,10 @@ impl World for Gripper {
     fn is_legal(&self, state: &State, primitive: &Primitive) -> bool {
         let block = primitive.number();
         match primitive.action {
-            PICK_UP => state.held().is_none() && state.is_clear(block),
-            PUT_ON => state.held().is_some() && state.is_clear(block),
+            PICK_UP => state.held().is_none() && is_clear(&state.places, block),
+            PUT_ON => state.held().is_some() && is_clear(&state.places, block),
             PUT_ON_TABLE => state.held().is_some(),
-            PAINT => state.is_clear(block) && !state.painted[block],
+            PAINT => is_clear(&state.places, block) && !state.painted[block],
             _ => state.wet,
         }
     }

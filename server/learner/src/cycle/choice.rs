@@ -24,6 +24,9 @@ use crate::nouns::terms::{Drive, TermSource};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
+/// After so many executions it is known whether anything comes of a primitive.
+const TRIED: u32 = 2;
+
 /// A generalised schema under a binding, or any candidate that is to be shown.
 #[derive(Clone, Debug)]
 struct Contender {
@@ -35,7 +38,8 @@ struct Contender {
     access: Option<Access>,
     distance: u32,
     excitation: f64,
-    reliability: f64,
+    /// w of equation 1, before it is shared among what is perceived.
+    worth: f64,
     drives: [Option<Drive>; 2],
 }
 
@@ -191,19 +195,17 @@ impl Choice {
             ContenderKey::Concrete(id) => (Subject::Schema(id), memory.index().outline(id)?.action),
             ContenderKey::Generalised(at) => return self.generalised.get(at).map(Cow::Borrowed),
             ContenderKey::Primitive(primitive) => (Subject::Primitive(primitive), primitive),
-            ContenderKey::Frontier => return self.elsewhere(memory).map(Cow::Owned),
+            ContenderKey::Frontier => return self.elsewhere(memory, situation).map(Cow::Owned),
         };
-        let reliability = memory.content().reliability(action);
-        let value = memory.parameters().babbling_excitation * reliability;
         let (access, drives) = match which {
             ContenderKey::Concrete(id) => {
                 let wanting = situation.unhabituated.binary_search(&id).is_ok();
-                let drive = Drive { role: Role::Habituation, weight: reliability, value };
+                let drive = Drive { role: Role::Habituation, ..babbling_drive(memory, action) };
                 let access = access(memory, situation, id);
                 let curious = access.and_then(|access| situation.drive(memory, action, access));
                 (access, [wanting.then_some(drive), curious])
             }
-            _ => (None, [Some(Drive { role: Role::Babbling, weight: reliability, value }), None]),
+            _ => (None, [Some(trying(memory, situation, action)), None]),
         };
         let distance = access.map_or(1, |access| access.preceding + 1);
         Some(Cow::Owned(Contender {
@@ -214,13 +216,13 @@ impl Choice {
             access,
             distance,
             excitation,
-            reliability,
+            worth: situation.curiosity.worth(memory, action),
             drives,
         }))
     }
 
     /// What draws it elsewhere, as a candidate.
-    fn elsewhere(&self, memory: &Memory) -> Option<Contender> {
+    fn elsewhere(&self, memory: &Memory, situation: &Situation<'_>) -> Option<Contender> {
         let found = self.frontier.as_ref()?;
         let value = memory.parameters().babbling_excitation * found.weight;
         let drive = Drive { role: Role::Curiosity, weight: found.weight, value };
@@ -232,7 +234,7 @@ impl Choice {
             access: None,
             distance: found.distance,
             excitation: self.top,
-            reliability: memory.content().reliability(found.new),
+            worth: situation.curiosity.worth(memory, found.new),
             drives: [Some(drive), None],
         })
     }
@@ -281,8 +283,8 @@ fn keep(memory: &Memory, situation: &Situation<'_>, shown: &[Cow<'_, Contender>]
     let remembered = shown.iter().map(|scored| scored.places.as_ref().map_or(0, Vec::len) + 2);
     let mut kept = TermSource::new(world, shown.len(), remembered.sum());
     for scored in shown {
-        let Contender { subject, binding, places, reliability, drives, .. } = &**scored;
-        let weight = curiosity.weight(*reliability);
+        let Contender { subject, binding, places, worth, drives, .. } = &**scored;
+        let weight = curiosity.weight(*worth);
         kept.add(*drives, |list| match (*subject, places) {
             (Subject::Schema(id), Some(places)) => {
                 if law.as_ref().is_none_or(|law| law.id != id) {
@@ -309,7 +311,7 @@ fn concrete(memory: &Memory, situation: &Situation<'_>) -> Vec<(f64, SchemaId)> 
     let unhabituated = situation.unhabituated;
     let index = memory.index();
     let resemblance = Resemblance::new(memory, situation.world);
-    let reliabilities = reliabilities(memory, situation.body);
+    let reliabilities = reliabilities(memory, situation);
     let drive = memory.parameters().babbling_excitation;
     let mut found = Vec::with_capacity(situation.executable.len());
     for (access, group) in situation.reach.ways(index.groups()) {
@@ -317,11 +319,12 @@ fn concrete(memory: &Memory, situation: &Situation<'_>) -> Vec<(f64, SchemaId)> 
         let reliable = resemblance.of_pre(&group.pre, situation.curiosity.weight(1.0));
         for id in &group.schemas {
             let Some(outline) = index.outline(*id) else { continue };
-            let Some(reliability) = reliabilities.get(outline.action.0 as usize).copied().flatten() else {
+            let Some((reliability, worth)) = reliabilities.get(outline.action.0 as usize).copied().flatten()
+            else {
                 continue;
             };
-            let weight = situation.curiosity.weight(reliability);
-            let pre = if reliability == 1.0 { reliable } else { resemblance.of_pre(&group.pre, weight) };
+            let weight = situation.curiosity.weight(worth);
+            let pre = if worth == 1.0 { reliable } else { resemblance.of_pre(&group.pre, weight) };
             let mut sum = resemblance.sum(*id, outline, pre, weight);
             if !unhabituated.is_empty() && unhabituated.binary_search(id).is_ok() {
                 sum += drive * reliability;
@@ -338,13 +341,15 @@ fn concrete(memory: &Memory, situation: &Situation<'_>) -> Vec<(f64, SchemaId)> 
     found
 }
 
-/// The reliability of each primitive, by number; none for what the body does not have.
-fn reliabilities(memory: &Memory, body: BodyId) -> Vec<Option<f64>> {
+/// The reliability of each primitive, and w of equation 1 for it, by number; none for what the body does not have.
+fn reliabilities(memory: &Memory, situation: &Situation<'_>) -> Vec<Option<(f64, f64)>> {
     let vocabulary = &memory.content().vocabulary;
     let mut known = vec![None; vocabulary.primitives().len()];
-    for primitive in vocabulary.bodies().get(usize::from(body.0)).iter().flat_map(|b| &b.repertoire) {
+    let body = vocabulary.bodies().get(usize::from(situation.body.0));
+    for primitive in body.iter().flat_map(|b| &b.repertoire) {
         if let Some(known) = known.get_mut(primitive.0 as usize) {
-            *known = Some(memory.content().reliability(*primitive));
+            let reliability = memory.content().reliability(*primitive);
+            *known = Some((reliability, situation.curiosity.worth(memory, *primitive)));
         }
     }
     known
@@ -376,9 +381,9 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
             if access.preceding == 0 && known().is_some() {
                 continue;
             }
-            let reliability = memory.content().reliability(action);
+            let worth = situation.curiosity.worth(memory, action);
             let curious = situation.drive(memory, action, access);
-            let sum = generally.sum(&binding, &places, situation.curiosity.weight(reliability));
+            let sum = generally.sum(&binding, &places, situation.curiosity.weight(worth));
             let sum = curious.map_or(sum, |drive| sum + drive.value);
             let distance = access.preceding + 1;
             let excitation = sum / f64::from(distance);
@@ -391,7 +396,7 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
                     access: Some(access),
                     distance,
                     excitation,
-                    reliability,
+                    worth,
                     drives: [None, curious],
                 });
             }
@@ -403,8 +408,21 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
 /// Primitives that no schema covers here, with the drive to try them.
 fn primitives(memory: &Memory, situation: &Situation<'_>) -> Vec<(f64, PrimitiveId)> {
     let uncovered = babbling::uncovered(memory, situation.body, situation.executable).into_iter();
-    let drive = memory.parameters().babbling_excitation;
-    uncovered.map(|primitive| (drive * memory.content().reliability(primitive), primitive)).collect()
+    uncovered.map(|primitive| (trying(memory, situation, primitive).value, primitive)).collect()
+}
+
+/// The drive to try what no schema covers here. With curiosity it is as strong as that only until it is known whether anything comes of the
+/// primitive: where nothing does, no schema will ever cover it, and it must not draw for ever.
+fn trying(memory: &Memory, situation: &Situation<'_>, primitive: PrimitiveId) -> Drive {
+    let tried = memory.content().carried_out(primitive);
+    let curious = situation.curiosity.drive(memory, primitive).filter(|_| tried >= TRIED);
+    curious.unwrap_or_else(|| babbling_drive(memory, primitive))
+}
+
+/// The drive to try a primitive at all.
+fn babbling_drive(memory: &Memory, primitive: PrimitiveId) -> Drive {
+    let weight = memory.content().reliability(primitive);
+    Drive { role: Role::Babbling, weight, value: memory.parameters().babbling_excitation * weight }
 }
 
 /// What has to be sent to get where something draws it: the first of a chain, as far as schemas say what comes about.
@@ -488,8 +506,8 @@ pub(crate) fn carry_out(
 /// The decision for an execution that was decided before.
 fn follow(memory: &Memory, situation: &Situation<'_>, execution: &Execution, reason: Reason) -> Decision {
     let Execution { action, ref binding, carrier, .. } = *execution;
-    let reliability = memory.content().reliability(action);
-    let weight = situation.curiosity.weight(reliability);
+    let worth = situation.curiosity.worth(memory, action);
+    let weight = situation.curiosity.weight(worth);
     let sum = |schema| excitation::sum(memory, schema, binding, situation.perceived, weight);
     let scored = Contender {
         subject: execution.schema.map_or(Subject::Primitive(action), Subject::Schema),
@@ -499,7 +517,7 @@ fn follow(memory: &Memory, situation: &Situation<'_>, execution: &Execution, rea
         access: None,
         distance: 1,
         excitation: execution.schema.map_or(0.0, sum),
-        reliability,
+        worth,
         drives: [None, None],
     };
     explain(memory, situation, &[Cow::Owned(scored)], reason, action)

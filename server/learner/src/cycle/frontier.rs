@@ -78,6 +78,8 @@ struct Search<'a> {
     body: BodyId,
     repertoire: &'a [PrimitiveId],
     foresight: &'a mut Foresight,
+    curiosity: &'a Curiosity,
+    memory: &'a Memory,
     nodes: Vec<Node>,
     /// Those that were looked at, in this order.
     looked_at: Vec<usize>,
@@ -107,13 +109,17 @@ pub(crate) fn search(
     if most <= least {
         return None;
     }
-    let kinds = (0..u16::try_from(vocabulary.types().len()).unwrap_or(u16::MAX)).map(TypeId).collect();
+    let kinds = (0..u16::try_from(vocabulary.types().len()).unwrap_or(u16::MAX)).map(TypeId);
+    // Where noise alone differs nothing else is to be learnt.
+    let kinds = kinds.filter(|kind| !curiosity.idle.contains(kind)).collect();
     foresight.begin((body, repertoire), &kinds, &BTreeSet::new());
     let mut search = Search {
         content,
         body,
         repertoire,
         foresight,
+        curiosity,
+        memory,
         nodes: Vec::new(),
         looked_at: Vec::new(),
         known: FxHashMap::default(),
@@ -121,12 +127,18 @@ pub(crate) fn search(
         rate: least,
         beginning: content.evidence.beginning(body),
     };
-    search.offer(claims::context(content, world), 1.0, 0.0, 0);
+    search.offer(search.told(claims::context(content, world)), 1.0, 0.0, 0);
     search.explore(most);
     search.best(least)
 }
 
 impl Search<'_> {
+    /// The part of a context that tells it from others.
+    fn told(&self, context: WorldState) -> WorldState {
+        let idle = &self.curiosity.idle;
+        if idle.is_empty() { context } else { context.filter(|o| !idle.contains(&o.kind())) }
+    }
+
     /// The number of a context that is come to in this way.
     fn offer(&mut self, context: WorldState, likely: f64, far: f64, depth: u32) -> usize {
         let at = *self.known.entry(context.clone()).or_insert(self.nodes.len());
@@ -167,7 +179,8 @@ impl Search<'_> {
         let mut moves = Vec::with_capacity(repertoire.len());
         for (action, prospect) in repertoire.iter().zip(outlook.prospects) {
             let reliability = content.reliability(*action);
-            let learnable = reliability * prospect.learnable * goes_on + self.beginning * (1.0 - goes_on);
+            let trust = self.curiosity.trust(self.memory, *action);
+            let learnable = trust * prospect.learnable * goes_on + self.beginning * (1.0 - goes_on);
             let learnable = learnable.max(outlook.ending.learnable);
             if new.is_none_or(|(_, most)| learnable > most) {
                 new = Some((*action, learnable));
@@ -175,7 +188,7 @@ impl Search<'_> {
             let (mut stays, mut outcomes) = (1.0 - reliability, Vec::new());
             for (after, share) in &prospect.outcomes {
                 let after = WorldState::new(after.iter().cloned());
-                let next = claims::context_after(content, about, *action, &after);
+                let next = self.told(claims::context_after(content, about, *action, &after));
                 match next == *context {
                     true => stays += share * reliability,
                     false if share * reliability >= LIKELY => outcomes.push((next, share * reliability)),

@@ -21,6 +21,9 @@ use crate::nouns::world_state::WorldState;
 /// Contexts waiting to be expanded in one search: bounds its memory where the budget does not.
 const OPEN_MAX: usize = 65_536;
 
+/// How much is looked at in one search where there is curiosity: for each context one more than there are observations.
+const LOOKS_MAX: usize = 512;
+
 /// A context that chains lead to.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
@@ -91,13 +94,23 @@ struct Search<'a> {
     edges: FxHashMap<GroupId, Rc<[Edge]>>,
 }
 
+/// How many contexts may be reached. With curiosity the frontier looks further than chains of schemas can, and a crowd must not make each
+/// step slow.
+fn budget(memory: &Memory, context: &WorldState) -> usize {
+    let most = memory.parameters().chain_expansions_max as usize;
+    match memory.content().mechanisms.is_curious() {
+        true => most.min(LOOKS_MAX / (1 + context.observations().len())).max(1),
+        false => most,
+    }
+}
+
 /// Searches from `context` with the actions that `body` has.
 pub(crate) fn search(memory: &Memory, body: BodyId, context: &WorldState) -> SearchResult {
     let mut search = Search {
         memory,
         body,
         found: SearchResult::default(),
-        budget: memory.parameters().chain_expansions_max as usize,
+        budget: budget(memory, context),
         waiting: BTreeMap::new(),
         known: FxHashMap::default(),
         strangers: Vec::new(),

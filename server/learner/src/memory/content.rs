@@ -108,6 +108,11 @@ impl Content {
         (1.0 + f64::from(attempts.occurrences)) / (1.0 + f64::from(attempts.trials))
     }
 
+    /// How often an action was carried out.
+    pub(crate) fn carried_out(&self, action: PrimitiveId) -> u32 {
+        self.attempts.get(action.0 as usize).map_or(0, |attempts| attempts.occurrences)
+    }
+
     /// Drops the rest of the chain under way, which was for something else, or is for nothing any more. Its present schema is still
     /// learnt from.
     pub(super) fn forget_chain(&mut self, body: BodyId) {

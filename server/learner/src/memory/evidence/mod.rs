@@ -10,6 +10,7 @@ mod foresight;
 mod foretold;
 mod found;
 mod growth;
+mod idle;
 mod novelty;
 mod outcomes;
 mod outlook;

@@ -8,7 +8,7 @@ use crate::nouns::observation::Observation;
 /// Observations of a context that are looked at; more are not, so that a crowd can't make a step slow.
 const OBSERVATIONS_MAX: usize = 48;
 /// What was tried so often is known.
-const KNOWN: usize = 16;
+pub(super) const KNOWN: usize = 16;
 /// How far an experience counts after each one like it.
 const KEPT: f64 = 0.97;
 

@@ -21,10 +21,10 @@ const OUTCOMES_MAX: usize = 32;
 const SURE: f64 = 0.9;
 
 /// What claims about a facet rest on.
-struct Ground<'a> {
+pub(super) struct Ground<'a> {
     claims: Vec<&'a Claim>,
     /// Whether the memory of the very same context is relied on.
-    is_remembered: bool,
+    pub(super) is_remembered: bool,
 }
 
 impl Ground<'_> {
@@ -37,7 +37,7 @@ impl Ground<'_> {
     }
 
     /// The types of what the conditions ask for, and of what has the values that conditions and changes name.
-    fn kinds(&self) -> impl Iterator<Item = TypeId> {
+    pub(super) fn kinds(&self) -> impl Iterator<Item = TypeId> {
         let named = self.changes().flat_map(Change::sketches).flat_map(Sketch::named_kinds);
         self.conditions().flat_map(Condition::kinds).chain(named)
     }
@@ -63,7 +63,7 @@ impl Ground<'_> {
 }
 
 impl Pool {
-    fn ground<'a>(&'a self, facet: &'a Facet, primitives: &[PrimitiveId]) -> Ground<'a> {
+    pub(super) fn ground<'a>(&'a self, facet: &'a Facet, primitives: &[PrimitiveId]) -> Ground<'a> {
         let mut ground = Ground { claims: Vec::new(), is_remembered: false };
         ground.claims.extend(self.claim(facet, None));
         for primitive in primitives {

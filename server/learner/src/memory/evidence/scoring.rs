@@ -1,7 +1,8 @@
 //! How well each view of what was experienced foretells what comes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use crate::memory::evidence::columns::Column;
 use crate::memory::evidence::facet::{ANYTHING, Facet, Grown};
 use crate::memory::evidence::foretold::{Seen, View};
 use crate::memory::evidence::novelty::Novelty;
@@ -9,11 +10,14 @@ use crate::memory::evidence::pool::{CERTAIN, Pool};
 use crate::memory::evidence::scene::Scene;
 use crate::memory::evidence::telling::relied;
 use crate::nouns::experience::Experience;
-use crate::nouns::observation::Observation;
+use crate::nouns::observation::{Observation, TypeId};
 use crate::nouns::vocabulary::PrimitiveId;
 
 /// How far an earlier success of a view at foretelling counts, at each experience since.
 const SCORE_KEPT: f64 = 0.97;
+/// So many experiences that were foretold for certain are added before it is said how well a primitive is foretold: what surprised a few times
+/// may be learnt.
+const FORETOLD: f64 = 8.0;
 /// Contexts of which it is kept how new they are, while all that is known is scored.
 const NOVELTIES_MAX: usize = 32;
 
@@ -27,6 +31,31 @@ impl Pool {
             self.score_in(&mut facets, &self.novelty(&scene.context), &scene, experience, false);
             self.facets = facets;
         }
+    }
+
+    /// How well each facet that is about some of these types was foretold of late of each primitive: the mean of ln of the probability that what
+    /// came was given, as if it had been foretold for certain so often before.
+    pub(super) fn told_of_late(&self, kinds: &BTreeSet<TypeId>) -> Vec<(&[TypeId], PrimitiveId, f64)> {
+        let of_facet = |facet: &'_ Facet| -> Vec<(PrimitiveId, f64)> {
+            self.told_in(facet)
+                .map(|(primitive, told, weight)| (primitive, told / (weight + FORETOLD)))
+                .collect()
+        };
+        let asked = self.facets.iter().filter(|facet| facet.kinds.iter().any(|kind| kinds.contains(kind)));
+        let told = asked.map(|facet| (&facet.kinds[..], of_facet(facet)));
+        told.flat_map(|(kinds, of)| of.into_iter().map(move |(primitive, told)| (kinds, primitive, told)))
+            .collect()
+    }
+
+    /// How well a facet was foretold of late of each primitive: ln of the probabilities that what came was given, and how much they count, an
+    /// earlier one less.
+    pub(super) fn told_in(&self, facet: &Facet) -> impl Iterator<Item = (PrimitiveId, f64, f64)> {
+        facet.scores.iter().filter_map(|(primitive, scores)| {
+            let tries = self.of_primitive().get(primitive).map_or(0, Column::count);
+            let weight = (1.0 - libm::pow(SCORE_KEPT, tries as f64)) / (1.0 - SCORE_KEPT);
+            let told = relied(*scores, |view| Some(scores[view as usize]))?;
+            Some((*primitive, told, weight))
+        })
     }
 
     /// Compares what is foretold of each observation by itself with what is foretold of all together, where both are.

@@ -15,20 +15,24 @@ pub(super) fn probability(count: u32, trials: u32, outcomes: usize) -> f64 {
 /// An outcome of a facet, the observations of its types, with its probability.
 pub(super) type Share = (Vec<Observation>, f64);
 
-/// The probabilities of the outcomes of a facet. Where the very same context was met before, it may be an exception to the claim: so the
-/// claim and what came of this context alone are weighed, each by how probable it makes all that came. At first both are as likely.
-pub(super) fn shares(facet: &Foretold, alike: Vec<(Vec<Observation>, u32)>) -> Vec<Share> {
+/// The probabilities of the outcomes of a facet, as claims give them.
+pub(super) fn told_shares(facet: &Foretold) -> Vec<Share> {
     let ways = facet.outcomes.len();
     let told = facet.outcomes.iter();
-    let told = told.map(|(after, count)| (after.clone(), probability(*count, facet.trials, ways)));
-    let mut shares: Vec<Share> = told.collect();
-    if alike.is_empty() {
-        return shares;
-    }
-    // What the claim never saw come.
-    let untold = 1.0 / (ways + 1) as f64 / (f64::from(facet.trials) + 1.0);
+    told.map(|(after, count)| (after.clone(), probability(*count, facet.trials, ways))).collect()
+}
+
+/// The probability of what a claim never saw come.
+fn untold(facet: &Foretold) -> f64 {
+    1.0 / (facet.outcomes.len() + 1) as f64 / (f64::from(facet.trials) + 1.0)
+}
+
+/// How probable all is that came of the very same context, as ln: by what is told of a facet, which gives these `shares`, and by what came
+/// of that context alone.
+pub(super) fn odds(facet: &Foretold, shares: &[Share], alike: &[(Vec<Observation>, u32)]) -> (f64, f64) {
+    let untold = untold(facet);
     let (mut by_claim, mut by_itself, mut met) = (0.0, 0.0, 0);
-    for (after, count) in &alike {
+    for (after, count) in alike {
         let share = shares.iter().find(|(known, _)| known == after).map_or(untold, |(_, share)| *share);
         let share = share.max(untold);
         by_claim += f64::from(*count) * libm::log(share);
@@ -37,6 +41,19 @@ pub(super) fn shares(facet: &Foretold, alike: Vec<(Vec<Observation>, u32)>) -> V
             met += 1;
         }
     }
+    (by_claim, by_itself)
+}
+
+/// The probabilities of the outcomes of a facet. Where the very same context was met before, it may be an exception to the claim: so the
+/// claim and what came of this context alone are weighed, each by how probable it makes all that came. At first both are as likely.
+pub(super) fn shares(facet: &Foretold, alike: Vec<(Vec<Observation>, u32)>) -> Vec<Share> {
+    let mut shares = told_shares(facet);
+    if alike.is_empty() {
+        return shares;
+    }
+    let untold = untold(facet);
+    let (by_claim, by_itself) = odds(facet, &shares, &alike);
+    let met: u32 = alike.iter().map(|(_, count)| count).sum();
     let itself = 1.0 / (1.0 + libm::exp(by_claim - by_itself));
     let all = f64::from(met) + 1.0;
     shares.iter_mut().for_each(|(_, share)| *share *= 1.0 - itself + itself / all);

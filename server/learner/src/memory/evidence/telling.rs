@@ -7,6 +7,7 @@ use crate::memory::evidence::facet::{ANYTHING, Facet, Grown, conditions, path};
 use crate::memory::evidence::foretold::{Foretold, View};
 use crate::memory::evidence::pool::{ALIKE_MAX, CERTAIN, Pool, is_alike};
 use crate::memory::evidence::scene::{Scene, of_kind};
+use crate::memory::evidence::shares::{odds, told_shares};
 use crate::nouns::experience::Recalled;
 use crate::nouns::observation::{Observation, TypeId, Value};
 use crate::nouns::vocabulary::PrimitiveId;
@@ -30,7 +31,27 @@ impl Pool {
     /// What is foretold in a scene of the types of a facet.
     pub(super) fn foretold(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
         let scores = facet.scores.get(&primitive).copied().unwrap_or_default();
-        relied(scores, |view| self.view(facet, view, primitive, scene))
+        let foretold = relied(scores, |view| self.view(facet, view, primitive, scene))?;
+        let is_exception = self.is_exception(facet, primitive, scene, &foretold);
+        let remembered = is_exception.then(|| self.remembered(facet, primitive, scene)).flatten();
+        Some(remembered.unwrap_or(foretold))
+    }
+
+    /// Whether the very same context is an exception that no claim tells of yet: what came of it alone makes all that came certainly more
+    /// probable than what claims foretell.
+    fn is_exception(&self, facet: &Facet, primitive: PrimitiveId, scene: &Scene, told: &Foretold) -> bool {
+        if told.view == View::Remembered || facet.is_singly {
+            return false;
+        }
+        let alike = self.alike.get(&primitive).and_then(|alike| alike.get(&scene.context[..]));
+        let most = told.outcomes.first().and_then(|(after, _)| facet.outcomes.number(after));
+        let is_as_told = |at: &usize| most.is_some() && facet.outcomes.of(*at) == most;
+        if alike.is_none_or(|alike| alike.len() < 2 || alike.iter().all(is_as_told)) {
+            return false;
+        }
+        let (by_claim, by_itself) =
+            odds(told, &told_shares(told), &self.alike(facet, primitive, &scene.context));
+        by_itself > by_claim + CERTAIN
     }
 
     fn view(&self, facet: &Facet, view: View, primitive: PrimitiveId, scene: &Scene) -> Option<Foretold> {
