@@ -70,6 +70,7 @@ pub fn declaration(description: &Description) -> Result<Declaration, TranslateEr
         own: declared.own,
         transient: declared.transient,
         heard: false,
+        value: false,
         properties: declared.properties.iter().map(property).collect(),
     });
     let text =

@@ -51,6 +51,7 @@ fn kind(name: &str, properties: &[&str]) -> DeclaredType {
         own: false,
         transient: false,
         heard: false,
+        value: false,
         properties: properties.collect(),
     }
 }
@@ -115,7 +116,7 @@ impl Field {
     }
 
     fn plan(&self, x: i64, y: i64) -> Option<Plan> {
-        plan(self.learner.memory(), BODY, &self.world(), &Self::goal(x, y)).plan
+        plan(self.learner.memory(), BODY, &self.world(), &Self::goal(x, y).into()).plan
     }
 
     fn pursuit(&self) -> Pursuit {
@@ -452,7 +453,7 @@ fn that_the_ball_may_fall_does_not_matter_to_who_moves_the_block() {
             Pattern::new(o.kind(), o.properties().iter().map(|(p, value)| (*p, Term::Constant(*value))))
         };
         let goal: Vec<_> = goal.iter().map(pattern).collect();
-        plan(learner.memory(), BODY, &WorldState::new(before.iter().cloned()), &goal).plan.unwrap()
+        plan(learner.memory(), BODY, &WorldState::new(before.iter().cloned()), &goal.into()).plan.unwrap()
     };
     let first = |plan: &Plan| plan.steps[0].action.0;
     let alone = found(&[&moved]);

@@ -421,7 +421,7 @@ fn of_two_ways_only_what_the_goal_relies_on_is_weighed_also_on_the_way() {
     let memory = table.learner.memory();
     let world = pschema_learner::world_state::WorldState::new(start.to_vec());
     let far = goal(&table, &["object{colour=blue, field=2}"]);
-    let plan = pschema_learner::plan::plan(memory, table.body, &world, &far).plan.unwrap();
+    let plan = pschema_learner::plan::plan(memory, table.body, &world, &far.clone().into()).plan.unwrap();
     assert_eq!(plan.steps.len(), 2, "{plan:?}");
     assert!(plan.probability > 0.9, "the ball's fall on the way does not count: {plan:?}");
     let relied: Vec<&Observation> =

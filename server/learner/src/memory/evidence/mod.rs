@@ -24,6 +24,7 @@ mod shares;
 mod telling;
 #[cfg(test)]
 mod tests;
+mod values;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -37,6 +38,7 @@ use pool::Pool;
 pub(crate) use prospect::{Ending, Outlook, Prospect};
 pub use recollections::{Recollection, Recollections};
 use scene::of_kind;
+use values::Values;
 
 use crate::memory::evidence::facet::ANYTHING;
 use crate::nouns::claim::Claim;
@@ -110,16 +112,21 @@ impl Evidence {
         // Where an episode had ended the action was not carried out: it says nothing of the action.
         if !is_end {
             let pool = Arc::make_mut(self.pools.entry(action).or_default());
+            pool.values.know(vocabulary);
             pool.experience(Arc::new(experience.clone()), recalls);
         }
         let recalled = experience.recalled.clone().filter(|_| is_end);
         let anything =
             Experience { primitive: ANYTHING, parameters: [].into(), recalled, ..experience.clone() };
-        Arc::make_mut(&mut self.background).experience(Arc::new(anything), false);
+        let background = Arc::make_mut(&mut self.background);
+        background.values.know(vocabulary);
+        background.experience(Arc::new(anything), false);
         if recalls && !is_end {
             let keys: BTreeSet<_> = self.pools.values().filter_map(|pool| pool.key()).collect();
             let recollections = self.recollections.entry(experience.body).or_default();
-            recollections.note(keys, &experience.after);
+            let is_value = |o: &Observation| vocabulary.is_value(o.kind());
+            let there: Vec<_> = experience.after.iter().filter(|o| !is_value(o)).cloned().collect();
+            recollections.note(keys, &there.into());
         }
     }
 
@@ -195,8 +202,16 @@ impl Evidence {
     }
 
     /// Puts a pool back: its experiences in their order, and what was found of them.
-    pub fn restore(&mut self, pool: Option<usize>, experiences: Vec<Experience>, found: Found) {
-        let restored = Arc::new(Pool::restored(experiences, found));
+    pub fn restore(
+        &mut self,
+        vocabulary: &Vocabulary,
+        pool: Option<usize>,
+        experiences: Vec<Experience>,
+        found: Found,
+    ) {
+        let mut values = Values::default();
+        values.know(vocabulary);
+        let restored = Arc::new(Pool::restored(experiences, found, values));
         match pool {
             Some(action) => drop(self.pools.insert(action, restored)),
             None => self.background = restored,
@@ -284,7 +299,9 @@ impl Evidence {
         // What always happens to who can do one thing only is put down to that.
         if !foretold.is_empty() && vocabulary.primitives().len() > 1 {
             let background = self.background.foretell(ANYTHING, &[], context, &|_| None, &|_| true);
-            let among = foretold.len();
+            // How much else there is does not depend on what comes of values.
+            let is_value = |facet: &&Foretold| facet.kinds.iter().any(|kind| vocabulary.is_value(*kind));
+            let among = foretold.iter().filter(|facet| !is_value(facet)).count().max(1);
             for facet in &mut foretold {
                 facet.attributed = facet.is_attributed(&background, among);
                 facet.attribute_parts(&background, among);
