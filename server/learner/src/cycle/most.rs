@@ -29,6 +29,9 @@ const WEIGHED_MAX: usize = 1 << 24;
 const TOLERANCE: f64 = 1e-9;
 /// How often the worths by what is done now are gone through before it is asked again what is best to do.
 const SWEEPS: usize = 16;
+/// A policy is made anew after so many actions, though all came about as expected: by then more is known, and what seldom comes may come
+/// more seldom still.
+const ANEW: f64 = 32.0;
 /// A context that the best way comes to more seldom than this, as expected, is not kept.
 const NEGLIGIBLE: f64 = 1e-2;
 
@@ -87,7 +90,10 @@ pub(crate) fn search(
     let repertoire = content.vocabulary.bodies().get(usize::from(body.0));
     let repertoire = repertoire.map_or(&[][..], |body| &body.repertoire);
     let wanted = BTreeSet::from([value]);
-    let kinds = depends_on(content, repertoire, &wanted);
+    // Nothing comes after the end of an episode, so that it matters where that is.
+    let of_ends = content.evidence.ends_depend_on();
+    let of_ends = of_ends.unwrap_or_else(|| content.vocabulary.sensed_types().collect());
+    let kinds = depends_on(content, repertoire, &wanted.union(&of_ends).copied().collect());
     foresight.begin((body, repertoire), &kinds, &wanted);
     let mut search = Search {
         content,
@@ -322,6 +328,6 @@ impl Search<'_> {
         let yields = yields.map(|(node, best)| Yield { worth: node.worth, brings: best.likely }).collect();
         let rows = kept.iter().filter_map(row).collect();
         let circumstances = of_kinds(&self.nodes[0].context, &chance);
-        Policy { kinds, chance, circumstances, rows, yields, actions: 0.0, after_actions: 0 }
+        Policy { kinds, chance, circumstances, rows, yields, actions: ANEW, after_actions: 0 }
     }
 }

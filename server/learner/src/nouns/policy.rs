@@ -22,7 +22,8 @@ pub struct Policy {
     pub rows: Vec<PolicyRow>,
     /// What comes of each row, in their order, if it is a policy for most of something; of one that leads to a goal, nothing.
     pub yields: Vec<Yield>,
-    /// The number of actions that it takes to the goal, as expected where it gets there; 0 of a policy for most of something.
+    /// The number of actions that it takes to the goal, as expected where it gets there; of a policy for most of something, the
+    /// number after which it is made anew.
     pub actions: f64,
     /// The number of actions that had been sent for the goal when it was made.
     pub after_actions: u32,
@@ -112,10 +113,10 @@ impl Policy {
         self.rows.iter().position(|row| row.context == context)
     }
 
-    /// Whether the goal should have been reached by it, after so many actions. For most of something there is always more to do.
+    /// Whether the goal should have been reached by it, after so many actions, or it is time to make it anew.
     #[must_use]
     pub fn is_overdue(&self, actions: u32) -> bool {
-        self.yields.is_empty() && f64::from(actions.saturating_sub(self.after_actions)) > self.actions
+        f64::from(actions.saturating_sub(self.after_actions)) > self.actions
     }
 
     /// Whether in a context of lasting observations all that is left to chance is as it was when the policy was made.

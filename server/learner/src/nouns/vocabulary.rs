@@ -694,7 +694,7 @@ impl Vocabulary {
             (Value::Integer(number), _) => *number as f64,
             _ => 0.0,
         };
-        of_kind.flat_map(|o| o.properties()).map(number).sum()
+        of_kind.flat_map(|o| o.properties()).map(number).fold(0.0, |sum, one| sum + one)
     }
 
     /// The property names, by number.

@@ -121,6 +121,15 @@ impl Evidence {
         }
     }
 
+    /// The types on which it depends whether an episode has ended; none if that depends on all that is there.
+    pub(crate) fn ends_depend_on(&self) -> Option<BTreeSet<TypeId>> {
+        let Some(facet) = self.background.of_ends() else { return Some(BTreeSet::new()) };
+        let ground = self.background.ground(facet, &[ANYTHING]);
+        // As long as no claim tells where they are, it may be anything.
+        let is_told = !ground.is_remembered && ground.conditions().next().is_some();
+        is_told.then(|| ground.kinds().filter(|kind| *kind != TypeId::ENDED).collect())
+    }
+
     /// Whether any action was carried out where this was, among the experiences that are kept.
     pub(crate) fn is_met(&self, observation: &Observation) -> bool {
         let pools = self.pools.values().chain([&self.background]);
