@@ -345,6 +345,18 @@ impl Vocabulary {
         if symbol_ids.len() == lists.symbols.len() { Ok(Self { lists, symbol_ids }) } else { Err("symbols") }
     }
 
+    /// Says of a type of these lists that it is a value; false, and nothing is changed, if it is none that can be one.
+    #[must_use]
+    pub fn make_value(&mut self, kind: TypeId) -> bool {
+        let Some(known) = self.lists.types.get_mut(usize::from(kind.0)) else { return false };
+        let declared = DeclaredType { value: true, ..known.declared.clone() };
+        let is_sound = declared.is_sound();
+        if is_sound {
+            known.declared = declared;
+        }
+        is_sound
+    }
+
     /// Says whether `declaration` can be merged; what is wrong with it is wrong before anything is changed.
     ///
     /// # Errors
