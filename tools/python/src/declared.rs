@@ -32,8 +32,9 @@ impl<'py> PlainDescription<'py> {
         let properties =
             |of: &[Property]| of.iter().map(|one| plain_property(one, py)).collect::<PyResult<Vec<_>>>();
         let senses = description.observation_types.iter();
-        let senses = senses
-            .map(|one| Ok((one.name.clone(), one.own, one.transient, one.value, properties(&one.properties)?)));
+        let senses = senses.map(|one| {
+            Ok((one.name.clone(), one.own, one.transient, one.value, properties(&one.properties)?))
+        });
         let scene_commands = description.scene_commands.iter();
         let scene_commands =
             scene_commands.map(|one| Ok((one.name.clone(), properties(&one.parameters)?, None)));

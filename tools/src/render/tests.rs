@@ -767,7 +767,7 @@ fn most_of_something_is_told_by_what_came_and_what_is_expected() {
         actions_max: 50,
         came: Some(1.0),
     });
-    let told = status::status(&pursuing);
+    let told = status::status(&pursuing).split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(told.contains("most reward; 1 action of at most 50, in which 1.00 came"), "{told}");
     let again = Wanted { again: true, ..wanted(&["touch{}"]) };
     assert_eq!(goals::wanted(&again), "touch{} again");
