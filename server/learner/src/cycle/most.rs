@@ -9,11 +9,12 @@ use std::collections::{BTreeSet, BinaryHeap, VecDeque};
 use rustc_hash::FxHashMap;
 
 use crate::cycle::claims;
-use crate::cycle::policy::{PolicySearch, depends_on, kept_of};
+use crate::cycle::policy::{self, PolicySearch, depends_on, kept_of};
 use crate::memory::evidence::{Foresight, Outlook, Prospect};
 use crate::memory::{Content, Memory};
 use crate::nouns::observation::{Observation, TypeId};
 use crate::nouns::policy::{Lead, Policy, PolicyRow, Yield, of_kinds};
+use crate::nouns::pursuit::Goal;
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
@@ -78,8 +79,22 @@ struct Search<'a> {
     truncated: bool,
 }
 
+/// Looks for the policy for a goal from `world`: that which brings it about, or that which brings most of a value.
+pub(crate) fn policy_for(
+    memory: &Memory,
+    body: BodyId,
+    world: &WorldState,
+    goal: &Goal,
+    foresight: &mut Foresight,
+) -> PolicySearch {
+    match goal.most() {
+        Some(value) => search(memory, body, world, value, foresight),
+        None => policy::search(memory, body, world, goal, foresight),
+    }
+}
+
 /// Looks for the policy that brings most of `value` from `world`; none if nothing known brings any.
-pub(crate) fn search(
+fn search(
     memory: &Memory,
     body: BodyId,
     world: &WorldState,

@@ -7,7 +7,8 @@ use std::collections::BTreeSet;
 use crate::cycle::babbling::executable;
 use crate::cycle::chaining::{Access, Reach};
 use crate::cycle::goals::{best_match, fits, foretell, holds, in_use};
-use crate::cycle::policy;
+use crate::cycle::most::policy_for;
+use crate::cycle::policy::PolicySearch;
 use crate::memory::Memory;
 use crate::memory::evidence::Foresight;
 use crate::memory::evidence::Foretold;
@@ -79,8 +80,8 @@ impl Plan {
 pub fn plan(memory: &Memory, body: BodyId, world: &WorldState, goal: &Goal) -> PlanSearch {
     let world = &world.lived_by(memory.rules());
     if memory.content().mechanisms.makes_policies() && !holds_already(memory, world, goal) {
-        let policy::PolicySearch { policy, truncated } =
-            policy::search(memory, body, world, goal, &mut Foresight::default());
+        let PolicySearch { policy, truncated } =
+            policy_for(memory, body, world, goal, &mut Foresight::default());
         return PlanSearch { plan: policy.map(|policy| by_policy(memory, body, world, policy)), truncated };
     }
     plan_along(memory, body, world, goal, &Reach::search(memory, body, world))

@@ -10,7 +10,6 @@ use rustc_hash::FxHashMap;
 
 use crate::cycle::claims;
 use crate::cycle::goals::holds;
-use crate::cycle::most;
 use crate::cycle::valuation::{
     DISCOUNT, Graph, Move, NEGLIGIBLE, Node, Stop, TOLERANCE, arrivals, tried, visits,
 };
@@ -61,7 +60,7 @@ struct Search<'a> {
     truncated: bool,
 }
 
-/// Looks for a policy that brings `goal` about from `world`, where it does not hold or is wanted again; or that brings most of something.
+/// Looks for a policy that brings `goal` about from `world`, where it does not hold or is wanted again.
 pub(crate) fn search(
     memory: &Memory,
     body: BodyId,
@@ -69,9 +68,6 @@ pub(crate) fn search(
     goal: &Goal,
     foresight: &mut Foresight,
 ) -> PolicySearch {
-    if let Some(value) = goal.most() {
-        return most::search(memory, body, world, value, foresight);
-    }
     let content = memory.content();
     let vocabulary = &content.vocabulary;
     let repertoire = vocabulary.bodies().get(usize::from(body.0)).map_or(&[][..], |body| &body.repertoire);

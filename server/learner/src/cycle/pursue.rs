@@ -10,8 +10,9 @@ use crate::cycle::claims;
 use crate::cycle::curiosity::Curiosity;
 use crate::cycle::excitation::PairCounts;
 use crate::cycle::goals::holds;
+use crate::cycle::most::policy_for;
 use crate::cycle::plan::plan_along;
-use crate::cycle::policy::{self, PolicySearch};
+use crate::cycle::policy::PolicySearch;
 use crate::cycle::stages;
 use crate::memory::draft::Draft;
 use crate::memory::evidence::Foresight;
@@ -282,7 +283,7 @@ fn steer(
             && most.is_some_and(|most| next.is_some_and(|next| next.context == most.context))
     };
     if !last.is_some_and(as_expected) {
-        let PolicySearch { policy, truncated } = policy::search(memory, body, world, &goal, foresight);
+        let PolicySearch { policy, truncated } = policy_for(memory, body, world, &goal, foresight);
         let Some(policy) = policy else {
             let ending = match (truncated, goal.most()) {
                 (true, _) => Ending::FurtherThanLooked,

@@ -1,6 +1,7 @@
 //! Evidence: the experiences that claims grow from, and the claims. One rule says which claim is in force where, and what it
 //! foretells.
 
+mod apart;
 mod beginnings;
 mod columns;
 mod each;
