@@ -77,6 +77,10 @@ fn description() -> impl Strategy<Value = Description> {
             for (number, (own, transient, properties)) in types.into_iter().enumerate() {
                 let mut declared = ObservationType::state(format!("t{number}"));
                 (declared.own, declared.transient, declared.properties) = (own, transient, properties);
+                let is_number =
+                    |one: &Property| matches!(one.kind, ValueKind::Integer { .. } | ValueKind::Real { .. });
+                declared.value =
+                    own && transient && matches!(&declared.properties[..], [one] if is_number(one));
                 assert_eq!(usize::from(description.observation(declared).index()), number);
             }
             for (which, random) in primitives.iter().filter(|_| !actions.is_empty()) {
@@ -531,4 +535,29 @@ fn reserved_fields_are_ignored() {
     let mut reply = encode::reply(7, 1, &Reply::Wait { ms: 5 });
     (reply.reserved, reply.reserved_end) = (u32::MAX, u32::MAX);
     assert_eq!(decode::reply(&reply, &description, 7, 1).unwrap(), Reply::Wait { ms: 5 });
+}
+
+#[test]
+fn a_value_is_one_number_that_comes_with_a_frame() {
+    let refused = |declared: ObservationType| {
+        let mut description = Description::new("body", "any");
+        let _sense = description.observation(declared);
+        description.check().map_err(|refusal| refusal.to_string())
+    };
+    let score = || ObservationType::value("score", Property::integer("points", -5..=5));
+    assert_eq!(refused(score()), Ok(()));
+    assert_eq!(refused(score().own()), Ok(()));
+    let mut state = score();
+    state.transient = false;
+    let mut none = score();
+    none.properties.clear();
+    for (odd, told) in [
+        (state, "a value is an event"),
+        (none, "one integer or real"),
+        (score().property(Property::real("more", 0.0..=1.0, 0.1)), "not just one property"),
+        (ObservationType::value("score", Property::boolean("won")), "won is no number"),
+    ] {
+        let problem = refused(odd).unwrap_err();
+        assert!(problem.contains("observation type score") && problem.contains(told), "{problem}");
+    }
 }

@@ -512,9 +512,11 @@ impl Daemon {
             Order::Stage(order) => self.lead(order),
             Order::Achieve(order) => {
                 let session = self.sessions.shown(self.mind.student()).ok_or_else(|| Problem::of(NO_BODY))?;
-                let effects =
-                    self.mind.achieve(session, &order.goal, order.actions_max).map_err(Problem::of)?;
-                let (goal, actions_max) = (order.goal.join(" and "), order.actions_max);
+                let effects = self.mind.achieve(session, order).map_err(Problem::of)?;
+                let again = if order.again { " again" } else { "" };
+                let patterns = || order.goal.join(" and ") + again;
+                let goal = order.most.as_ref().map_or_else(patterns, |most| format!("most {most}"));
+                let actions_max = order.actions_max;
                 self.keep(
                     Cause::Order(&format!("achieve {goal} with at most {actions_max} actions")),
                     &effects,

@@ -30,7 +30,11 @@ pub(crate) fn text(description: &Description) -> String {
     lines.extend(world.map(|world| format!("{WORLD}{world}")));
     for sense in &description.observation_types {
         let own = if sense.own { "own " } else { "" };
-        let event = if sense.transient { "event " } else { "" };
+        let event = match (sense.value, sense.transient) {
+            (true, _) => "value ",
+            (false, true) => "event ",
+            (false, false) => "",
+        };
         lines.push(format!("{SENSE}{}: {own}{event}{{{}}}", sense.name, properties(&sense.properties)));
     }
     let command = |sort: &str, declared: &ActionType| {

@@ -3,6 +3,7 @@
 
 use pschema_learner::notation::{self, PatternError};
 use pschema_learner::observation::{Pattern, PropertyId, Term, Value};
+use pschema_learner::pursuit::Goal;
 use pschema_learner::vocabulary::{Vocabulary, bin};
 use pschema_process::number;
 use pschema_protocol::description::{Description, ValueKind};
@@ -18,6 +19,25 @@ pub enum GoalTextError {
     /// One of the patterns can't be read.
     #[error(transparent)]
     Pattern(#[from] PatternError),
+    /// Patterns are given beside the value of which most is wanted.
+    #[error(
+        "most of {most} is wanted, which goes on and holds never: give patterns, or the value, and `again` with patterns only"
+    )]
+    Both {
+        /// The value.
+        most: String,
+    },
+    /// Most is wanted of what is none.
+    #[error(
+        "{most} is no value of which there could be most: a value is a number that comes with the frames of a body, which declares it so; \
+         {known}"
+    )]
+    NoValue {
+        /// What was given.
+        most: String,
+        /// The values that there are.
+        known: String,
+    },
     /// A value is none that the body can sense.
     #[error(
         "{kind}{{{property}={value}}} will never be so: body {body} declares {property} of {kind} as {declared}; give one of these, or a \
@@ -35,6 +55,44 @@ pub enum GoalTextError {
         /// The values that it declares.
         declared: String,
     },
+}
+
+/// What is asked for, as people write it.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// Patterns.
+    pub goal: &'a [String],
+    /// Whether it is wanted though it may hold.
+    pub again: bool,
+    /// The value of which most is wanted.
+    pub most: Option<&'a str>,
+}
+
+/// Reads what is wanted: patterns, as [`read`] does, or most of a value.
+///
+/// # Errors
+/// As [`read`]; and when patterns are given beside the value of which most is wanted, or there is no such type.
+pub fn wanted(
+    vocabulary: &Vocabulary,
+    body: Option<&Description>,
+    Asked { goal, again, most }: Asked<'_>,
+) -> Result<Goal, GoalTextError> {
+    let Some(most) = most else {
+        let patterns = read(vocabulary, body, goal)?;
+        return Ok(if again { Goal::Again(patterns) } else { Goal::Observed(patterns) });
+    };
+    if !goal.is_empty() || again {
+        return Err(GoalTextError::Both { most: most.to_owned() });
+    }
+    let values = || vocabulary.types().iter().map(|known| &known.declared).filter(|known| known.value);
+    let named = vocabulary.type_named(most).filter(|kind| vocabulary.is_value(*kind));
+    named.map(Goal::Most).ok_or_else(|| GoalTextError::NoValue {
+        most: most.to_owned(),
+        known: match values().count() {
+            0 => "no body that is known declares any".to_owned(),
+            _ => format!("there are: {}", listed(values().map(|known| known.name.as_str()))),
+        },
+    })
 }
 
 /// Reads the patterns of a goal, in which a variable is the same everywhere. `body` is what the body declares that is to pursue it, where
@@ -154,6 +212,24 @@ mod tests {
         }
         // Any word may be heard.
         assert_eq!(read("word{text=up}"), Ok(()));
+    }
+
+    #[test]
+    fn most_is_wanted_of_a_value() {
+        let mut body = body();
+        let _score = body.observation(ObservationType::value("score", Property::integer("points", -1..=1)));
+        let vocabulary = vocabulary(&body);
+        let goal = |goal: &[&str], again, most| {
+            let goal: Vec<_> = goal.iter().map(|text| (*text).to_owned()).collect();
+            wanted(&vocabulary, Some(&body), Asked { goal: &goal, again, most })
+        };
+        let score = vocabulary.type_named("score").unwrap();
+        assert_eq!(goal(&[], false, Some("score")), Ok(Goal::Most(score)));
+        assert!(matches!(goal(&["place{row=1}"], true, None), Ok(Goal::Again(one)) if one.len() == 1));
+        let problem = goal(&[], false, Some("place")).unwrap_err().to_string();
+        assert!(problem.contains("place is no value") && problem.contains("there are: score"), "{problem}");
+        assert!(goal(&["place{row=1}"], false, Some("score")).is_err());
+        assert!(goal(&[], true, Some("score")).is_err());
     }
 
     #[test]

@@ -4,8 +4,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use pschema_inspect::Report;
 use pschema_inspect::codec::Problem;
+use pschema_inspect::{AchieveOrder, Report};
 use pschema_learner::digest::digest;
 use pschema_learner::progress::{StageCommand, StageCommandError};
 use pschema_learner::{Learner, LearnerError};
@@ -169,8 +169,8 @@ impl<B: Body> InProcess<B> {
     ///
     /// # Errors
     /// As [`Mind::achieve`].
-    pub fn achieve(&mut self, goal: &[String], actions_max: u32) -> Result<(), GoalError> {
-        self.mind.achieve(&self.session, goal, actions_max).map(drop)
+    pub fn achieve(&mut self, order: &AchieveOrder) -> Result<(), GoalError> {
+        self.mind.achieve(&self.session, order).map(drop)
     }
 
     /// Calls a goal off.

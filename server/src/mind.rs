@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use pschema_inspect::StageState;
+use pschema_inspect::{AchieveOrder, StageState};
 use pschema_learner::decision::Decision;
 use pschema_learner::effect::Effect;
 use pschema_learner::memory::Content;
@@ -18,7 +18,7 @@ use pschema_learner::vocabulary::limits::SYMBOLS_MAX;
 use pschema_learner::{Learner, LearnerError, Step};
 use pschema_protocol::wire::message::RawFrame;
 
-use crate::goal::{self, GoalTextError};
+use crate::goal::{self, Asked, GoalTextError};
 use crate::session::{FrameOutcome, Session, WORDS_WAITING_MAX, no_word};
 use crate::setup::Setup;
 use crate::view::{Account, Host, Senses, View, state};
@@ -312,14 +312,12 @@ impl Mind {
     ///
     /// # Errors
     /// When a pattern can't be read or asks for what the body never senses, or the learner can't pursue it.
-    pub fn achieve(
-        &mut self,
-        session: &Session,
-        goal: &[String],
-        actions_max: u32,
-    ) -> Result<Vec<Effect>, GoalError> {
+    pub fn achieve(&mut self, session: &Session, order: &AchieveOrder) -> Result<Vec<Effect>, GoalError> {
+        let AchieveOrder { goal, again, most, actions_max } = order;
+        let (again, most, actions_max) = (*again, most.as_deref(), *actions_max);
         let vocabulary = &self.learner.memory().content().vocabulary;
-        let goal = goal::read(vocabulary, Some(session.description().as_ref()), goal)?;
+        let asked = Asked { goal, again, most };
+        let goal = goal::wanted(vocabulary, Some(session.description().as_ref()), asked)?;
         let effects = self.learner.pursue(session.body(), goal, actions_max)?;
         log(self.learner.memory().content(), &effects);
         Ok(effects)

@@ -160,6 +160,10 @@ fn record(
     let progress = &content.progress;
     // What a teacher says is perceived beside what the body reports, and a constrained sense is not.
     let perceived = decision.map_or(reported, |decision| decision.world.observations());
+    // A value that comes is in no decision, and in the record of each step all the same.
+    let comes = |one: &&Observation| content.vocabulary.is_value(one.kind()) && !perceived.contains(one);
+    let values: Vec<_> = reported.iter().filter(comes).take(PERCEIVED_MAX).cloned().collect();
+    let others = perceived.iter().take(PERCEIVED_MAX - values.len()).cloned();
     Record {
         step: content.step,
         stage: progress.stage,
@@ -170,7 +174,7 @@ fn record(
         schemas_total: u32::try_from(content.schemas.len()).unwrap_or(u32::MAX),
         schemas_generalised: content.generalised_count,
         failure: None,
-        perceived: perceived.iter().take(PERCEIVED_MAX).cloned().collect(),
+        perceived: others.chain(values).collect(),
         decision: decision.and_then(|decision| decided(memory, decision)),
         quiet_actions: 0,
         habituating: progress.habituating,

@@ -70,6 +70,7 @@ pub fn declaration(description: &Description) -> Result<Declaration, TranslateEr
         own: declared.own,
         transient: declared.transient,
         heard: false,
+        value: declared.value,
         properties: declared.properties.iter().map(property).collect(),
     });
     let text =
@@ -79,6 +80,7 @@ pub fn declaration(description: &Description) -> Result<Declaration, TranslateEr
         own: false,
         transient: true,
         heard: true,
+        value: false,
         properties: vec![text],
     };
     let actions = description.actions.iter().map(|declared| DeclaredAction {

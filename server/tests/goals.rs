@@ -29,6 +29,10 @@ fn finished(seed: u64) -> InProcess<Row> {
     run
 }
 
+fn order(goal: &[String]) -> AchieveOrder {
+    AchieveOrder { goal: goal.to_vec(), actions_max: 5, ..AchieveOrder::default() }
+}
+
 fn patterns(texts: &[&str]) -> Vec<String> {
     texts.iter().map(|text| (*text).to_owned()).collect()
 }
@@ -38,7 +42,7 @@ fn predict(run: &InProcess<Row>, action: &str) -> Prediction {
 }
 
 fn plan(run: &InProcess<Row>, goal: &[&str]) -> Plan {
-    run.ask(&PlanQuery { goal: patterns(goal) }).unwrap()
+    run.ask(&PlanQuery { goal: patterns(goal), ..PlanQuery::default() }).unwrap()
 }
 
 fn pursuit(run: &InProcess<Row>) -> Pursuit {
@@ -125,7 +129,7 @@ fn a_plan_says_what_it_relies_on_and_how_surely() {
     for (goal, hint) in
         [(vec![], "1 to 8"), (vec!["cat{}"], "no observation type"), (vec!["touch"], "pattern")]
     {
-        let problem = refused(&run, &PlanQuery { goal: patterns(&goal) });
+        let problem = refused(&run, &PlanQuery { goal: patterns(&goal), ..PlanQuery::default() });
         assert!(problem.contains(hint), "{goal:?}: {problem}");
     }
 }
@@ -140,11 +144,11 @@ fn a_goal_wakes_a_learner_that_is_through_and_lets_it_rest_again() {
         // Away from the block first, so that the touch is a new one.
         let away = (block(&run) + 3) % 8;
         for goal in [format!("finger{{field={away}}}"), "touch{}".to_owned()] {
-            run.achieve(std::slice::from_ref(&goal), 5).unwrap();
+            run.achieve(&order(std::slice::from_ref(&goal))).unwrap();
             while run.advance().unwrap() == RunState::Running {}
             let end = pursuit(&run);
             assert_eq!((end.state, end.actions, end.plans_made), (PursuitState::Achieved, 1, 1), "{end:?}");
-            assert_eq!((end.goal, end.plans[0].because), (vec![goal], PlanCause::First));
+            assert_eq!((end.wanted.goal, end.plans[0].because), (vec![goal], PlanCause::First));
         }
         let after = run.report();
         assert!(after.finished && after.step > before.step);
@@ -152,7 +156,7 @@ fn a_goal_wakes_a_learner_that_is_through_and_lets_it_rest_again() {
         let why = run.ask(&ExplanationQuery { step: None, candidates_max: 5 }).unwrap();
         assert_eq!(why.reason, Reason::Goal);
         let goal = why.goal.unwrap();
-        assert_eq!((goal.goal, goal.at, goal.chain.len()), (patterns(&["touch{}"]), 0, 1));
+        assert_eq!((goal.wanted.goal, goal.at, goal.chain.len()), (patterns(&["touch{}"]), 0, 1));
     }
 }
 
@@ -160,7 +164,7 @@ fn a_goal_wakes_a_learner_that_is_through_and_lets_it_rest_again() {
 fn the_seed_and_the_goals_decide_everything() {
     let digest = || {
         let mut run = finished(4);
-        run.achieve(&patterns(&["finger{field=0}"]), 5).unwrap();
+        run.achieve(&order(&patterns(&["finger{field=0}"]))).unwrap();
         while run.advance().unwrap() == RunState::Running {}
         run.report().memory_digest
     };
@@ -171,19 +175,19 @@ fn the_seed_and_the_goals_decide_everything() {
 #[test]
 fn goals_that_cannot_be_pursued_are_refused() {
     let mut run = finished(1);
-    run.achieve(&patterns(&["object{field=7}", "object{field=6}"]), 5).unwrap();
-    let busy = run.achieve(&patterns(&["touch{}"]), 5).unwrap_err().to_string();
+    run.achieve(&order(&patterns(&["object{field=7}", "object{field=6}"]))).unwrap();
+    let busy = run.achieve(&order(&patterns(&["touch{}"]))).unwrap_err().to_string();
     assert!(busy.contains("goal 1") && busy.contains("object{field=7} & object{field=6}"), "{busy}");
     assert!(run.cancel(7).is_err());
     run.cancel(1).unwrap();
     assert_eq!(pursuit(&run).state, PursuitState::Cancelled);
     run.cancel(1).unwrap();
     run.stage(&StageCommand::Hold).unwrap();
-    let held = run.achieve(&patterns(&["touch{}"]), 5).unwrap_err().to_string();
+    let held = run.achieve(&order(&patterns(&["touch{}"]))).unwrap_err().to_string();
     assert!(held.contains("stage resume"), "{held}");
     for (goal, hint) in [("cat{}", "object"), ("object{size=1}", "colour"), ("object{colour=blue", "pattern")]
     {
-        let problem = run.achieve(&patterns(&[goal]), 5).unwrap_err().to_string();
+        let problem = run.achieve(&order(&patterns(&[goal]))).unwrap_err().to_string();
         assert!(problem.contains(hint), "{goal}: {problem}");
     }
 }
@@ -222,8 +226,8 @@ fn tools_plan_and_give_goals_to_a_daemon() {
         Some(client)
     });
     let touch = patterns(&["touch{}"]);
-    let achieve = AchieveOrder { goal: touch.clone(), actions_max: 5 };
-    let look = PlanQuery { goal: touch };
+    let achieve = order(&touch);
+    let look = PlanQuery { goal: touch, ..PlanQuery::default() };
     assert!(problem(&mut client, achieve.clone()).contains("no body"));
     assert!(problem(&mut client, look.clone()).contains("no body"));
     let options = RunOptions::new(place.clone()).exit_when_daemon_gone(true).stop(stop.clone());
@@ -261,9 +265,12 @@ fn in_free_play_a_goal_interrupts_and_play_goes_on() {
     for _ in 0..40 {
         run.advance().unwrap();
     }
-    run.achieve(&patterns(&["finger{field=5}"]), 5).unwrap();
+    run.achieve(&order(&patterns(&["finger{field=5}"]))).unwrap();
     let status = run.ask(&StatusQuery {}).unwrap();
-    assert_eq!(status.goal.map(|goal| (goal.number, goal.goal)), Some((1, patterns(&["finger{field=5}"]))));
+    assert_eq!(
+        status.goal.map(|goal| (goal.number, goal.wanted.goal)),
+        Some((1, patterns(&["finger{field=5}"])))
+    );
     while pursuit(&run).state == PursuitState::Pursued {
         run.advance().unwrap();
     }

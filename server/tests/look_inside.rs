@@ -154,7 +154,7 @@ fn the_chain_to_a_goal_is_the_plan() {
     let wanted = vec!["touch{}".to_owned()];
     let mut chains = 0;
     while run.advance().unwrap() == RunState::Running {
-        let Ok(plan) = run.ask(&PlanQuery { goal: wanted.clone() }) else { continue };
+        let Ok(plan) = run.ask(&PlanQuery { goal: wanted.clone(), ..PlanQuery::default() }) else { continue };
         let query = GraphQuery { goal: wanted.clone(), ..GraphQuery::default() };
         if plan.steps.is_empty() {
             let said = problem(&run, &query);
@@ -162,7 +162,7 @@ fn the_chain_to_a_goal_is_the_plan() {
             continue;
         }
         let chain = graph(&run, query);
-        assert_eq!((chain.probability, chain.goal.clone()), (plan.probability, plan.goal.clone()));
+        assert_eq!((chain.probability, chain.goal.clone()), (plan.probability, plan.wanted.goal.clone()));
         let steps: Vec<_> = plan.steps.iter().filter_map(|step| Some(step.schema.as_ref()?.id)).collect();
         let next: BTreeSet<_> = steps.windows(2).map(|pair| (pair[0], pair[1])).collect();
         assert_eq!(ties(&chain, GraphTie::Next), next);

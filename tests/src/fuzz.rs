@@ -361,7 +361,7 @@ fn request(bytes: &[u8]) {
         }
         Request::Order(Order::Achieve(achieve)) => {
             let mut run = learnt();
-            if run.achieve(&achieve.goal, achieve.actions_max).is_ok() {
+            if run.achieve(&achieve).is_ok() {
                 run.advance().unwrap_or_else(|error| panic!("{error}"));
             }
             answered(&run, &Question::Pursuit(PursuitQuery {}));
@@ -622,8 +622,10 @@ fn requests() -> Vec<Vec<u8>> {
         ReportQuery {}.into(),
         TraceQuery { from: 3 }.into(),
         PredictionQuery { action: text("move(field=3)") }.into(),
-        PlanQuery { goal: goal() }.into(),
-        AchieveOrder { goal: goal(), actions_max: 20 }.into(),
+        PlanQuery { goal: goal(), ..PlanQuery::default() }.into(),
+        PlanQuery { most: Some("touch".to_owned()), ..PlanQuery::default() }.into(),
+        AchieveOrder { goal: goal(), actions_max: 20, ..AchieveOrder::default() }.into(),
+        AchieveOrder { goal: goal(), again: true, actions_max: 20, most: None }.into(),
         PursuitQuery {}.into(),
         CancelOrder { number: 1 }.into(),
         GraphQuery { around: Some(3), depth: 2, goal: Vec::new(), limit: 9 }.into(),

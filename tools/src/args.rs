@@ -215,6 +215,20 @@ pub(crate) struct AskArgs {
     pub(crate) json: bool,
 }
 
+/// What is wanted of a learner.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct WantedArgs {
+    /// What is wanted, all of it: patterns as schemas print; a variable is the same value in all of them
+    #[arg(required_unless_present = "most", value_name = "PATTERN")]
+    pub(crate) goal: Vec<String>,
+    /// Bring it about though it holds already
+    #[arg(long)]
+    pub(crate) again: bool,
+    /// Instead of patterns: as much as can be of a value, a number that comes with the body's frames (a reward)
+    #[arg(long, value_name = "TYPE", conflicts_with_all = ["goal", "again"])]
+    pub(crate) most: Option<String>,
+}
+
 /// The learner that an order goes to. `--data` is accepted, so that it can be answered with why it can't be obeyed.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct OrderArgs {

@@ -31,6 +31,20 @@ pub struct Prediction {
     pub claims: Vec<Foretold>,
 }
 
+/// What is wanted.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Wanted {
+    /// The patterns that are to be observed, as they print; none where most of something is wanted.
+    pub goal: Vec<String>,
+    /// Whether that is to be brought about though it may be so already; left out if not.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub again: bool,
+    /// The value of which most is wanted; left out where patterns are to be observed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub most: Option<String>,
+}
+
 closed_set! {
     /// What came of looking for a plan.
     PlanState {
@@ -42,6 +56,8 @@ closed_set! {
         NothingLeadsThere = "nothing known leads there",
         /// None was found as far as was looked, and there is more.
         FurtherThanLooked = "further than looked",
+        /// Nothing that is known brings any of that of which most is wanted from here.
+        NothingBringsAny = "nothing known brings any",
     }
 }
 
@@ -51,16 +67,22 @@ closed_set! {
 pub struct Plan {
     /// The body that would do it.
     pub body: String,
-    /// What is wanted, as it prints.
-    pub goal: Vec<String>,
+    /// What is wanted.
+    #[serde(flatten)]
+    pub wanted: Wanted,
     /// What is perceived, under the constraints of the present stage.
     pub world: Vec<ObservationText>,
     /// What came of looking for a plan.
     pub state: PlanState,
     /// The probability that the plan brings the goal about: the product of those of its steps, or that of the policy, whatever
-    /// its actions lead to; none without a plan.
+    /// its actions lead to; none without a plan, and 0 where most of something is wanted, for that arrives nowhere.
     pub probability: Option<f64>,
-    /// The number of actions that the policy is expected to take; left out of a plan that is a chain of schemas.
+    /// Where most of something is wanted, what is expected to come from here on, what comes with each further action counted 0.99 times as
+    /// much, and nothing after the end of the episode; else left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected: Option<f64>,
+    /// The number of actions that the policy is expected to take; left out of a plan that is a chain of schemas, and where most of
+    /// something is wanted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_actions: Option<f64>,
     /// The number of contexts for which the policy says what to do; left out of a plan that is a chain of schemas.
@@ -104,8 +126,10 @@ closed_set! {
         NothingLeadsThere = "nothing known leads there",
         /// It was given up: no way was found as far as was looked, and there is more.
         FurtherThanLooked = "further than looked",
-        /// It does not hold after all the actions that it might take.
+        /// It does not hold after all the actions that it might take; or most of something was brought with so many.
         ActionsUsedUp = "actions used up",
+        /// It was given up: nothing that is known brings any of that of which most is wanted, neither more nor less.
+        NothingBringsAny = "nothing known brings any",
         /// It was given up: the stage entered meanwhile does not lift what the goal speaks of.
         Constrained = "constrained",
         /// It was called off.
@@ -121,12 +145,16 @@ pub struct Pursuit {
     pub number: u64,
     /// The body that pursues it.
     pub body: String,
-    /// What is wanted, as it prints.
-    pub goal: Vec<String>,
+    /// What is wanted.
+    #[serde(flatten)]
+    pub wanted: Wanted,
     /// How it is doing, or how its pursuit ended.
     pub state: PursuitState,
-    /// Whether it was achieved.
+    /// Whether it was achieved. There is always more of which most is wanted: that is never achieved.
     pub achieved: bool,
+    /// The sum of what came after the actions sent for it, where most of something is wanted; else left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub came: Option<f64>,
     /// Actions sent for it.
     pub actions: u32,
     /// Actions that it may take.
@@ -161,8 +189,11 @@ pub struct PursuitPlan {
     pub after_actions: u32,
     /// Why it was made.
     pub because: PlanCause,
-    /// The probability that it brings the goal about.
+    /// The probability that it brings the goal about; 0 where most of something is wanted.
     pub probability: f64,
+    /// Where most of something is wanted, what is expected to come from where it was made: see the plan's `expected`; else left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected: Option<f64>,
     /// The schemas in order; none of a policy.
     pub chain: Vec<SchemaInUse>,
     /// Of a policy, the actions from where it was made to the goal when all comes about that is most likely; left out of a chain.
@@ -176,8 +207,9 @@ pub struct PursuitPlan {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DecisionGoal {
-    /// What is wanted, as it prints.
-    pub goal: Vec<String>,
+    /// What is wanted.
+    #[serde(flatten)]
+    pub wanted: Wanted,
     /// The schemas of the plan, in order; none of a policy.
     pub chain: Vec<SchemaInUse>,
     /// Which of them was executed, as an index.
@@ -185,22 +217,29 @@ pub struct DecisionGoal {
     /// Of a policy, the actions from the executed one to the goal when all comes about that is most likely; left out of a chain.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub course: Vec<String>,
-    /// The probability of the plan when it was made; of a policy, from where the body was.
+    /// The probability of the plan when it was made; of a policy, from where the body was; 0 where most of something is wanted.
     pub probability: f64,
+    /// Where most of something is wanted, what is expected to come from where the body was: see the plan's `expected`; else left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected: Option<f64>,
 }
 
 /// The goal that is pursued, in short.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GoalSummary {
     /// Its number.
     pub number: u64,
     /// The body that pursues it.
     pub body: String,
-    /// What is wanted, as it prints.
-    pub goal: Vec<String>,
+    /// What is wanted.
+    #[serde(flatten)]
+    pub wanted: Wanted,
     /// Actions sent for it.
     pub actions: u32,
     /// Actions that it may take.
     pub actions_max: u32,
+    /// The sum of what came after these actions, where most of something is wanted; else left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub came: Option<f64>,
 }

@@ -238,6 +238,10 @@ query! {
     PlanQuery {
         /// A pattern for each thing wanted, as it prints: `object{colour=blue, field=$x}`.
         goal: Vec<String>,
+        /// That it holds already does not count: it is to be brought about.
+        again: bool,
+        /// Instead of patterns, the value of which most is wanted: the name of an observation type.
+        most: Option<String>,
     }
 }
 
@@ -304,6 +308,10 @@ query! {
     AchieveOrder {
         /// A pattern for each thing wanted.
         goal: Vec<String>,
+        /// That it holds already does not count: it is to be brought about.
+        again: bool,
+        /// Instead of patterns, the value of which most is wanted: the name of an observation type.
+        most: Option<String>,
         /// Actions that may be taken for it.
         actions_max: u32,
     }

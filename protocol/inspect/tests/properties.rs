@@ -61,11 +61,9 @@ fn request() -> impl Strategy<Value = Request> {
         (any::<u32>(), any::<Option<u64>>()).prop_map(|(schema, step)| WhyNotQuery { schema, step }.into()),
         any::<Vec<String>>().prop_map(|words| SayOrder { words }.into()),
         any::<String>().prop_map(|stage| StageOrder::Set(stage).into()),
-        (any::<Vec<String>>(), any::<u32>()).prop_map(|(goal, actions_max)| AchieveOrder {
-            goal,
-            actions_max
-        }
-        .into()),
+        (any::<Vec<String>>(), any::<bool>(), any::<Option<String>>(), any::<u32>()).prop_map(
+            |(goal, again, most, actions_max)| AchieveOrder { goal, again, most, actions_max }.into()
+        ),
     ]
 }
 

@@ -143,6 +143,10 @@ pub struct ObservationType {
     /// Whether the observation is an event, which holds for the one frame that reports it (a touch, a sound), and not a state.
     /// An event is never a pre-condition by default.
     pub transient: bool,
+    /// Whether the observation is a number that comes with the frame and may be wanted: a reward, a cost, a score. The learner does not
+    /// live by it, but foretells it, and brings most of it if it is asked to. A value is an event, and has one property, which is an
+    /// integer or a real.
+    pub value: bool,
     /// The properties of an observation of this type, in the order in which its values are given.
     pub properties: Vec<Property>,
 }
@@ -150,12 +154,27 @@ pub struct ObservationType {
 impl ObservationType {
     /// A state, which holds until it changes: where something is, what colour it has.
     pub fn state(name: impl Into<String>) -> Self {
-        Self { name: name.into(), own: false, transient: false, properties: Vec::new() }
+        Self { name: name.into(), own: false, transient: false, value: false, properties: Vec::new() }
     }
 
     /// An event, which holds for the one frame that reports it: a touch, a sound.
     pub fn event(name: impl Into<String>) -> Self {
         Self { transient: true, ..Self::state(name) }
+    }
+
+    /// A value, which comes as this number: a reward, a cost, a score. Its property is an integer or a real.
+    ///
+    /// ```
+    /// use pschema_protocol::description::{Description, ObservationType, Property};
+    ///
+    /// let mut description = Description::new("cart", "wheels");
+    /// let reward = ObservationType::value("reward", Property::real("reward", -1.0..=1.0, 0.1));
+    /// let reward = description.observation(reward);
+    /// description.check()?;
+    /// # Ok::<_, pschema_protocol::refusal::Refusal>(())
+    /// ```
+    pub fn value(name: impl Into<String>, property: Property) -> Self {
+        Self { value: true, ..Self::event(name).property(property) }
     }
 
     /// The same, caused by the body itself: where its own finger is seen, its joint angles.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use pschema_process::number;
 
-use crate::description::{Action, ActionType, Description, Property, Value, ValueKind};
+use crate::description::{Action, ActionType, Description, ObservationType, Property, Value, ValueKind};
 use crate::limits::{
     ACTIONS_MAX, NAME_BYTES_MAX, OBSERVATION_TYPES_MAX, PRIMITIVES_MAX, PROPERTIES_MAX, SCENE_COMMANDS_MAX,
     SYMBOLS_MAX,
@@ -30,6 +30,7 @@ impl Description {
         for one in &self.observation_types {
             word("name of an observation type", &one.name)?;
             properties(&format!("observation type {}", one.name), &one.properties)?;
+            number_of_value(one)?;
         }
         for (sort, declared) in [("action", &self.actions), ("scene command", &self.scene_commands)] {
             for one in declared {
@@ -45,6 +46,25 @@ impl Description {
         }
         Ok(())
     }
+}
+
+/// Checks that what is declared as a value is one number that comes with a frame.
+fn number_of_value(of: &ObservationType) -> Result<(), Refusal> {
+    let is_number = |one: &Property| matches!(one.kind, ValueKind::Integer { .. } | ValueKind::Real { .. });
+    let problem = match &of.properties[..] {
+        _ if !of.value => return Ok(()),
+        _ if !of.transient => {
+            "it is declared as a value and not as transient: a value is an event, which comes with its frame"
+        }
+        [one] if is_number(one) => return Ok(()),
+        [one] => {
+            let problem =
+                format!("it is a value, and {} is no number: a value has one integer or real", one.name);
+            return Err(Refusal::Declaration { place: format!("observation type {}", of.name), problem });
+        }
+        _ => "it is a value, and has not just one property: a value has one integer or real",
+    };
+    Err(Refusal::Declaration { place: format!("observation type {}", of.name), problem: problem.to_owned() })
 }
 
 fn symbol_count(of: &Property) -> usize {

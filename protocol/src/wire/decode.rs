@@ -88,7 +88,7 @@ pub fn hello(from: &RawHello) -> Result<Introduction, Refusal> {
 
 fn observation_type(from: &WireObservationType, symbols: &[Name]) -> Result<ObservationType, Refusal> {
     let name = text("name of an observation type", &from.name)?;
-    let unknown = from.flags & !(flags::OWN | flags::TRANSIENT);
+    let unknown = from.flags & !(flags::OWN | flags::TRANSIENT | flags::VALUE);
     if unknown != 0 {
         let problem = format!("flags {unknown:#x} are unknown");
         return Err(Refusal::Declaration { place: format!("observation type {name}"), problem });
@@ -97,6 +97,7 @@ fn observation_type(from: &WireObservationType, symbols: &[Name]) -> Result<Obse
     Ok(ObservationType {
         own: from.flags & flags::OWN != 0,
         transient: from.flags & flags::TRANSIENT != 0,
+        value: from.flags & flags::VALUE != 0,
         properties: used.iter().map(|one| property(&name, one, symbols)).collect::<Result<_, _>>()?,
         name,
     })

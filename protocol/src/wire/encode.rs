@@ -111,9 +111,10 @@ struct SymbolTable {
 fn observation_type(from: &ObservationType, symbols: &mut SymbolTable) -> WireObservationType {
     let own = if from.own { flags::OWN } else { 0 };
     let transient = if from.transient { flags::TRANSIENT } else { 0 };
+    let value = if from.value { flags::VALUE } else { 0 };
     WireObservationType {
         name: text(&from.name),
-        flags: own | transient,
+        flags: own | transient | value,
         property_count: saturating_u32(from.properties.len()),
         reserved: 0,
         properties: properties(&from.properties, symbols),

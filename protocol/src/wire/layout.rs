@@ -26,6 +26,8 @@ pub mod flags {
     pub const OWN: u32 = 1;
     /// The observation is an event, holding for its frame only.
     pub const TRANSIENT: u32 = 2;
+    /// The observation is a number that comes with the frame and may be wanted.
+    pub const VALUE: u32 = 4;
 }
 
 /// Values of [`WireProperty::kind`] and of the four-bit tags in [`Record::kinds`].

@@ -237,7 +237,12 @@ fn claims_follow_from_the_effects_and_evidence_from_what_it_keeps() {
         let mut back = Evidence::default();
         for (pool, found) in lived.evidence.found() {
             let experiences = lived.evidence.kept().filter(|(of, _)| *of == pool);
-            back.restore(pool, experiences.map(|(_, experience)| experience.clone()).collect(), found);
+            back.restore(
+                &lived.vocabulary,
+                pool,
+                experiences.map(|(_, experience)| experience.clone()).collect(),
+                found,
+            );
         }
         for (body, recalled) in lived.evidence.recollections() {
             back.recall(body, recalled.clone());

@@ -48,6 +48,7 @@ impl Ring {
             own: false,
             transient: false,
             heard: false,
+            value: false,
             properties: vec![property(property_name)],
         };
         let action = |name: &str| DeclaredAction { name: name.into(), parameters: vec![property("of")] };

@@ -47,6 +47,7 @@ impl Row {
             own: false,
             transient: false,
             heard: false,
+            value: false,
             properties: vec![field],
         };
         let action = |name: &str| DeclaredAction { name: name.into(), parameters: Vec::new() };
@@ -91,7 +92,7 @@ impl Row {
     }
 
     fn leads(&self, from: i64, to: i64) -> bool {
-        plan(self.learner.memory(), BODY, &Self::world(from), &Self::goal(to)).plan.is_some()
+        plan(self.learner.memory(), BODY, &Self::world(from), &Self::goal(to).into()).plan.is_some()
     }
 
     fn pursuit(&self) -> Pursuit {
@@ -240,7 +241,7 @@ fn an_end_is_foretold_where_nobody_was_yet() {
     let mut row = Row::new(Mechanisms::FULL, (0, 6)).live(120);
     row.walls = (0, 12);
     let arrives = |row: &Row, from: i64| {
-        let found = plan(row.learner.memory(), BODY, &Row::world(from), &Row::goal(2));
+        let found = plan(row.learner.memory(), BODY, &Row::world(from), &Row::goal(2).into());
         found.plan.map_or(0.0, |plan| plan.probability)
     };
     row.begin(3, ActionOutcome::EpisodeCut);
@@ -262,6 +263,7 @@ fn rooms_seen(rooms: u64, seed: u64) -> (usize, usize) {
         own: false,
         transient: false,
         heard: false,
+        value: false,
         properties: vec![DeclaredProperty {
             name: property.into(),
             unit: String::new(),

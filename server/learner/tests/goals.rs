@@ -41,7 +41,7 @@ fn goal(table: &Table, patterns: &[&str]) -> Vec<Pattern> {
 }
 
 fn plan(memory: &Memory, body: BodyId, world: &WorldState, goal: &[Pattern]) -> Option<Plan> {
-    search(memory, body, world, goal).plan
+    search(memory, body, world, &goal.to_vec().into()).plan
 }
 
 /// Blue is the block, red the ball. Posture 0 pushes the block from 0 to 1 and, on two of three occasions,

@@ -45,6 +45,7 @@ impl Rooms {
             own: false,
             transient: false,
             heard: false,
+            value: false,
             properties: vec![changed],
         };
         let action = |name: &str| DeclaredAction { name: name.into(), parameters: Vec::new() };

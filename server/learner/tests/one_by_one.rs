@@ -51,6 +51,7 @@ impl Row {
             own: false,
             transient: false,
             heard: false,
+            value: false,
             properties: vec![DeclaredProperty {
                 name: property.into(),
                 unit: String::new(),

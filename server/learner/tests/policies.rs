@@ -13,7 +13,7 @@ use pschema_learner::memory::Memory;
 use pschema_learner::observation::{Observation, Pattern, PropertyId, Term, TypeId, Value};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::plan::{Plan, plan};
-use pschema_learner::pursuit::{Ending, Pursuit};
+use pschema_learner::pursuit::{Ending, Goal, Pursuit};
 use pschema_learner::random::Random;
 use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, PrimitiveId, ValueKind,
@@ -51,6 +51,7 @@ fn kind(name: &str, properties: &[&str]) -> DeclaredType {
         own: false,
         transient: false,
         heard: false,
+        value: false,
         properties: properties.collect(),
     }
 }
@@ -115,7 +116,7 @@ impl Field {
     }
 
     fn plan(&self, x: i64, y: i64) -> Option<Plan> {
-        plan(self.learner.memory(), BODY, &self.world(), &Self::goal(x, y)).plan
+        plan(self.learner.memory(), BODY, &self.world(), &Self::goal(x, y).into()).plan
     }
 
     fn pursuit(&self) -> Pursuit {
@@ -275,6 +276,28 @@ fn a_plan_leads_as_far_as_the_world_goes_and_nothing_else_ends_a_goal() {
     field.learner.pursue(BODY, vec![lit], 10).unwrap();
     field.step();
     assert_eq!(field.pursuit().ended, Some(Ending::NothingLeadsThere));
+}
+
+/// Where the goal holds is on the way like any other place: it is left, and come to again.
+#[test]
+fn a_place_can_be_come_to_again() {
+    let mut field = Field::new(4, 4, 0.0, 1);
+    (0..600).for_each(|_| field.live());
+    let _ = field.go(2, 2, 100).unwrap();
+    // It came there, and has played for one action since.
+    field.learner.pursue(BODY, Goal::Again(Field::goal(2, 2)), 100).unwrap();
+    while field.pursuit().under_way() {
+        field.step();
+    }
+    assert_eq!((field.pursuit().ended, field.pursuit().actions), (Some(Ending::Achieved), 1));
+    let unlit = Observation::new(LAMP, [(PropertyId(2), Value::Integer(0))]);
+    let corner = WorldState::new([field.place((0, 0)), unlit]);
+    let found = |goal: Goal| plan(field.learner.memory(), BODY, &corner, &goal).plan.unwrap();
+    assert!(found(Field::goal(0, 0).into()).steps.is_empty(), "it holds");
+    let again = found(Goal::Again(Field::goal(0, 0)));
+    assert_eq!(again.steps.len(), 2, "{again:?}");
+    // Against the wall nothing changes, which is no arrival.
+    assert!(!again.policy.unwrap().rows[0].may_arrive());
 }
 
 #[test]
@@ -452,7 +475,7 @@ fn that_the_ball_may_fall_does_not_matter_to_who_moves_the_block() {
             Pattern::new(o.kind(), o.properties().iter().map(|(p, value)| (*p, Term::Constant(*value))))
         };
         let goal: Vec<_> = goal.iter().map(pattern).collect();
-        plan(learner.memory(), BODY, &WorldState::new(before.iter().cloned()), &goal).plan.unwrap()
+        plan(learner.memory(), BODY, &WorldState::new(before.iter().cloned()), &goal.into()).plan.unwrap()
     };
     let first = |plan: &Plan| plan.steps[0].action.0;
     let alone = found(&[&moved]);

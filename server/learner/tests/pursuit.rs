@@ -17,7 +17,7 @@ use pschema_learner::observation::{Observation, Pattern};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::StageCommand;
 use pschema_learner::pursuit::GOAL_PATTERNS_MAX;
-use pschema_learner::pursuit::{Ending, GOAL_ACTIONS_MAX, PlanCause, PursueError, Pursuit};
+use pschema_learner::pursuit::{Ending, GOAL_ACTIONS_MAX, Goal, PlanCause, PursueError, Pursuit};
 use pschema_learner::{ActionOutcome, Frame, Output, Step};
 
 /// A blue block on a row of fields. Action `n` pushes it from one field to another, whatever `pushes[n]` says.
@@ -209,6 +209,33 @@ fn a_goal_that_holds_already_needs_no_action() {
     assert!(row.pursuit().plans.is_empty());
 }
 
+/// "Achieve it again": what holds is left, and brought about once more. Without it there would be nothing to do.
+#[test]
+fn a_goal_that_holds_can_be_wanted_again() {
+    let round = [(0, 1), (1, 2), (2, 0)];
+    let mut row = Row::new(&round);
+    let again = Goal::Again(row.goal(&["object{field=0}"]));
+    let memory = row.table.learner.memory();
+    let world = pschema_learner::world_state::WorldState::new(vec![object(1, 0)]);
+    let found = pschema_learner::plan::plan(memory, row.table.body, &world, &again).plan.unwrap();
+    assert_eq!(found.steps.len(), 3, "{found:?}");
+    let effects = row.table.learner.pursue(row.table.body, again, 10).unwrap();
+    row.effects.extend(effects);
+    row.until_ended(done);
+    assert_eq!((row.pursuit().ended, row.pursuit().actions), (Some(Ending::Achieved), 3));
+    // Where it does not hold it is as any other goal; and where nothing leads back, there is nothing to do.
+    let again = |row: &mut Row, field: i64| {
+        let wanted = row.goal(&[&format!("object{{field={field}}}")]);
+        row.table.learner.pursue(row.table.body, Goal::Again(wanted), 10).unwrap();
+        row.until_ended(done);
+        (row.pursuit().ended, row.pursuit().actions)
+    };
+    let mut row = Row::new(&SHELF);
+    assert_eq!(again(&mut row, 2), (Some(Ending::Achieved), 2));
+    row.put(2);
+    assert_eq!(again(&mut row, 2), (Some(Ending::NothingLeadsThere), 0));
+}
+
 /// A table on which touching has been generalised, with a block at a place that was never touched.
 fn toucher(curriculum: Curriculum) -> Table {
     let mut table = Table::new(1, 8, 8, curriculum, Parameters::default());
@@ -322,6 +349,7 @@ fn what_cannot_be_pursued_is_refused_with_the_reason_and_changes_nothing() {
     let before = digest(table.learner.memory().content());
     let learner = &mut table.learner;
     assert_eq!(learner.pursue(body, Vec::new(), 1), Err(PursueError::Empty));
+    assert_eq!(learner.pursue(body, Goal::Again(Vec::new()), 1), Err(PursueError::Empty));
     let many = vec![one[0].clone(); GOAL_PATTERNS_MAX + 1];
     assert_eq!(learner.pursue(body, many, 1), Err(PursueError::Long { given: GOAL_PATTERNS_MAX + 1 }));
     for given in [0, GOAL_ACTIONS_MAX + 1] {
@@ -421,7 +449,7 @@ fn of_two_ways_only_what_the_goal_relies_on_is_weighed_also_on_the_way() {
     let memory = table.learner.memory();
     let world = pschema_learner::world_state::WorldState::new(start.to_vec());
     let far = goal(&table, &["object{colour=blue, field=2}"]);
-    let plan = pschema_learner::plan::plan(memory, table.body, &world, &far).plan.unwrap();
+    let plan = pschema_learner::plan::plan(memory, table.body, &world, &far.clone().into()).plan.unwrap();
     assert_eq!(plan.steps.len(), 2, "{plan:?}");
     assert!(plan.probability > 0.9, "the ball's fall on the way does not count: {plan:?}");
     let relied: Vec<&Observation> =

@@ -3,25 +3,25 @@
 use pschema_inspect::codec::Problem;
 use pschema_inspect::{
     Condition, DecisionGoal, GoalSummary, Plan, PlanCause, PlanQuery, PlanState, PlanStep, Prediction,
-    PredictionQuery, Pursuit, PursuitPlan, PursuitQuery, PursuitState, SchemaInUse,
+    PredictionQuery, Pursuit, PursuitPlan, PursuitQuery, PursuitState, SchemaInUse, Wanted,
 };
 use pschema_learner::decision;
 use pschema_learner::execution::ChainLink;
 use pschema_learner::goals;
 use pschema_learner::memory::{Content, Memory};
 use pschema_learner::notation;
-use pschema_learner::observation::Observation;
+use pschema_learner::observation::{Observation, TypeId};
 use pschema_learner::plan;
 use pschema_learner::policy::Policy;
 use pschema_learner::probability::Count;
-use pschema_learner::pursuit::{self, Ending, GOAL_PATTERNS_MAX, Goal};
+use pschema_learner::pursuit::{self, Ending, GOAL_PATTERNS_MAX, Goal, PursueError};
 use pschema_learner::schema::PostCondition;
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::world_state::WorldState;
 
 use super::question::Inspect;
 use super::{claims, schemas, text};
-use crate::goal;
+use crate::goal::{self, Asked};
 use crate::mind::NO_BODY;
 use crate::view::View;
 
@@ -60,21 +60,24 @@ impl Inspect for PredictionQuery {
 
 impl Inspect for PlanQuery {
     fn answer(&self, view: &View) -> Result<Plan, Problem> {
-        plan(view, &self.goal)
+        plan(view, Asked { goal: &self.goal, again: self.again, most: self.most.as_deref() })
     }
 }
 
-/// A plan that brings `patterns` about from the world as it is.
+/// A plan that brings about from the world as it is what is asked for.
 ///
 /// # Errors
-/// When no body is attached, or a pattern can't be read or asks for what the body never senses.
-pub(super) fn plan(view: &View, patterns: &[String]) -> Result<Plan, Problem> {
+/// When no body is attached, a pattern can't be read or asks for what the body never senses, or most is wanted of what is no value.
+pub(super) fn plan(view: &View, asked: Asked<'_>) -> Result<Plan, Problem> {
     let (body, world) = here(view)?;
     let content = &view.content;
-    let goal = goal::read(&content.vocabulary, view.declared.as_deref(), patterns).map_err(Problem::of)?;
-    if goal.is_empty() || goal.len() > GOAL_PATTERNS_MAX {
-        let (most, given) = (GOAL_PATTERNS_MAX, goal.len());
-        return Err(Problem::of(format!("a goal has 1 to {most} patterns, not {given}")));
+    let goal = goal::wanted(&content.vocabulary, view.declared.as_deref(), asked).map_err(Problem::of)?;
+    let given = goal.patterns().len();
+    if goal.most().is_none() && !(1..=GOAL_PATTERNS_MAX).contains(&given) {
+        return Err(Problem::of(format!("a goal has 1 to {GOAL_PATTERNS_MAX} patterns, not {given}")));
+    }
+    if goal.most().is_some() && !content.mechanisms.makes_policies() {
+        return Err(Problem::of(PursueError::NoPolicies));
     }
     let memory = Memory::restore(content.clone(), view.setup.learner.parameters.clone());
     let plan::PlanSearch { plan, truncated } = plan::plan(&memory, body, &world, &goal);
@@ -82,17 +85,19 @@ pub(super) fn plan(view: &View, patterns: &[String]) -> Result<Plan, Problem> {
         Some(plan) if plan.steps.is_empty() => PlanState::HoldsAlready,
         Some(_) => PlanState::Found,
         None if truncated && content.mechanisms.makes_policies() => PlanState::FurtherThanLooked,
+        None if goal.most().is_some() => PlanState::NothingBringsAny,
         None => PlanState::NothingLeadsThere,
     };
     let policy = plan.as_ref().and_then(|plan| plan.policy.as_ref());
     let steps = plan.iter().flat_map(|plan| &plan.steps);
     Ok(Plan {
         body: text::body(content, body),
-        goal: goal_text(content, &goal),
+        wanted: wanted(content, &goal),
         world: text::observations(&content.vocabulary, world.observations()),
         state,
         probability: plan.as_ref().map(|plan| plan.probability),
-        expected_actions: policy.map(|policy| policy.actions),
+        expected: policy.and_then(Policy::worth),
+        expected_actions: policy.filter(|_| goal.most().is_none()).map(|policy| policy.actions),
         contexts: policy.map(|policy| u32::try_from(policy.rows.len()).unwrap_or(u32::MAX)),
         steps: steps.map(|step| plan_step(content, step)).collect(),
         search_truncated: truncated,
@@ -108,6 +113,7 @@ impl Inspect for PursuitQuery {
             after_actions: plan.after_actions,
             because: cause(plan.because),
             probability: plan.probability,
+            expected: plan.policy.as_ref().and_then(|policy| policy.worth()),
             chain: chain(content, &plan.chain),
             course: plan.policy.as_ref().map_or_else(Vec::new, |policy| course(content, policy)),
             search_truncated: plan.truncated,
@@ -115,9 +121,10 @@ impl Inspect for PursuitQuery {
         Ok(Pursuit {
             number: pursuit.number,
             body: text::body(content, pursuit.body),
-            goal: goal_text(content, &pursuit.goal),
+            wanted: wanted(content, &pursuit.goal),
             state,
             achieved: state == PursuitState::Achieved,
+            came: came(pursuit),
             actions: pursuit.actions,
             actions_max: pursuit.actions_max,
             plans_made: pursuit.plans_made,
@@ -133,20 +140,22 @@ pub(super) fn summary(view: &View) -> Option<GoalSummary> {
     Some(GoalSummary {
         number: pursuit.number,
         body: text::body(content, pursuit.body),
-        goal: goal_text(content, &pursuit.goal),
+        wanted: wanted(content, &pursuit.goal),
         actions: pursuit.actions,
         actions_max: pursuit.actions_max,
+        came: came(pursuit),
     })
 }
 
 /// The goal that a decision follows.
 pub(super) fn followed(content: &Content, from: &decision::DecisionGoal) -> DecisionGoal {
     DecisionGoal {
-        goal: goal_text(content, &from.goal),
+        wanted: wanted(content, &from.goal),
         chain: chain(content, &from.chain),
         at: u32::try_from(from.at).unwrap_or(u32::MAX),
         course: from.course.iter().map(|action| notation::primitive(&content.vocabulary, *action)).collect(),
         probability: from.probability,
+        expected: from.worth,
     }
 }
 
@@ -156,8 +165,22 @@ fn here(view: &View) -> Result<(BodyId, WorldState), Problem> {
     Ok((body, goals::perceived(&view.content, &view.setup.curriculum, body, observations)))
 }
 
-fn goal_text(content: &Content, goal: &Goal) -> Vec<String> {
-    goal.iter().map(|pattern| notation::pattern(&content.vocabulary, pattern)).collect()
+fn wanted(content: &Content, goal: &Goal) -> Wanted {
+    let pattern = |pattern| notation::pattern(&content.vocabulary, pattern);
+    let name = |kind: TypeId| {
+        let known = content.vocabulary.types().get(usize::from(kind.0));
+        known.map(|known| known.declared.name.clone()).unwrap_or_default()
+    };
+    Wanted {
+        goal: goal.patterns().iter().map(pattern).collect(),
+        again: goal.is_again(),
+        most: goal.most().map(name),
+    }
+}
+
+/// The sum of what came for a goal, if most of something is wanted.
+fn came(pursuit: &pursuit::Pursuit) -> Option<f64> {
+    pursuit.goal.most().map(|_| pursuit.came)
 }
 
 fn condition(content: &Content, post: &PostCondition<Observation>) -> Condition {
@@ -219,5 +242,6 @@ fn ending(ending: Ending) -> PursuitState {
         Ending::Constrained => PursuitState::Constrained,
         Ending::Cancelled => PursuitState::Cancelled,
         Ending::FurtherThanLooked => PursuitState::FurtherThanLooked,
+        Ending::NothingBringsAny => PursuitState::NothingBringsAny,
     }
 }

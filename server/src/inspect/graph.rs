@@ -18,6 +18,7 @@ use pschema_learner::schema::SchemaId;
 
 use super::question::{Inspect, no_schema};
 use super::{goals, schemas};
+use crate::goal::Asked;
 use crate::view::View;
 use basis::{Basis, Selection, count};
 use places::{Cluster, Places};
@@ -53,9 +54,9 @@ fn graph(view: &View, query: &GraphQuery) -> Result<Graph, Problem> {
             (GraphScope::Around, around::around(basis(view), SchemaId(id), depth, limit))
         }
         (None, false) => {
-            let plan = goals::plan(view, &query.goal)?;
+            let plan = goals::plan(view, Asked { goal: &query.goal, again: false, most: None })?;
             probability = plan.probability;
-            goal.clone_from(&plan.goal);
+            goal.clone_from(&plan.wanted.goal);
             (GraphScope::Goal, chain(&plan)?)
         }
         (None, true) => (GraphScope::All, whole::pick(content, limit)),

@@ -13,7 +13,7 @@ use pschema_learner::observation::{Observation, Pattern, PropertyId, Substitutio
 use pschema_learner::policy::Policy;
 use pschema_learner::probability::Count;
 use pschema_learner::progress::Progress;
-use pschema_learner::pursuit::{PLANS_KEPT_MAX, Pursuit};
+use pschema_learner::pursuit::{Goal, PLANS_KEPT_MAX, Pursuit};
 use pschema_learner::schema::{ASSOCIATIONS_MAX, Form, ObservationId, PostCondition, Schema, SchemaId};
 use pschema_learner::vocabulary::{BodyId, PrimitiveId, Vocabulary};
 
@@ -83,9 +83,15 @@ impl Extent {
     /// A goal and the plans for it.
     pub(crate) fn pursuit(&self, pursuit: &Pursuit) -> Checked {
         self.body(pursuit.body)?;
-        pursuit.goal.iter().try_for_each(|pattern| self.pattern(pattern))?;
+        self.goal(&pursuit.goal)?;
         limited("plans", pursuit.plans.len(), PLANS_KEPT_MAX)?;
         pursuit.plans.iter().flat_map(|plan| &plan.chain).try_for_each(|link| self.link(link))
+    }
+
+    /// What is wanted.
+    pub(crate) fn goal(&self, goal: &Goal) -> Checked {
+        goal.patterns().iter().try_for_each(|pattern| self.pattern(pattern))?;
+        declared(goal.most().is_none_or(|kind| self.vocabulary.is_value(kind)))
     }
 
     /// What to do on the way to a goal.

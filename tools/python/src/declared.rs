@@ -11,8 +11,8 @@ use crate::values::{python, value};
 
 /// Name, unit, kind of value, and what belongs to the kind.
 type PlainProperty<'py> = (String, String, String, Bound<'py, PyTuple>);
-/// Name, whether it is the body's own, whether it is an event, properties.
-type PlainSense<'py> = (String, bool, bool, Vec<PlainProperty<'py>>);
+/// Name, whether it is the body's own, whether it is an event, whether it is a value, properties.
+type PlainSense<'py> = (String, bool, bool, bool, Vec<PlainProperty<'py>>);
 /// Name, parameters, and the combinations of them that are primitives, by declared order; none: each there is.
 type PlainAction<'py> = (String, Vec<PlainProperty<'py>>, Option<Vec<Vec<Bound<'py, PyAny>>>>);
 
@@ -32,8 +32,9 @@ impl<'py> PlainDescription<'py> {
         let properties =
             |of: &[Property]| of.iter().map(|one| plain_property(one, py)).collect::<PyResult<Vec<_>>>();
         let senses = description.observation_types.iter();
-        let senses =
-            senses.map(|one| Ok((one.name.clone(), one.own, one.transient, properties(&one.properties)?)));
+        let senses = senses.map(|one| {
+            Ok((one.name.clone(), one.own, one.transient, one.value, properties(&one.properties)?))
+        });
         let scene_commands = description.scene_commands.iter();
         let scene_commands =
             scene_commands.map(|one| Ok((one.name.clone(), properties(&one.parameters)?, None)));
@@ -61,10 +62,10 @@ impl PlainDescription<'_> {
     pub(crate) fn description(self) -> PyResult<Description> {
         let Self(name, kind, senses, actions, scene_commands) = self;
         let mut description = Description::new(name, kind);
-        for (name, own, transient, properties) in senses {
+        for (name, own, transient, value, properties) in senses {
             let mut declared =
                 if transient { ObservationType::event(name) } else { ObservationType::state(name) };
-            declared.own = own;
+            (declared.own, declared.value) = (own, value);
             declared.properties = properties.iter().map(property).collect::<PyResult<_>>()?;
             description.observation_types.push(declared);
         }

@@ -229,11 +229,21 @@ impl Learner {
         Ok(())
     }
 
-    /// Takes up a goal for `body`, to be pursued with at most `actions_max` actions.
-    fn achieve(&mut self, body: usize, goal: Vec<String>, actions_max: u32) -> PyResult<()> {
+    /// Takes up a goal for `body`, to be pursued with at most `actions_max` actions: patterns, though they hold if they are wanted `again`,
+    /// or most of a value.
+    #[pyo3(signature = (body, goal, actions_max, again, most))]
+    fn achieve(
+        &mut self,
+        body: usize,
+        goal: Vec<String>,
+        actions_max: u32,
+        again: bool,
+        most: Option<String>,
+    ) -> PyResult<()> {
         let session = &self.body(body)?.session;
         let vocabulary = &self.learner.memory().content().vocabulary;
-        let goal = goal::read(vocabulary, Some(session.description().as_ref()), &goal)
+        let asked = goal::Asked { goal: &goal, again, most: most.as_deref() };
+        let goal = goal::wanted(vocabulary, Some(session.description().as_ref()), asked)
             .map_err(|problem| AnswerError::new_err(problem.to_string()))?;
         let body = session.body();
         let begun = self.learner.pursue(body, goal, actions_max);

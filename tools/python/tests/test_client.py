@@ -96,6 +96,35 @@ def test_a_goal_is_achieved_and_told(sandbox: Sandbox) -> None:
             client.achieve("lampe{}")
 
 
+def test_most_of_a_value_comes_and_a_goal_is_wanted_again(sandbox: Sandbox) -> None:
+    class Paid(Lamp):
+        def describe(self) -> pschema.Description:
+            lamp, pay = pschema.state("lamp", lit=pschema.boolean()), pschema.value("pay", pay=pschema.real(0, 1, 0.5))
+            return pschema.Description(self.name, senses=[lamp, pay], actions=[pschema.action("press"), pschema.action("rest")])
+
+        def sense(self) -> list[pschema.Observation]:
+            return [*super().sense(), *([("pay", (0.5,))] if self.lit else [])]
+
+    with sandbox.daemon("lamp"), pschema.connect("lamp") as client, running(Paid(), "lamp"):
+        steps(client, 150)
+        plan = client.plan(most="pay")
+        assert plan["most"] == "pay"
+        assert plan["expected"] > 20
+        end = client.achieve(most="pay", actions_max=20)
+        assert end["state"] == "actions used up"
+        assert end["came"] >= 9
+        told = sandbox.command("--name", "lamp", "achieve", "--most", "pay", "--actions", "10")
+        assert told.returncode == 0, told.stderr
+        assert "most pay: " in told.stdout
+        assert "came in 10 actions" in " ".join(told.stdout.split())
+        told = sandbox.command("--name", "lamp", "achieve", "--again", "lamp{lit=true}")
+        assert told.returncode == 0, told.stderr
+        assert "lamp{lit=true} again was achieved with" in " ".join(told.stdout.split())
+        for wrong in (["--most", "lamp"], ["--most", "pay", "lamp{}"], ["--again"]):
+            assert sandbox.command("--name", "lamp", "achieve", *wrong).returncode != 0
+        assert sandbox.command("--name", "lamp", "plan", "--most", "pay").returncode == 0
+
+
 def test_a_goal_beyond_what_is_declared_is_refused(sandbox: Sandbox) -> None:
     class Dial(Lamp):
         def describe(self) -> pschema.Description:

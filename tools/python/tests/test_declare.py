@@ -29,7 +29,7 @@ def described(*senses: Any, actions: Any = ()) -> pschema.Description:
         (lambda: described(state("x"), state("x")), 'the name "x" is used twice'),
         (lambda: described(*[state(f"s{n}") for n in range(33)]), "observation types: 33, at most 32 are allowed"),
         (lambda: described(state("x", {f"p{n}": boolean() for n in range(9)})), "x: properties: 9, at most 8 are allowed"),
-        (lambda: described("x"), "senses[0]: 'x' is none of them; give state(…) or event(…)"),
+        (lambda: described("x"), "senses[0]: 'x' is none of them; give state(…), event(…) or value(…)"),
         (lambda: described(action("x")), "senses[0]: ActionType"),
         (lambda: described(actions=[state("x")]), "actions[0]: Sense"),
         (lambda: state("x", at=3), "sense x: property at: 3 says nothing of its values"),  # type: ignore[arg-type]
@@ -97,3 +97,17 @@ def test_everything_that_can_be_declared() -> None:
 def test_a_reason_is_whatever_says_why() -> None:
     assert pschema.Outcome.failed(ValueError("stuck")).reason == "stuck"  # type: ignore[arg-type]
     assert pschema.Outcome.refused("\ud800").reason == "\\ud800"
+
+
+def test_a_value_is_one_number() -> None:
+    score = pschema.value("score", points=integer(-5, 5))
+    assert score.value
+    assert score.transient
+    assert pschema.Description("x", senses=[score, event("bump")]).senses[0] == score
+    for wrong, told in (
+        (pschema.value("score", won=boolean()), "won is no number"),
+        (pschema.value("score"), "one integer or real"),
+        (pschema.value("score", a=integer(0, 1), b=integer(0, 1)), "not just one property"),
+    ):
+        with pytest.raises(pschema.DeclarationError, match=told):
+            pschema.Description("x", senses=[wrong])

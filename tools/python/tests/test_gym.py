@@ -6,7 +6,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Optional
 
 import pytest
@@ -300,6 +300,29 @@ def test_events_are_told_once() -> None:
     body.act(action)
     assert [one[0] for one in body.sense()] == ["state", "reward"]
     assert [one[0] for one in body.sense()] == ["state"]
+
+
+def test_the_reward_is_a_value_that_is_brought_when_asked_for() -> None:
+    body = pschema.gym.EnvironmentBody(gymnasium.make("FrozenLake-v1", is_slippery=False), seed=1)
+    assert [sense.name for sense in body.describe().senses if sense.value] == ["reward"]
+    learner, outcome = pschema.Learner(2), None
+
+    def live(while_it: Callable[[], bool]) -> None:
+        nonlocal outcome
+        while while_it():
+            action = learner.step(body.sense(), outcome)
+            assert action is not None
+            outcome = body.act(action)
+
+    live(lambda: body.done < 400 and learner.steps < 6000)
+    for wanted in ({}, {"most": "reward"}):
+        learner.achieve(*(["reward{}"] if not wanted else []), actions_max=60, **wanted)
+        live(lambda: learner.pursuit()["state"] == "pursued")
+        end = learner.pursuit()
+        if wanted:
+            assert end["came"] >= 5, end
+        else:
+            assert end["achieved"], end
 
 
 def test_the_same_seed_is_the_same_life() -> None:

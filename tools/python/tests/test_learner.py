@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +103,42 @@ def test_a_goal_is_achieved() -> None:
             learner.achieve("lamp{lit=true}", actions_max=wrong)  # type: ignore[arg-type]
     with pytest.raises(pschema.AnswerError):
         learner.cancel()
+
+
+def test_most_of_a_value_comes_and_a_goal_is_wanted_again() -> None:
+    learner, at, comes = pschema.Learner(1), 0, 0
+    place, points = pschema.state("place", at=pschema.integer(0, 4)), pschema.value("points", points=pschema.integer(-1, 9))
+    learner.declare(pschema.Description("walker", senses=[place, points], actions=[pschema.action("left"), pschema.action("right")]))
+
+    def live(while_it: Callable[[int], bool]) -> None:
+        nonlocal at, comes
+        for number in itertools.count():
+            if not while_it(number):
+                return
+            action = learner.step([("place", (at,)), *([("points", (comes,))] if comes else [])])
+            assert action is not None
+            at = min(max(at + (1 if action.name == "right" else -1), 0), 4)
+            comes = 9 if at == 4 else -1
+
+    live(lambda number: number < 200)
+    with pytest.raises(pschema.AnswerError, match="place is no value"):
+        learner.achieve(most="place")
+    with pytest.raises(pschema.AnswerError, match="most of points"):
+        learner.achieve("place{at=1}", most="points")
+    with pytest.raises(pschema.ArgumentError, match="again='yes'"):
+        learner.plan("place{at=1}", again="yes")  # type: ignore[arg-type]
+    assert learner.plan(most="points")["expected"] > 500
+    learner.achieve(most="points", actions_max=20)
+    live(lambda _: learner.pursuit()["state"] == "pursued")
+    end = learner.pursuit()
+    assert end["most"] == "points"
+    assert end["state"] == "actions used up"
+    assert end["came"] >= 9 * 16 - 4
+    learner.achieve("place{at=4}", again=True, actions_max=9)
+    live(lambda _: learner.pursuit()["state"] == "pursued")
+    assert learner.pursuit()["achieved"]
+    assert learner.pursuit()["again"]
+    assert learner.pursuit()["actions"] > 0
 
 
 def test_a_goal_beyond_what_is_declared_is_refused() -> None:

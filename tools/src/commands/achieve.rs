@@ -7,7 +7,7 @@ use clap::Args;
 use pschema_inspect::{AchieveOrder, CancelOrder, Pursuit, PursuitQuery, PursuitState};
 use pschema_process::{Stop, say};
 
-use crate::args::{General, OrderArgs};
+use crate::args::{General, OrderArgs, WantedArgs};
 use crate::failure::Failure;
 use crate::learner::Learner;
 use crate::output;
@@ -15,16 +15,18 @@ use crate::render::{goals, schema};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  pschema achieve 'touch{}'\n  \
-    pschema achieve 'finger{field=17}' --actions-max 5 --wait 10\n\n\
-    It exits with 0 when the goal was achieved, else with 1. Ctrl-C calls the goal off.")]
+    pschema achieve 'finger{field=17}' --actions-max 5 --wait 10\n  \
+    pschema achieve --again 'lamp{lit=true}'\n  \
+    pschema achieve --most reward --actions 200\n\n\
+    It exits with 0 when the goal was achieved, else with 1; for most of something with 0 unless it was given up. Ctrl-C calls the \
+    goal off.")]
 pub(crate) struct AchieveArgs {
     #[command(flatten)]
     order: OrderArgs,
-    /// What is wanted, all of it: patterns as schemas print; a variable is the same value in all of them
-    #[arg(required = true, value_name = "PATTERN")]
-    goal: Vec<String>,
+    #[command(flatten)]
+    wanted: WantedArgs,
     /// Actions that it may take
-    #[arg(long, default_value_t = 50, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, visible_alias = "actions", default_value_t = 50, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     actions_max: u32,
     /// Seconds to wait for it before it is called off
     #[arg(long, default_value_t = 60, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=86_400))]
@@ -42,15 +44,19 @@ pub(crate) fn run(args: AchieveArgs, general: &General) -> Result<(), Failure> {
     let stop = Stop::on_signals()?;
     // One goal is pursued at a time, so this takes one of the places of operators at most, however long it waits.
     let mut learner = Learner::connect_as_operator(&name)?;
-    let begun = learner.ask(AchieveOrder { goal: args.goal, actions_max: args.actions_max })?;
+    let WantedArgs { goal, again, most } = args.wanted;
+    let begun = learner.ask(AchieveOrder { goal, again, most, actions_max: args.actions_max })?;
     let goal = AwaitedGoal { number: begun.number, until: Instant::now() + Duration::from_secs(args.wait) };
     let (end, why) = goal.follow(&mut learner, begun, &stop, general.quiet())?;
+    // There is always more of which most is wanted: it is over when its actions or its time are, and that is no failure.
+    let went_on = matches!(end.state, PursuitState::ActionsUsedUp | PursuitState::Cancelled);
+    let is_well = end.achieved || end.came.is_some() && went_on;
     if args.json {
         output::print_json(&end)?;
-    } else if end.achieved {
-        output::print(&schema::wrapped(&format!("{}.", goals::ending(&end)), ""))?;
+    } else if is_well {
+        output::print(&schema::wrapped(&format!("{}{why}.", goals::ending(&end)), ""))?;
     }
-    if end.achieved { Ok(()) } else { Err(Failure::Failed(goals::ending(&end) + &why)) }
+    if is_well { Ok(()) } else { Err(Failure::Failed(goals::ending(&end) + &why)) }
 }
 
 /// A goal whose end is waited for.

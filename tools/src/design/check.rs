@@ -85,6 +85,14 @@ fn measure_problem(design: &Design, measure: &Measure) -> Option<&'static str> {
         }
         Quantity::Precision => None,
         _ if !measure.against.is_empty() => Some("`against` is for precision only"),
+        Quantity::ValueSum | Quantity::ValueMean if measure.value.is_none() => {
+            Some("value_sum and value_mean need `value`: the observation type whose numbers are added up")
+        }
+        Quantity::ValueSum | Quantity::ValueMean if about_schemas => {
+            Some("`pre`, `post` and `except_post` are for `of = \"schemas\"` only")
+        }
+        Quantity::ValueSum | Quantity::ValueMean => None,
+        _ if measure.value.is_some() => Some("`value` is for value_sum and value_mean only"),
         Quantity::TouchingShare if design.touching.is_none() => {
             Some("touching_share needs `touching`: the observation type whose prediction is meant")
         }

@@ -181,6 +181,8 @@ pub(crate) struct Measure {
     pub(crate) post: Option<String>,
     /// For [`Quantity::Schemas`]: a post-condition of those that do not count.
     pub(crate) except_post: Option<String>,
+    /// For [`Quantity::ValueSum`] and [`Quantity::ValueMean`]: the observation type whose numbers are added up.
+    pub(crate) value: Option<String>,
     /// What the paper says of it.
     pub(crate) published: Option<String>,
     /// Why ours differs, where it does.
@@ -231,6 +233,10 @@ pub(crate) enum Quantity {
     Precision,
     /// Schemas in memory with these conditions.
     Schemas,
+    /// What came of a value in the stages named; in all, when none is named.
+    ValueSum,
+    /// The same for each action.
+    ValueMean,
     /// The 99th percentile of the time of a step, in µs.
     StepUsP99,
 }

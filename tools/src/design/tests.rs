@@ -90,6 +90,16 @@ fn mistakes_are_located() {
             "needs `stage` and `against`",
         ),
         (
+            &format!("{TABLE}[[experiment.measure]]\nname = \"m\"\nof = \"value_sum\"\n"),
+            "mine.toml:14:1:",
+            "need `value`",
+        ),
+        (
+            &format!("{TABLE}[[experiment.measure]]\nname = \"m\"\nof = \"actions\"\nvalue = \"reward\"\n"),
+            "mine.toml:14:1:",
+            "for value_sum and value_mean only",
+        ),
+        (
             &format!("{TABLE}[[experiment.measure]]\nname = \"m\"\nof = \"touching_share\"\n"),
             "mine.toml:14:1:",
             "needs `touching`",

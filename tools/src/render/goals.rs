@@ -1,8 +1,8 @@
 //! `predict`, `plan` and `achieve` for people.
 
 use pschema_inspect::{
-    Condition, DecisionGoal, ObservationText, Plan, PlanCause, PlanState, PlanStep, Prediction, Pursuit,
-    PursuitPlan, PursuitState, SchemaInUse,
+    Condition, DecisionGoal, GoalSummary, ObservationText, Plan, PlanCause, PlanState, PlanStep, Prediction,
+    Pursuit, PursuitPlan, PursuitState, SchemaInUse, Wanted,
 };
 use pschema_learner::notation::side;
 
@@ -49,7 +49,7 @@ fn counted(c: &Condition) -> String {
 
 /// A plan.
 pub(crate) fn plan(p: &Plan) -> String {
-    let goal = goal(&p.goal);
+    let goal = wanted(&p.wanted);
     let budget = if p.search_truncated {
         "The search used up its budget: there may be a way that it did not come to.\n"
     } else {
@@ -60,6 +60,7 @@ pub(crate) fn plan(p: &Plan) -> String {
             PlanState::FurtherThanLooked => {
                 format!("Nothing leads from here to {goal} as far as was looked.")
             }
+            PlanState::NothingBringsAny => format!("Nothing known from here brings any, of {goal}."),
             _ => format!("Nothing known leads from here to {goal}."),
         };
         return wrapped(&text, "") + &here(&p.world) + budget;
@@ -72,7 +73,7 @@ pub(crate) fn plan(p: &Plan) -> String {
         let schema = step.schema.as_ref().map_or_else(String::new, |schema| format!(": {}", in_use(schema)));
         let line = format!("{}. {}{schema}", at + 1, plain(&step.action));
         text.push_str(&format!("\n{}", wrapped(&line, "   ")));
-        if p.expected_actions.is_some() {
+        if p.contexts.is_some() {
             text.push_str(&foretold(step));
             continue;
         }
@@ -90,6 +91,14 @@ pub(crate) fn plan(p: &Plan) -> String {
 fn means(p: &Plan, likely: f64) -> String {
     let (body, likely) = (plain(&p.body), figure(likely, 2));
     let steps = count(u64::try_from(p.steps.len()).unwrap_or(u64::MAX), "step");
+    if let Some((expected, contexts)) = p.expected.zip(p.contexts) {
+        let contexts = count(contexts, "context");
+        return format!(
+            "by {body}: a policy for {contexts}, which is expected to bring {} (what comes an action later counts 0.99 times as much). If \
+             all comes about that is most likely, it begins with {steps}",
+            figure(expected, 2)
+        );
+    }
     match p.expected_actions.zip(p.contexts) {
         Some((actions, contexts)) => {
             let contexts = count(contexts, "context");
@@ -126,9 +135,24 @@ fn counted_on(c: &Condition) -> String {
     probability(1.0 - c.probability, stayed, c.trials, 1.0 - c.high, 1.0 - c.low)
 }
 
-/// A goal as it is written.
-pub(crate) fn goal(patterns: &[String]) -> String {
+/// Patterns as they are written.
+fn patterns(patterns: &[String]) -> String {
     side(patterns.iter().map(|pattern| plain(pattern)))
+}
+
+/// What is wanted: `touch{}`, `touch{} again`, `most reward`.
+pub(crate) fn wanted(wanted: &Wanted) -> String {
+    match &wanted.most {
+        Some(most) => format!("most {}", plain(most)),
+        None if wanted.again => format!("{} again", patterns(&wanted.goal)),
+        None => patterns(&wanted.goal),
+    }
+}
+
+/// What was done for a goal, and what came: `7 of at most 50 actions, in which 3.5 came`.
+pub(crate) fn done(goal: &GoalSummary) -> String {
+    let came = goal.came.map_or_else(String::new, |came| format!(", in which {} came", figure(came, 2)));
+    format!("{} of at most {}{came}", count(goal.actions, "action"), goal.actions_max)
 }
 
 /// A schema with its binding: `schema 226 (generalised), with $a=blue, $b=17`.
@@ -157,8 +181,16 @@ pub(crate) fn plan_made(plan: &PursuitPlan) -> String {
         plan.course.iter().map(|action| plain(action)).collect()
     };
     let budget = if plan.search_truncated { "; the search used up its budget" } else { "" };
-    let likely = figure(plan.probability, 2);
-    format!("{why}: {} (probability {likely}{budget})", chain.join(", then "))
+    let likely = likely(plan.probability, plan.expected);
+    format!("{why}: {} ({likely}{budget})", chain.join(", then "))
+}
+
+/// How surely a plan brings its goal about, or how much it is expected to bring.
+fn likely(probability: f64, expected: Option<f64>) -> String {
+    match expected {
+        Some(expected) => format!("{} expected", figure(expected, 2)),
+        None => format!("probability {}", figure(probability, 2)),
+    }
 }
 
 fn link(s: &SchemaInUse) -> String {
@@ -169,7 +201,10 @@ fn link(s: &SchemaInUse) -> String {
 
 /// The state of a pursuit, as a sentence without its full stop.
 pub(crate) fn ending(p: &Pursuit) -> String {
-    let (goal, actions) = (goal(&p.goal), count(p.actions, "action"));
+    let (goal, actions) = (wanted(&p.wanted), count(p.actions, "action"));
+    if let Some(came) = p.came {
+        return most(p, &goal, &format!("{} came in {actions}", figure(came, 2)));
+    }
     match p.state {
         PursuitState::Achieved if p.actions == 0 => format!("{goal} holds already"),
         PursuitState::Achieved => format!("{goal} was achieved with {actions}"),
@@ -182,6 +217,9 @@ pub(crate) fn ending(p: &Pursuit) -> String {
         PursuitState::ActionsUsedUp => {
             format!("{goal} does not hold after {actions}, all it may take: allow more with --actions-max")
         }
+        PursuitState::NothingBringsAny => {
+            format!("{goal} was given up after {actions}: nothing known brings any")
+        }
         PursuitState::Constrained => {
             format!(
                 "{goal} was given up after {actions}: the stage entered meanwhile does not lift what it speaks of"
@@ -189,6 +227,26 @@ pub(crate) fn ending(p: &Pursuit) -> String {
         }
         PursuitState::Cancelled => format!("{goal} was called off after {actions}"),
         PursuitState::Pursued => format!("{goal} is pursued, {actions} so far"),
+    }
+}
+
+/// The state of a pursuit of most of something, of which so much came.
+fn most(p: &Pursuit, goal: &str, came: &str) -> String {
+    match p.state {
+        PursuitState::Pursued => format!("{goal} is pursued: {came} so far"),
+        PursuitState::ActionsUsedUp => format!("{goal}: {came}, all it may take"),
+        PursuitState::Cancelled => format!("{goal}: {came}, and it was called off"),
+        PursuitState::FurtherThanLooked => {
+            format!("{goal}: {came}, and it was given up: nothing brings any from here as far as was looked")
+        }
+        PursuitState::Constrained => {
+            format!(
+                "{goal}: {came}, and it was given up: the stage entered meanwhile does not lift what it speaks of"
+            )
+        }
+        PursuitState::Achieved | PursuitState::NothingLeadsThere | PursuitState::NothingBringsAny => {
+            format!("{goal}: {came}, and it was given up: nothing known brings any from here")
+        }
     }
 }
 
@@ -200,8 +258,8 @@ pub(crate) fn followed(f: &DecisionGoal) -> String {
         0 => format!("step {at} of {all} of the plan"),
         _ => "what the policy says here".to_owned(),
     };
-    let likely = figure(f.probability, 2);
-    format!("because it is {step} for the goal {} (probability {likely})", goal(&f.goal))
+    let likely = likely(f.probability, f.expected);
+    format!("because it is {step} for the goal {} ({likely})", wanted(&f.wanted))
 }
 
 /// The chain that a decision follows, with the executed schema marked.

@@ -88,8 +88,8 @@ pub(crate) fn doing(s: &Status, facts: &mut Columns) {
         fact("digest", plain(digest));
     }
     if let Some(goal) = &s.goal {
-        let (number, wanted, body) = (goal.number, goals::goal(&goal.goal), plain(&goal.body));
-        let actions = format!("{} of at most {}", count(goal.actions, "action"), goal.actions_max);
+        let (number, wanted, body) = (goal.number, goals::wanted(&goal.wanted), plain(&goal.body));
+        let actions = goals::done(goal);
         fact("goal", format!("{number}, pursued by {body}: {wanted}; {actions}"));
     }
     fact("excitation", format!("{} at the last decision", figure(s.excitation_top, 2)));

@@ -588,6 +588,10 @@ fn claims_as_text_and_json() {
     assert_eq!(claims::list(&none, 0), "There are no claims yet: they come of experiences.\n");
 }
 
+fn wanted(goal: &[&str]) -> Wanted {
+    Wanted { goal: goal.iter().map(|pattern| (*pattern).to_owned()).collect(), ..Wanted::default() }
+}
+
 fn a_plan() -> Plan {
     let stays = Condition { absent: true, ..condition(blue_in(ValueText::Integer(17)), 2, 15) };
     let step = PlanStep {
@@ -600,10 +604,11 @@ fn a_plan() -> Plan {
     };
     Plan {
         body: "arm".to_owned(),
-        goal: vec!["touch{}".to_owned(), "object{field=17}".to_owned()],
+        wanted: wanted(&["touch{}", "object{field=17}"]),
         world: vec![blue_in(ValueText::Integer(17))],
         state: PlanState::Found,
         probability: Some(0.76),
+        expected: None,
         expected_actions: None,
         contexts: None,
         steps: vec![step],
@@ -616,6 +621,7 @@ fn a_pursuit() -> Pursuit {
         after_actions,
         because,
         probability: 0.76,
+        expected: None,
         chain: vec![in_use(226, SchemaKind::Generalised, 17), in_use(12, SchemaKind::Concrete, 17)],
         course: Vec::new(),
         search_truncated: false,
@@ -623,9 +629,10 @@ fn a_pursuit() -> Pursuit {
     Pursuit {
         number: 3,
         body: "arm".to_owned(),
-        goal: vec!["touch{}".to_owned()],
+        wanted: wanted(&["touch{}"]),
         state: PursuitState::Achieved,
         achieved: true,
+        came: None,
         actions: 3,
         actions_max: 50,
         plans_made: 2,
@@ -679,8 +686,8 @@ fn a_policy_as_text_and_json() {
     let course = vec!["grip()".to_owned(), "move(posture=3)".to_owned()];
     let made = PursuitPlan { chain: Vec::new(), course: course.clone(), ..a_pursuit().plans[0].clone() };
     assert_eq!(goals::plan_made(&made), "Plan: grip(), then move(posture=3) (probability 0.76)");
-    let goal = vec!["touch{}".to_owned()];
-    let followed = DecisionGoal { goal, chain: Vec::new(), at: 0, course, probability: 0.76 };
+    let (wanted, expected) = (wanted(&["touch{}"]), None);
+    let followed = DecisionGoal { wanted, chain: Vec::new(), at: 0, course, probability: 0.76, expected };
     assert_eq!(
         goals::followed(&followed),
         "because it is what the policy says here for the goal touch{} (probability 0.76)"
@@ -703,11 +710,12 @@ fn a_pursuit_as_talk_and_json() {
 #[test]
 fn a_decision_for_a_goal_says_which_and_what_step_of_the_plan_it_is() {
     let goal = DecisionGoal {
-        goal: vec!["touch{}".to_owned()],
+        wanted: wanted(&["touch{}"]),
         chain: a_pursuit().plans[0].chain.clone(),
         at: 1,
         course: Vec::new(),
         probability: 0.76,
+        expected: None,
     };
     let explained = Explanation { reason: Reason::Goal, goal: Some(goal), ..an_explanation() };
     check_text("explain-goal.txt", &explanation::explanation(&explained));
@@ -715,9 +723,52 @@ fn a_decision_for_a_goal_says_which_and_what_step_of_the_plan_it_is() {
     pursuing.goal = Some(GoalSummary {
         number: 3,
         body: "arm".to_owned(),
-        goal: vec!["touch{}".to_owned()],
+        wanted: wanted(&["touch{}"]),
         actions: 1,
         actions_max: 50,
+        came: None,
     });
     assert!(status::status(&pursuing).contains("3, pursued by arm: touch{}; 1 action of at most 50"));
+}
+
+#[test]
+fn most_of_something_is_told_by_what_came_and_what_is_expected() {
+    let most = || Wanted { most: Some("reward".to_owned()), ..Wanted::default() };
+    let step =
+        PlanStep { schema: None, through: Vec::new(), relies_on: Vec::new(), ..a_plan().steps[0].clone() };
+    let (contexts, expected) = (Some(4), Some(12.345));
+    let steps = vec![step];
+    let plan = Plan { wanted: most(), probability: Some(0.0), expected, contexts, steps, ..a_plan() };
+    check_text("most.txt", &goals::plan(&plan));
+    check_json("most.json", &plan);
+    let none = Plan { probability: None, state: PlanState::NothingBringsAny, steps: Vec::new(), ..plan };
+    assert!(goals::plan(&none).starts_with("Nothing known from here brings any, of most reward."));
+    let course = vec!["grip()".to_owned()];
+    let made =
+        PursuitPlan { chain: Vec::new(), course: course.clone(), expected, ..a_pursuit().plans[0].clone() };
+    assert_eq!(goals::plan_made(&made), "Plan: grip() (12.35 expected)");
+    let followed =
+        DecisionGoal { wanted: most(), chain: Vec::new(), at: 0, course, probability: 0.0, expected };
+    assert_eq!(
+        goals::followed(&followed),
+        "because it is what the policy says here for the goal most reward (12.35 expected)"
+    );
+    for state in PursuitState::ALL.iter().copied() {
+        let pursuit = Pursuit { state, achieved: false, wanted: most(), came: Some(-3.5), ..a_pursuit() };
+        let told = goals::ending(&pursuit);
+        assert!(told.starts_with("most reward") && told.contains("-3.50 came in 3 actions"), "{told}");
+    }
+    let mut pursuing = a_status();
+    pursuing.goal = Some(GoalSummary {
+        number: 3,
+        body: "arm".to_owned(),
+        wanted: most(),
+        actions: 1,
+        actions_max: 50,
+        came: Some(1.0),
+    });
+    let told = status::status(&pursuing).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(told.contains("most reward; 1 action of at most 50, in which 1.00 came"), "{told}");
+    let again = Wanted { again: true, ..wanted(&["touch{}"]) };
+    assert_eq!(goals::wanted(&again), "touch{} again");
 }

@@ -86,6 +86,9 @@ pub(crate) fn shown(summary: Option<Summary>, unit: Unit) -> String {
 fn number(value: f64, unit: Unit) -> String {
     let value = if unit == Unit::Share { value * 100.0 } else { value };
     let worth_it = unit != Unit::Microseconds && value.abs() < 1000.0;
+    if unit == Unit::Value && worth_it {
+        return format!("{value:.2}");
+    }
     let decimals = usize::from(worth_it && (value - value.round()).abs() > 0.05);
     format!("{value:.decimals$}")
 }

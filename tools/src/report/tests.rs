@@ -42,6 +42,7 @@ fn step(step: u64, stage: u32, trial: u32, schemas: u32) -> TracedStep {
         effector_at: Some(4),
         reached: step == 260,
         touching,
+        came: [].into(),
     }
 }
 

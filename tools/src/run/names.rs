@@ -13,7 +13,9 @@ use crate::learner::Asks;
 pub(super) fn check(design: &Design, asked: &mut impl Asks) -> Result<(), Failure> {
     for (key, pattern) in patterns(design) {
         // A goal is read as any pattern is; the plan itself is of no interest.
-        asked.ask(PlanQuery { goal: vec![pattern] }).map_err(|failure| at(design, &key, failure))?;
+        asked
+            .ask(PlanQuery { goal: vec![pattern], ..PlanQuery::default() })
+            .map_err(|failure| at(design, &key, failure))?;
     }
     Ok(())
 }
@@ -50,6 +52,11 @@ fn patterns(design: &Design) -> Vec<(String, String)> {
         add("map.effector", &map.effector, Some(&map.place));
         if let Some(reached) = &map.reached {
             add("map.reached", reached, None);
+        }
+    }
+    for measure in &design.measures {
+        if let Some(value) = &measure.value {
+            add(&format!("measure {:?}, value", measure.name), value, None);
         }
     }
     let measured = design.measures.iter().flat_map(conditions);

@@ -36,6 +36,8 @@ pub(crate) enum Unit {
     Count,
     /// A share, shown in percent.
     Share,
+    /// A number as it comes, or a mean of such.
+    Value,
     /// Microseconds.
     Microseconds,
 }
@@ -82,6 +84,11 @@ impl Reader<'_> {
                 (ratio(right, right + wrong), Unit::Share)
             }
             Quantity::Schemas => (Some(schemas(wanted, asked)?), Unit::Count),
+            Quantity::ValueSum => (self.came(wanted).map(|(sum, _)| sum), Unit::Value),
+            Quantity::ValueMean => {
+                let mean = |(sum, actions)| if actions > 0.0 { Some(sum / actions) } else { None };
+                (self.came(wanted).and_then(mean), Unit::Value)
+            }
             Quantity::StepUsP99 => (Some(report.step_latency_us_p99), Unit::Microseconds),
         };
         let (name, published, why) = (wanted.name.clone(), wanted.published.clone(), wanted.why.clone());
@@ -119,6 +126,22 @@ impl Reader<'_> {
         #[expect(clippy::cast_precision_loss, reason = "counts far below 2^52")]
         let actions = met.map(|trial| trial.actions as f64).collect();
         crate::render::statistics::median(actions)
+    }
+
+    /// The sum of what came of a measure's value in the stages that it names, or in all when it names none, and the number of decisions in
+    /// them; none where nothing was decided.
+    fn came(&self, wanted: &Measure) -> Option<(f64, f64)> {
+        let with_value = self.design.measures.iter().filter(|one| one.value.is_some());
+        let at = with_value.into_iter().position(|one| std::ptr::eq(one, wanted))?;
+        let is_asked = |stage: u32| {
+            wanted.stages.is_empty() || wanted.stages.iter().any(|name| name == self.trace.stage(stage))
+        };
+        let asked = self.trace.steps.iter().filter(|step| is_asked(step.record.stage));
+        let (sum, actions) = asked.fold((0.0, 0.0), |(sum, actions), step| {
+            let acts = if step.record.decision.is_some() { 1.0 } else { 0.0 };
+            (sum + step.came.get(at).copied().unwrap_or_default(), actions + acts)
+        });
+        (actions > 0.0).then_some((sum, actions))
     }
 
     fn touching_share(&self, names: &[String]) -> Option<f64> {

@@ -40,6 +40,8 @@ pub(crate) struct TracedStep {
     pub(crate) reached: bool,
     /// Whether the chosen schema is one of touching, which figure 6 tells apart.
     pub(crate) touching: bool,
+    /// What came of the value of each measure that has one, in the order of the measures.
+    pub(crate) came: Box<[f64]>,
 }
 
 impl Trace {
@@ -93,6 +95,11 @@ impl Trace {
             object_at: place(|map| &map.object),
             effector_at: place(|map| &map.effector),
             reached: reached.is_some_and(|kind| perceived.iter().any(|one| one.kind == *kind)),
+            came: design
+                .measures
+                .iter()
+                .filter_map(|one| Some(sum_of(&perceived, one.value.as_ref()?)))
+                .collect(),
             touching: design.touching.as_ref().is_some_and(|kind| predicts.contains(kind)),
             perceived: self.text(&perceived.iter().map(notation).collect::<Vec<_>>().join(" & ")),
             record,
@@ -183,6 +190,21 @@ impl Trial {
     }
 }
 
+/// The sum of the numbers in the observations of a type.
+fn sum_of(observations: &[ObservationText], kind: &str) -> f64 {
+    let of_kind = observations.iter().filter(|one| one.kind == kind);
+    let number = |value: &ValueText| match value {
+        #[expect(clippy::cast_precision_loss, reason = "what comes with a frame is far below 2^52")]
+        ValueText::Integer(value) => *value as f64,
+        ValueText::Real(value) => *value,
+        _ => 0.0,
+    };
+    of_kind
+        .flat_map(|one| one.properties.iter().map(|(_, value)| value))
+        .map(number)
+        .fold(0.0, |sum, one| sum + one)
+}
+
 fn integer(observation: &ObservationText, property: &str) -> Option<i64> {
     match observation.properties.get(property)? {
         ValueText::Integer(value) => Some(*value),
@@ -214,7 +236,24 @@ mod tests {
             latency_us: 0.0,
         };
         let (perceived, reached, touching) = ("".into(), false, false);
-        TracedStep { record, perceived, object_at: Some(4), effector_at: None, reached, touching }
+        let came = [].into();
+        TracedStep { record, perceived, object_at: Some(4), effector_at: None, reached, touching, came }
+    }
+
+    #[test]
+    fn what_came_of_a_value_is_added_up() {
+        let seen = |kind: &str, value| ObservationText {
+            kind: kind.to_owned(),
+            properties: [("amount".to_owned(), value)].into_iter().collect(),
+        };
+        let all = [
+            seen("reward", ValueText::Real(0.5)),
+            seen("reward", ValueText::Integer(-2)),
+            seen("lamp", ValueText::Integer(7)),
+            seen("reward", ValueText::Boolean(true)),
+        ];
+        assert!((sum_of(&all, "reward") + 1.5).abs() < 1e-12);
+        assert!(sum_of(&all, "cost").abs() < 1e-12);
     }
 
     fn drawn(object: i64, mut step: TracedStep) -> TracedStep {

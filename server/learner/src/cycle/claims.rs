@@ -140,8 +140,10 @@ pub(crate) fn expectation(
 ) -> Expectation {
     let content = memory.content();
     let context = context(content, before);
-    let foretold =
+    let mut foretold =
         content.evidence.foretell(&content.vocabulary, Some(body), primitive, context.observations());
+    // No schema tells of a value, unless a parameter says so.
+    foretold.retain(|facet| !facet.kinds.iter().any(|kind| memory.rules().of(*kind).is_apart()));
     let share = memory.parameters().prediction_ratio_min;
     let often = |count: u32, trials: u32| f64::from(count) >= share * f64::from(trials);
     let (mut parts, mut together) = (Vec::new(), Vec::new());

@@ -12,7 +12,6 @@ use crate::cycle::claims;
 use crate::cycle::curiosity::Curiosity;
 use crate::memory::evidence::Foresight;
 use crate::memory::{Content, Memory};
-use crate::nouns::observation::TypeId;
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
@@ -109,9 +108,8 @@ pub(crate) fn search(
     if most <= least {
         return None;
     }
-    let kinds = (0..u16::try_from(vocabulary.types().len()).unwrap_or(u16::MAX)).map(TypeId);
     // Where noise alone differs nothing else is to be learnt.
-    let kinds = kinds.filter(|kind| !curiosity.idle.contains(kind)).collect();
+    let kinds = vocabulary.sensed_types().filter(|kind| !curiosity.idle.contains(kind)).collect();
     foresight.begin((body, repertoire), &kinds, &BTreeSet::new());
     let mut search = Search {
         content,

@@ -8,7 +8,7 @@ use crate::memory::{Content, Memory};
 use crate::nouns::curriculum::Curriculum;
 use crate::nouns::execution::ChainLink;
 use crate::nouns::observation::{MATCH_ATTEMPTS_MAX, Observation, Pattern, Substitution, Term};
-use crate::nouns::pursuit::Goal;
+use crate::nouns::pursuit::Patterns;
 use crate::nouns::schema::{Concrete, Generalised, PostCondition, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
@@ -41,9 +41,9 @@ pub fn perceived(
     content.perceived(body, &WorldState::new(seen.cloned()))
 }
 
-/// Whether `world` has a match for every pattern of `goal`.
+/// Whether `world` has a match for every one of these patterns.
 #[must_use]
-pub fn holds(goal: &Goal, world: &WorldState) -> bool {
+pub fn holds(goal: &Patterns, world: &WorldState) -> bool {
     let all: Vec<_> = world.observations().iter().map(|o| (o, 1.0)).collect();
     best_match(goal, &all).is_some()
 }
@@ -72,14 +72,14 @@ fn extended(pattern: &Pattern, observation: &Observation, binding: &Substitution
 
 /// Observations that together match `goal`, one for each pattern, as indexes into `options`, and the product of
 /// their probabilities (each counted once): the most probable such choice, of equals the first.
-pub(crate) fn best_match(goal: &Goal, options: &[(&Observation, f64)]) -> Option<(f64, Vec<usize>)> {
+pub(crate) fn best_match(goal: &Patterns, options: &[(&Observation, f64)]) -> Option<(f64, Vec<usize>)> {
     let mut search = Search { goal, options, budget: MATCH_ATTEMPTS_MAX, best: None };
     search.extend(&mut Vec::new(), &Substitution::new(), 1.0);
     search.best
 }
 
 struct Search<'a> {
-    goal: &'a Goal,
+    goal: &'a Patterns,
     options: &'a [(&'a Observation, f64)],
     budget: usize,
     best: Option<(f64, Vec<usize>)>,

@@ -8,10 +8,10 @@ use crate::nouns::curriculum::{Curriculum, CurriculumError};
 use crate::nouns::effect::Effect;
 use crate::nouns::frame::{Frame, Step};
 use crate::nouns::mechanisms::Mechanisms;
-use crate::nouns::observation::{Pattern, SymbolId};
+use crate::nouns::observation::SymbolId;
 use crate::nouns::parameters::{ParameterError, Parameters};
 use crate::nouns::progress::{StageCommand, StageCommandError, StageEffect};
-use crate::nouns::pursuit::{PursueError, Pursuit};
+use crate::nouns::pursuit::{Goal, PursueError, Pursuit};
 use crate::nouns::vocabulary::limits::DESCRIPTION_BYTES_MAX;
 use crate::nouns::vocabulary::{BodyId, Declaration, DeclarationError};
 
@@ -164,11 +164,11 @@ impl Learner {
     pub fn pursue(
         &mut self,
         body: BodyId,
-        goal: Vec<Pattern>,
+        goal: impl Into<Goal>,
         actions_max: u32,
     ) -> Result<Vec<Effect>, PursueError> {
         let mut draft = Draft::new(&mut self.memory);
-        pursue::begin(&mut draft, &self.curriculum, body, goal, actions_max)?;
+        pursue::begin(&mut draft, &self.curriculum, body, goal.into(), actions_max)?;
         Ok(draft.effects())
     }
 

@@ -98,6 +98,7 @@ mod tests {
             own: false,
             transient: false,
             heard: false,
+            value: false,
             properties: vec![property("place"), property("size")],
         };
         let declaration = Declaration {

@@ -16,6 +16,7 @@ pub mod goals;
 mod habituation;
 pub(crate) mod learner;
 mod match_cache;
+mod most;
 pub mod plan;
 mod policy;
 mod pursue;

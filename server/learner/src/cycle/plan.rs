@@ -7,7 +7,8 @@ use std::collections::BTreeSet;
 use crate::cycle::babbling::executable;
 use crate::cycle::chaining::{Access, Reach};
 use crate::cycle::goals::{best_match, fits, foretell, holds, in_use};
-use crate::cycle::policy;
+use crate::cycle::most::policy_for;
+use crate::cycle::policy::PolicySearch;
 use crate::memory::Memory;
 use crate::memory::evidence::Foresight;
 use crate::memory::evidence::Foretold;
@@ -16,7 +17,7 @@ use crate::nouns::execution::ChainLink;
 use crate::nouns::observation::{Observation, Substitution};
 use crate::nouns::policy::{Policy, PolicyRow};
 use crate::nouns::probability::Count;
-use crate::nouns::pursuit::Goal;
+use crate::nouns::pursuit::{Goal, Patterns};
 use crate::nouns::schema::{ObservationId, PostCondition, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
@@ -74,15 +75,21 @@ impl Plan {
 }
 
 /// The most probable way to bring `goal` about from `world`; of equals the shortest, then the one whose last
-/// schema is oldest, then the first found. Events of `world` are over: they hold no goal.
+/// schema is oldest, then the first found. Events of `world` are over: they hold no goal. For most of something, the policy that brings it.
 #[must_use]
 pub fn plan(memory: &Memory, body: BodyId, world: &WorldState, goal: &Goal) -> PlanSearch {
-    if memory.content().mechanisms.makes_policies() && !holds(goal, &world.lasting(memory.rules())) {
-        let policy::PolicySearch { policy, truncated } =
-            policy::search(memory, body, world, goal, &mut Foresight::default());
+    let world = &world.lived_by(memory.rules());
+    if memory.content().mechanisms.makes_policies() && !holds_already(memory, world, goal) {
+        let PolicySearch { policy, truncated } =
+            policy_for(memory, body, world, goal, &mut Foresight::default());
         return PlanSearch { plan: policy.map(|policy| by_policy(memory, body, world, policy)), truncated };
     }
     plan_along(memory, body, world, goal, &Reach::search(memory, body, world))
+}
+
+/// Whether nothing need be done for a goal.
+fn holds_already(memory: &Memory, world: &WorldState, goal: &Goal) -> bool {
+    matches!(goal, Goal::Observed(patterns) if holds(patterns, &world.lasting(memory.rules())))
 }
 
 /// The plan that a policy is.
@@ -132,15 +139,19 @@ pub(crate) fn plan_along(
     goal: &Goal,
     reach: &Reach,
 ) -> PlanSearch {
-    if holds(goal, &world.lasting(memory.rules())) {
+    if holds_already(memory, world, goal) {
         return PlanSearch {
             plan: Some(Plan { steps: Vec::new(), probability: 1.0, policy: None }),
             truncated: false,
         };
     }
-    let wanted = wanted(memory, goal);
-    let start = world.context(memory.rules());
     let mut found = PlanSearch { plan: None, truncated: reach.truncated };
+    if goal.most().is_some() {
+        return found;
+    }
+    let (patterns, again) = (goal.patterns(), goal.is_again());
+    let wanted = wanted(memory, patterns);
+    let start = world.context(memory.rules());
     let mut weighed = 0;
     for access in reach.all() {
         // Nothing longer is better than what is certain.
@@ -149,8 +160,16 @@ pub(crate) fn plan_along(
             continue;
         }
         let context = reach.context(access);
+        // What holds already is not brought about. What is there now is known to the last; further on, as far as it is context.
+        let is_first = reach.chain(access).is_empty();
+        let holds_there = || {
+            if is_first { holds(patterns, &world.lasting(memory.rules())) } else { holds(patterns, context) }
+        };
+        if again && holds_there() {
+            continue;
+        }
         let concrete = concrete_finals(memory, body, context, &wanted).into_iter();
-        for last in concrete.chain(generalised_finals(memory, body, reach, access, goal)) {
+        for last in concrete.chain(generalised_finals(memory, body, reach, access, patterns)) {
             if weighed == CHAINS_WEIGHED_MAX {
                 found.truncated = true;
                 return found;
@@ -158,7 +177,7 @@ pub(crate) fn plan_along(
             weighed += 1;
             let mut chain = reach.chain(access);
             chain.push(last);
-            let weighed = weigh(memory, &start, &chain, goal);
+            let weighed = weigh(memory, &start, &chain, patterns);
             if let Some(plan) = weighed.filter(|plan| found.plan.as_ref().is_none_or(|best| plan.beats(best)))
             {
                 found.plan = Some(plan);
@@ -184,7 +203,7 @@ fn link(schema: SchemaId, binding: Substitution, carrier: Option<SchemaId>) -> C
 }
 
 /// Observations that match a pattern of the goal, by number.
-fn wanted(memory: &Memory, goal: &Goal) -> Vec<ObservationId> {
+fn wanted(memory: &Memory, goal: &Patterns) -> Vec<ObservationId> {
     let known = memory.content().observations.iter();
     let mut ids: Vec<_> = known
         .filter(|o| goal.iter().any(|pattern| fits(pattern, o)))
@@ -221,7 +240,7 @@ fn generalised_finals(
     body: BodyId,
     reach: &Reach,
     access: Access,
-    goal: &Goal,
+    goal: &Patterns,
 ) -> Vec<ChainLink> {
     let content = memory.content();
     let mut found = Vec::new();
@@ -246,7 +265,7 @@ fn generalised_finals(
 }
 
 /// Whether the schema predicts anything of the goal.
-fn has_part(memory: &Memory, bound: &Instance, goal: &Goal) -> bool {
+fn has_part(memory: &Memory, bound: &Instance, goal: &Patterns) -> bool {
     let mut caused = bound.predicted(memory.parameters()).filter(|post| !post.absent);
     caused.any(|post| goal.iter().any(|pattern| fits(pattern, &post.what)))
 }
@@ -265,7 +284,7 @@ struct LinkInContext {
 
 /// The chain as a plan, if it can bring the goal about from `start`. Goes backwards from the goal: what the goal
 /// needs of the last schema or of what was there before it, then what the schemas before have to leave behind.
-fn weigh(memory: &Memory, start: &WorldState, chain: &[ChainLink], goal: &Goal) -> Option<Plan> {
+fn weigh(memory: &Memory, start: &WorldState, chain: &[ChainLink], goal: &Patterns) -> Option<Plan> {
     let mut placed = place(memory, start, chain)?;
     let last = placed.pop()?;
     let (relies_on, kept) = brings_about(memory, &last, goal)?;
@@ -352,7 +371,7 @@ type Reliance = (Vec<PostCondition<Observation>>, Vec<Observation>);
 
 /// What the goal needs of the last schema: outcomes that it relies on, and observations that must be there
 /// before, for the schema leaves them.
-fn brings_about(memory: &Memory, last: &LinkInContext, goal: &Goal) -> Option<Reliance> {
+fn brings_about(memory: &Memory, last: &LinkInContext, goal: &Patterns) -> Option<Reliance> {
     let LinkInContext { bound, context, .. } = last;
     let wanted = |o: &Observation| goal.iter().any(|pattern| fits(pattern, o));
     let caused = bound.predicted(memory.parameters()).filter(|p| !p.absent && wanted(&p.what));

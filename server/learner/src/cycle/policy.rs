@@ -17,7 +17,7 @@ use crate::memory::evidence::{Ending, Foresight, Outlook, Prospect};
 use crate::memory::{Content, Memory};
 use crate::nouns::observation::{Observation, TypeId};
 use crate::nouns::policy::{Lead, POLICY_ROWS_MAX, Policy, PolicyRow, of_kinds};
-use crate::nouns::pursuit::Goal;
+use crate::nouns::pursuit::{Goal, Patterns};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
 
@@ -31,7 +31,7 @@ const OBSERVATIONS_MAX: usize = 4_096;
 /// The result of a search for a policy.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PolicySearch {
-    /// The best policy; none if nothing known leads to the goal.
+    /// The best policy; none if nothing known leads to the goal, or brings any of what most is wanted of.
     pub(crate) policy: Option<Policy>,
     /// Whether the search used up its budget, so that there may be more.
     pub(crate) truncated: bool,
@@ -40,7 +40,9 @@ pub(crate) struct PolicySearch {
 struct Search<'a> {
     content: &'a Content,
     body: BodyId,
-    goal: &'a Goal,
+    goal: &'a Patterns,
+    /// Whether it is to be brought about though it may hold: where it does, an action does not arrive.
+    again: bool,
     foresight: &'a mut Foresight,
     /// The types on which it depends.
     kinds: BTreeSet<TypeId>,
@@ -58,7 +60,7 @@ struct Search<'a> {
     truncated: bool,
 }
 
-/// Looks for a policy that brings `goal`, which does not hold, about from `world`.
+/// Looks for a policy that brings `goal` about from `world`, where it does not hold or is wanted again.
 pub(crate) fn search(
     memory: &Memory,
     body: BodyId,
@@ -69,14 +71,15 @@ pub(crate) fn search(
     let content = memory.content();
     let vocabulary = &content.vocabulary;
     let repertoire = vocabulary.bodies().get(usize::from(body.0)).map_or(&[][..], |body| &body.repertoire);
-    let wanted: BTreeSet<_> = goal.iter().map(|pattern| pattern.kind()).collect();
+    let wanted: BTreeSet<_> = goal.kinds().collect();
     let surest = content.evidence.surest(vocabulary, repertoire, &wanted);
-    let kinds = depends_on(content, repertoire, wanted.clone());
+    let kinds = depends_on(content, repertoire, &wanted);
     foresight.begin((body, repertoire), &kinds, &wanted);
     let mut search = Search {
         content,
         body,
-        goal,
+        goal: goal.patterns(),
+        again: goal.is_again(),
         foresight,
         kinds,
         chance: BTreeSet::new(),
@@ -97,17 +100,18 @@ pub(crate) fn search(
     PolicySearch { policy, truncated: search.truncated }
 }
 
-/// The types on which it depends whether a goal about these types is reached.
-fn depends_on(
+/// The types on which it depends what comes of these types.
+pub(crate) fn depends_on(
     content: &Content,
     repertoire: &[PrimitiveId],
-    mut kinds: BTreeSet<TypeId>,
+    wanted: &BTreeSet<TypeId>,
 ) -> BTreeSet<TypeId> {
+    let mut kinds = wanted.clone();
     loop {
         let before = kinds.clone();
         let Some(found) = content.evidence.depends_on(&content.vocabulary, repertoire, kinds) else {
-            let all = 0..u16::try_from(content.vocabulary.types().len()).unwrap_or(u16::MAX);
-            return all.map(TypeId).collect();
+            // Nothing depends on a value.
+            return content.vocabulary.sensed_types().chain(wanted.iter().copied()).collect();
         };
         kinds = found;
         for item in content.items.all.iter().filter(|item| before.contains(&item.kind)) {
@@ -189,12 +193,14 @@ impl Search<'_> {
         let Node { reached, depth, ref context, .. } = self.graph.nodes[at];
         let context = context.clone();
         let reliability = self.content.reliability(action);
+        // What holds already is not brought about.
+        let holds_here = self.again && holds(self.goal, &WorldState::new(context.iter().cloned()));
         let (mut arrives, mut stays, open) = (0.0, 1.0 - reliability, open * reliability);
         let mut outcomes: Vec<(Box<[Observation]>, f64)> = Vec::new();
         for (after, likely) in foretold {
             let likely = likely * reliability;
             let after = WorldState::new(after.iter().cloned());
-            if holds(self.goal, &after) {
+            if !holds_here && holds(self.goal, &after) {
                 arrives += likely;
                 continue;
             }
@@ -256,20 +262,10 @@ impl Search<'_> {
         let kinds: Vec<_> = self.kinds.difference(&self.chance).copied().collect();
         let chance: Vec<_> = self.chance.iter().copied().collect();
         let visits = visits(&way);
-        // Those that are come to most often, and where two differ in what is left to chance the first of them.
-        let is_kept = |stop: &usize| way[*stop].best.is_some() && visits[*stop] >= NEGLIGIBLE;
-        let mut kept: Vec<usize> = (0..way.len()).filter(is_kept).collect();
-        kept.sort_by(|a, b| (*b == 0).cmp(&(*a == 0)).then(visits[*b].total_cmp(&visits[*a])));
-        let context = |stop: usize| of_kinds(&self.graph.nodes[way[stop].at].context, &kinds);
-        let mut told = BTreeSet::new();
-        let known = |o: &Observation| self.content.vocabulary.knows(o);
-        kept.retain(|stop| context(*stop).iter().all(known) && told.insert(context(*stop)));
-        kept.truncate(POLICY_ROWS_MAX);
-        let mut observations = 0;
-        kept.retain(|stop| {
-            observations += context(*stop).len();
-            *stop == 0 || observations <= OBSERVATIONS_MAX
-        });
+        let may = |stop: usize| way[stop].best.is_some() && visits[stop] >= NEGLIGIBLE;
+        let contexts: Vec<_> =
+            way.iter().map(|stop| of_kinds(&self.graph.nodes[stop.at].context, &kinds)).collect();
+        let kept = kept_of(self.content, &contexts, &visits, may);
         let places: FxHashMap<usize, u32> = kept.iter().copied().zip(0..).collect();
         let row = |stop: &usize| {
             let Stop { best, leads, .. } = &way[*stop];
@@ -282,11 +278,33 @@ impl Search<'_> {
             };
             let mut leads: Vec<_> = leads.iter().filter_map(lead).collect();
             leads.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-            let (context, action) = (context(*stop), best.as_ref()?.action);
+            let (context, action) = (contexts[*stop].clone(), best.as_ref()?.action);
             Some(PolicyRow { context, action, probability: arrive[*stop].min(1.0), leads })
         };
         let rows = kept.iter().filter_map(row).collect();
         let circumstances = of_kinds(&self.graph.nodes[0].context, &chance);
-        Policy { kinds, chance, circumstances, rows, actions, after_actions: 0 }
+        Policy { kinds, chance, circumstances, rows, yields: Vec::new(), actions, after_actions: 0 }
     }
+}
+
+/// Those of the contexts on a way that are kept, of those that `may` be: the first one, then those that are come to most often, and where
+/// two differ in what is left to chance the first of them.
+pub(crate) fn kept_of(
+    content: &Content,
+    contexts: &[Vec<Observation>],
+    visits: &[f64],
+    may: impl Fn(usize) -> bool,
+) -> Vec<usize> {
+    let mut kept: Vec<usize> = (0..contexts.len()).filter(|stop| may(*stop)).collect();
+    kept.sort_by(|a, b| (*b == 0).cmp(&(*a == 0)).then(visits[*b].total_cmp(&visits[*a])));
+    let mut told = BTreeSet::new();
+    let known = |o: &Observation| content.vocabulary.knows(o);
+    kept.retain(|stop| contexts[*stop].iter().all(known) && told.insert(&contexts[*stop]));
+    kept.truncate(POLICY_ROWS_MAX);
+    let mut observations = 0;
+    kept.retain(|stop| {
+        observations += contexts[*stop].len();
+        *stop == 0 || observations <= OBSERVATIONS_MAX
+    });
+    kept
 }

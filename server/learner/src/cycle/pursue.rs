@@ -10,19 +10,20 @@ use crate::cycle::claims;
 use crate::cycle::curiosity::Curiosity;
 use crate::cycle::excitation::PairCounts;
 use crate::cycle::goals::holds;
+use crate::cycle::most::policy_for;
 use crate::cycle::plan::plan_along;
-use crate::cycle::policy::{self, PolicySearch};
+use crate::cycle::policy::PolicySearch;
 use crate::cycle::stages;
-use crate::memory::Memory;
 use crate::memory::draft::Draft;
 use crate::memory::evidence::Foresight;
 use crate::memory::notation;
+use crate::memory::{Content, Memory};
 use crate::nouns::curriculum::Curriculum;
 use crate::nouns::decision::{Decision, DecisionGoal, Reason};
 use crate::nouns::effect::Effect;
 use crate::nouns::execution::{ChainLink, Execution};
 use crate::nouns::frame::ActionOutcome;
-use crate::nouns::observation::Pattern;
+use crate::nouns::observation::TypeId;
 use crate::nouns::policy::{Policy, PolicyRow};
 use crate::nouns::pursuit::{
     Ending, GOAL_ACTIONS_MAX, GOAL_PATTERNS_MAX, Goal, PlanCause, PlanRecord, PursueError, Pursuit,
@@ -36,16 +37,11 @@ pub(crate) fn begin(
     draft: &mut Draft<'_>,
     curriculum: &Curriculum,
     body: BodyId,
-    goal: Vec<Pattern>,
+    goal: Goal,
     actions_max: u32,
 ) -> Result<(), PursueError> {
     let content = draft.memory().content();
-    if goal.is_empty() {
-        return Err(PursueError::Empty);
-    }
-    if goal.len() > GOAL_PATTERNS_MAX {
-        return Err(PursueError::Long { given: goal.len() });
-    }
+    wantable(content, &goal)?;
     if !(1..=GOAL_ACTIONS_MAX).contains(&actions_max) {
         return Err(PursueError::Actions { given: actions_max });
     }
@@ -62,14 +58,31 @@ pub(crate) fn begin(
     if content.progress.held {
         return Err(PursueError::Held);
     }
-    if let Some(pattern) = constrained(draft.memory(), curriculum, &goal) {
-        let kind = content.vocabulary.types().get(usize::from(pattern.kind().0));
-        let kind = kind.map(|kind| kind.declared.name.clone()).unwrap_or_default();
+    if let Some(kind) = constrained(draft.memory(), curriculum, &goal) {
+        let kind = notation::type_name(&content.vocabulary, kind);
         let stage = stages::present(draft.memory(), curriculum).name.clone();
         return Err(PursueError::Constrained { stage, kind });
     }
     draft.emit(Effect::Pursuit(PursuitEffect::Begun { body, goal, actions_max }));
     Ok(())
+}
+
+/// Whether something can be wanted at all.
+fn wantable(content: &Content, goal: &Goal) -> Result<(), PursueError> {
+    let Content { vocabulary, mechanisms, .. } = content;
+    match goal {
+        Goal::Observed(patterns) | Goal::Again(patterns) => match patterns.len() {
+            0 => Err(PursueError::Empty),
+            1..=GOAL_PATTERNS_MAX => Ok(()),
+            given => Err(PursueError::Long { given }),
+        },
+        Goal::Most(kind) if !vocabulary.is_value(*kind) => {
+            let name = |kind| notation::type_name(vocabulary, kind);
+            Err(PursueError::NoValue { kind: name(*kind), values: vocabulary.values().map(name).collect() })
+        }
+        Goal::Most(_) if !mechanisms.makes_policies() => Err(PursueError::NoPolicies),
+        Goal::Most(_) => Ok(()),
+    }
 }
 
 /// Calls the goal off that is pursued.
@@ -82,33 +95,37 @@ pub(crate) fn cancel(draft: &mut Draft<'_>) -> Result<(), PursueError> {
     Ok(())
 }
 
-/// A pattern of `goal` whose type the present stage does not lift.
-fn constrained<'a>(memory: &Memory, curriculum: &Curriculum, goal: &'a Goal) -> Option<&'a Pattern> {
+/// A type that `goal` speaks of and the present stage does not lift.
+fn constrained(memory: &Memory, curriculum: &Curriculum, goal: &Goal) -> Option<TypeId> {
     let lifted = stages::lifted(memory.content(), stages::present(memory, curriculum));
-    goal.iter().find(|pattern| !stages::is_lifted(&lifted, pattern.kind()))
+    goal.kinds().find(|kind| !stages::is_lifted(&lifted, *kind))
 }
 
-/// What a frame of the pursuing body means for the goal. Events count only right after an action: what is felt
-/// before anything was done was not brought about.
+/// Whether a goal is achieved in a frame that follows an action which was decided `before`, or none. Events count only right after an
+/// action: what is felt before anything was done was not brought about.
+fn is_achieved(memory: &Memory, goal: &Goal, before: Option<&WorldState>, world: &WorldState) -> bool {
+    let lasting = |world: &WorldState| world.lasting(memory.rules());
+    match (goal, before) {
+        (Goal::Most(_), _) | (Goal::Again(_), None) => false,
+        (Goal::Observed(patterns), Some(_)) => holds(patterns, world),
+        (Goal::Observed(patterns), None) => holds(patterns, &lasting(world)),
+        (Goal::Again(patterns), Some(before)) => holds(patterns, world) && !holds(patterns, &lasting(before)),
+    }
+}
+
+/// What a frame of the pursuing body means for the goal; it follows an action that was carried out and decided `before`, or none.
 pub(crate) fn observed(
     draft: &mut Draft<'_>,
     curriculum: &Curriculum,
     body: BodyId,
     world: &WorldState,
-    after_action: bool,
+    before: Option<&WorldState>,
 ) {
     let memory = draft.memory();
     let Some(pursuit) = memory.content().pursuit_of(body) else { return };
-    let lasting;
-    let counted = if after_action {
-        world
-    } else {
-        lasting = world.lasting(memory.rules());
-        &lasting
-    };
     let ending = if constrained(memory, curriculum, &pursuit.goal).is_some() {
         Ending::Constrained
-    } else if holds(&pursuit.goal, counted) {
+    } else if is_achieved(memory, &pursuit.goal, before, world) {
         Ending::Achieved
     } else if pursuit.actions >= pursuit.actions_max {
         Ending::ActionsUsedUp
@@ -116,6 +133,17 @@ pub(crate) fn observed(
         return;
     };
     draft.emit(Effect::Pursuit(PursuitEffect::Ended(ending)));
+}
+
+/// Takes account of what came after an action that was sent for most of something, and returns it.
+pub(crate) fn came(draft: &mut Draft<'_>, body: BodyId, world: &WorldState) -> Option<f64> {
+    let content = draft.memory().content();
+    let value = content.pursuit_of(body)?.goal.most()?;
+    let came = content.vocabulary.sum_of(value, world.observations());
+    if came != 0.0 {
+        draft.emit(Effect::Pursuit(PursuitEffect::Came(came)));
+    }
+    Some(came)
 }
 
 /// What came of the execution before, for the choice of the next.
@@ -126,6 +154,8 @@ pub(crate) struct PreviousExecution<'a> {
     pub(crate) chain: &'a [ChainLink],
     /// The world state in which it was decided, if it was sent out for the goal.
     pub(crate) world: Option<&'a WorldState>,
+    /// What came with it, if it was sent out for most of something.
+    pub(crate) came: Option<f64>,
 }
 
 /// The next execution for the goal that `body` pursues: the plan's next schema if the outcome allows it, else the
@@ -147,6 +177,10 @@ pub(crate) fn next(
     let situation =
         Situation { body, world, perceived, reach, unhabituated: &[], executable: &[], curiosity };
     let goal = memory.content().pursuit_of(body)?.goal.clone();
+    if goal.most().is_some() {
+        // The mechanism was switched off meanwhile.
+        return give_up(draft, Ending::NothingBringsAny);
+    }
     let mut planned = None;
     let chosen = choice::continue_chain(memory, &situation, before.chain).or_else(|| {
         let found = plan_along(memory, body, world, &goal, reach);
@@ -179,6 +213,7 @@ pub(crate) fn next(
         at: plan.chain.len().saturating_sub(execution.chain.len() + 1),
         course: Vec::new(),
         probability: plan.probability,
+        worth: None,
     });
     Some((execution, decision))
 }
@@ -204,7 +239,8 @@ fn stand(draft: &mut Draft<'_>, situation: &Situation<'_>) -> Option<(Execution,
     draft.emit(Effect::Pursuit(PursuitEffect::Acted));
     (execution.for_goal, decision.reason) = (true, Reason::Goal);
     let course = vec![action];
-    decision.goal = Some(DecisionGoal { goal, chain: Vec::new(), at: 0, course, probability: 0.0 });
+    decision.goal =
+        Some(DecisionGoal { goal, chain: Vec::new(), at: 0, course, probability: 0.0, worth: None });
     Some((execution, decision))
 }
 
@@ -243,12 +279,17 @@ fn steer(
         let most = last.leads.first().and_then(|lead| policy.rows.get(lead.to? as usize));
         policy.fits(&context)
             && !policy.is_overdue(pursuit.actions)
+            && brought(policy, last) == before.came
             && most.is_some_and(|most| next.is_some_and(|next| next.context == most.context))
     };
     if !last.is_some_and(as_expected) {
-        let PolicySearch { policy, truncated } = policy::search(memory, body, world, &goal, foresight);
+        let PolicySearch { policy, truncated } = policy_for(memory, body, world, &goal, foresight);
         let Some(policy) = policy else {
-            let ending = if truncated { Ending::FurtherThanLooked } else { Ending::NothingLeadsThere };
+            let ending = match (truncated, goal.most()) {
+                (true, _) => Ending::FurtherThanLooked,
+                (false, None) => Ending::NothingLeadsThere,
+                (false, Some(_)) => Ending::NothingBringsAny,
+            };
             return stand(draft, &situation).or_else(|| give_up(draft, ending));
         };
         let after_actions = pursuit.actions;
@@ -282,16 +323,23 @@ fn steer(
     decision.reason = Reason::Goal;
     let course = policy.course(at).into_iter().filter_map(|at| policy.rows.get(at)).map(|row| row.action);
     let course = course.collect();
-    decision.goal =
-        Some(DecisionGoal { goal, chain: Vec::new(), at: 0, course, probability: row.probability });
+    let (probability, worth) = (row.probability, policy.yields.get(at).map(|one| one.worth));
+    decision.goal = Some(DecisionGoal { goal, chain: Vec::new(), at: 0, course, probability, worth });
     Some((execution, decision))
 }
 
-/// What a policy says of what comes next: where its last action led to another context, and that was foretold.
+/// What was to come with the last action of a policy for most of something, most likely.
+fn brought(policy: &Policy, last: &PolicyRow) -> Option<f64> {
+    let at = policy.rows.iter().position(|row| row.context == last.context)?;
+    policy.yields.get(at).map(|one| one.brings)
+}
+
+/// What a policy says of what comes next: where its last action led to another context, and that was foretold. One for most of something may
+/// well stay where it is.
 fn next_row<'a>(policy: &'a Policy, last: &PolicyRow, context: &WorldState) -> Option<&'a PolicyRow> {
     let to = policy.row(context)?;
     let foretold = last.leads.iter().any(|lead| lead.to.map(|to| to as usize) == Some(to));
-    policy.rows.get(to).filter(|row| foretold && row.context != last.context)
+    policy.rows.get(to).filter(|row| foretold && (row.context != last.context || !policy.yields.is_empty()))
 }
 
 /// Why another plan is made, when the last action was the last of the plan before, or not.

@@ -77,15 +77,20 @@ pub(crate) fn step(memory: &mut Memory, curriculum: &Curriculum, caches: &mut Ca
     // What is supposed may have changed by what came about.
     let world = draft.memory().content().perceived(body, &world);
     // 8. Where the curriculum stands.
+    let came = outcome
+        .filter(|outcome| for_goal && !outcome.begins_episode())
+        .and_then(|_| pursue::came(&mut draft, body, &world));
     let novelty = acted.filter(|_| student && !for_goal);
     if let Some(novelty) = novelty {
         stages::acted(&mut draft, curriculum, novelty, &world);
     }
-    pursue::observed(&mut draft, curriculum, body, &world, acted.is_some());
+    let decided_in = pending.as_ref().filter(|_| acted.is_some()).map(|execution| &execution.before);
+    pursue::observed(&mut draft, curriculum, body, &world, decided_in);
     // 9 and 10. Choose, and resolve to a primitive: for the goal, if one is pursued.
     let sent = pending.as_ref().filter(|_| for_goal).map(|execution| &execution.before);
     let outcome = outcome.filter(|_| for_goal);
-    let before = pursue::PreviousExecution { outcome, chain: &chain, world: sent };
+    let before = pursue::PreviousExecution { outcome, chain: &chain, world: sent, came };
+    let world = world.lived_by(draft.memory().rules());
     let turn = pursue(&mut draft, caches, body, &world, &before).unwrap_or_else(|| {
         let chain = if for_goal { &[][..] } else { &chain };
         choose(&mut draft, curriculum, caches, frame, novelty, chain)
@@ -201,6 +206,7 @@ fn learn(
     lifted: &[bool],
 ) -> Novelty {
     let lifted = |kind: TypeId| is_lifted(lifted, kind);
+    let after = &after.lived_by(draft.memory().rules());
     let before = &execution.before;
     let claims = draft.memory().content().mechanisms.claims;
     let expectation = claims.then(|| claims::expectation(draft.memory(), body, execution.action, before));
@@ -335,6 +341,7 @@ fn choose(
         }
         let (world, _) = lift(draft.memory(), curriculum, frame);
         let memory = draft.memory();
+        let world = world.lived_by(memory.rules());
         let Caches { reach, matched, to_new, .. } = &mut *caches;
         let reach = Reach::renew(reach, memory, body, &world);
         let perceived = PairCounts::new(&world);

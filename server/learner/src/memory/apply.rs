@@ -451,6 +451,7 @@ impl Memory {
                 goal: goal.clone(),
                 actions_max: *actions_max,
                 actions: 0,
+                came: 0.0,
                 plans_made: 0,
                 plans: Vec::new(),
                 ended: None,
@@ -472,6 +473,7 @@ impl Memory {
                 }
             }
             PursuitEffect::Acted => pursuit.actions = pursuit.actions.saturating_add(1),
+            PursuitEffect::Came(more) => pursuit.came = (pursuit.came + more).clamp(f64::MIN, f64::MAX),
             PursuitEffect::Ended(ending) => {
                 pursuit.ended = Some(*ending);
                 let body = pursuit.body;

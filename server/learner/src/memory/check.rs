@@ -16,7 +16,7 @@ use crate::nouns::observation::{Observation, Pattern, Substitution, TypeId};
 use crate::nouns::parameters::CHAIN_LENGTH_MAX;
 use crate::nouns::policy::Policy;
 use crate::nouns::progress::{Progress, StageEffect};
-use crate::nouns::pursuit::{GOAL_ACTIONS_MAX, GOAL_PATTERNS_MAX, PlanRecord, Pursuit, PursuitEffect};
+use crate::nouns::pursuit::{GOAL_ACTIONS_MAX, GOAL_PATTERNS_MAX, Goal, PlanRecord, Pursuit, PursuitEffect};
 use crate::nouns::schema::{
     ASSOCIATIONS_MAX, Concrete, Form, Generalised, POST_CONDITIONS_MAX, SCHEMAS_MAX, Schema, SchemaId,
 };
@@ -258,8 +258,13 @@ impl Check<'_> {
         match effect {
             PursuitEffect::Begun { body, goal, actions_max } => {
                 self.body(*body)?;
-                self.patterns(goal)?;
-                let sound = (1..=GOAL_PATTERNS_MAX).contains(&goal.len());
+                self.patterns(goal.patterns())?;
+                let sound = match goal {
+                    Goal::Observed(patterns) | Goal::Again(patterns) => {
+                        (1..=GOAL_PATTERNS_MAX).contains(&patterns.len())
+                    }
+                    Goal::Most(kind) => self.content.vocabulary.is_value(*kind),
+                };
                 match sound && (1..=GOAL_ACTIONS_MAX).contains(actions_max) {
                     true => Ok(()),
                     false => Err(EffectError::Goal),
@@ -275,6 +280,10 @@ impl Check<'_> {
                 let plan = self.content.pursuit.as_ref().and_then(|pursuit| pursuit.plans.last());
                 plan.and_then(|plan| plan.policy.as_ref()).ok_or(EffectError::Goal)?;
                 self.policy(policy)
+            }
+            PursuitEffect::Came(more) => {
+                let wanted = self.content.pursuit.as_ref().and_then(|pursuit| pursuit.goal.most());
+                (wanted.is_some() && more.is_finite()).then_some(()).ok_or(EffectError::Goal)
             }
             PursuitEffect::Acted | PursuitEffect::Ended(_) => Ok(()),
         }

@@ -14,7 +14,7 @@ use crate::nouns::mechanisms::Mechanisms;
 use crate::nouns::observation::{Observation, Pattern, Substitution, Term, Value};
 use crate::nouns::policy::Policy;
 use crate::nouns::probability::Count;
-use crate::nouns::pursuit::{Ending, PlanCause};
+use crate::nouns::pursuit::{Ending, Goal, PlanCause};
 use crate::nouns::schema::{Form, ObservationId, PostCondition, Schema, SchemaId};
 use crate::nouns::vocabulary::Parameter;
 
@@ -303,6 +303,10 @@ fn vocabulary(sink: &mut Sink, content: &Content) {
         for flag in [kind.declared.own, kind.declared.transient, kind.declared.heard] {
             sink.flag(flag);
         }
+        // A type that is no value has the digest that it had before there were any.
+        if kind.declared.value {
+            sink.flag(true);
+        }
         sink.each(&kind.properties, |sink, property| sink.number(u64::from(property.0)));
     });
     for names in [vocabulary.properties(), vocabulary.symbols()] {
@@ -428,7 +432,16 @@ fn pursuit(sink: &mut Sink, content: &Content) {
     let Some(pursuit) = &content.pursuit else { return };
     sink.number(pursuit.number);
     sink.number(u64::from(pursuit.body.0));
-    sink.each(&pursuit.goal, pattern);
+    sink.each(pursuit.goal.patterns(), pattern);
+    // A goal that is to be observed has the digest that it had before there were others.
+    match &pursuit.goal {
+        Goal::Observed(_) => (),
+        Goal::Again(_) => sink.flag(true),
+        Goal::Most(kind) => {
+            sink.number(u64::from(kind.0));
+            sink.number(pursuit.came.to_bits());
+        }
+    }
     for number in [pursuit.actions_max, pursuit.actions, pursuit.plans_made] {
         sink.number(u64::from(number));
     }
@@ -457,6 +470,7 @@ fn pursuit(sink: &mut Sink, content: &Content) {
         Some(Ending::Constrained) => 4,
         Some(Ending::Cancelled) => 5,
         Some(Ending::FurtherThanLooked) => 6,
+        Some(Ending::NothingBringsAny) => 7,
     });
 }
 
@@ -474,6 +488,9 @@ fn policy(sink: &mut Sink, policy: &Policy) {
             sink.number(lead.probability.to_bits());
         });
     });
+    for one in &policy.yields {
+        [one.worth, one.brings].iter().for_each(|number| sink.number(number.to_bits()));
+    }
     sink.number(policy.actions.to_bits());
     sink.number(u64::from(policy.after_actions));
 }

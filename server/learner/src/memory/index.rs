@@ -405,6 +405,7 @@ mod tests {
                 own: false,
                 transient: false,
                 heard: false,
+                value: false,
                 properties: vec![property("field")],
             }],
             actions: vec![DeclaredAction { name: "push".into(), parameters: vec![property("from")] }],

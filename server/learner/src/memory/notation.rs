@@ -116,7 +116,7 @@ fn real(value: f64, resolution: f64) -> String {
     })
 }
 
-fn type_name(vocabulary: &Vocabulary, kind: TypeId) -> String {
+pub(crate) fn type_name(vocabulary: &Vocabulary, kind: TypeId) -> String {
     let known = vocabulary.types().get(usize::from(kind.0));
     known.map_or_else(|| format!("type{}", kind.0), |t| t.declared.name.clone())
 }
@@ -147,7 +147,16 @@ pub fn pattern(vocabulary: &Vocabulary, pattern: &Pattern) -> String {
 /// The patterns of a goal: `object{colour=blue} & touch{}`.
 #[must_use]
 pub fn goal(vocabulary: &Vocabulary, goal: &Goal) -> String {
-    let patterns: Vec<_> = goal.iter().map(|wanted| pattern(vocabulary, wanted)).collect();
+    match goal {
+        Goal::Observed(wanted) => patterns(vocabulary, wanted),
+        Goal::Again(wanted) => format!("{} again", patterns(vocabulary, wanted)),
+        Goal::Most(kind) => format!("most {}", type_name(vocabulary, *kind)),
+    }
+}
+
+/// Patterns that are to be observed together.
+fn patterns(vocabulary: &Vocabulary, patterns: &[Pattern]) -> String {
+    let patterns: Vec<_> = patterns.iter().map(|wanted| pattern(vocabulary, wanted)).collect();
     patterns.join(" & ")
 }
 
@@ -305,7 +314,7 @@ pub fn schema_text(content: &Content, schema: &Schema) -> SchemaText {
             let show = |what: &Pattern| pattern(vocabulary, what);
             SchemaText {
                 pre: generalised.pre.iter().map(show).collect(),
-                action: format!("achieve {}", goal(vocabulary, &generalised.target)),
+                action: format!("achieve {}", patterns(vocabulary, &generalised.target)),
                 post: generalised.post.iter().map(|p| outcome(show(&p.what), p.absent)).collect(),
                 post_shares: generalised.post.iter().map(|p| share(p.count)).collect(),
             }

@@ -1,7 +1,8 @@
 //! Decisions, with everything that it takes to explain them.
 
 use crate::nouns::execution::ChainLink;
-use crate::nouns::observation::{Pattern, Substitution};
+use crate::nouns::observation::Substitution;
+use crate::nouns::pursuit::Goal;
 use crate::nouns::schema::SchemaId;
 pub use crate::nouns::terms::{Role, TERMS_KEPT_MAX, Term, Terms};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
@@ -40,8 +41,8 @@ pub struct Decision {
 /// The goal and the plan that a decision follows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DecisionGoal {
-    /// The patterns of the goal.
-    pub goal: Vec<Pattern>,
+    /// What is wanted.
+    pub goal: Goal,
     /// The schemas of the plan, in order; none of a policy.
     pub chain: Vec<ChainLink>,
     /// The place of the chosen schema in the plan, as an index.
@@ -49,8 +50,11 @@ pub struct DecisionGoal {
     /// The actions to the goal when all comes about that is most likely, the chosen one first; none but of a policy.
     pub course: Vec<PrimitiveId>,
     /// The probability of the plan when it was made, in 0..=1 (II-A); of a policy, from where the body is. 0 where an episode had ended, so
-    /// that something is done for the next to begin.
+    /// that something is done for the next to begin, and where most of something is wanted.
     pub probability: f64,
+    /// What is expected to come from where the body is, if most of something is wanted: see
+    /// [`Yield::worth`](crate::policy::Yield::worth).
+    pub worth: Option<f64>,
 }
 
 /// The rule that made a choice.

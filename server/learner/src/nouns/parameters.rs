@@ -68,7 +68,7 @@ pub struct TypeOverride {
     pub name: String,
     /// Whether its observations may be pre-conditions. By default they may, unless the type is `own`, `transient` or `heard`.
     pub precondition: Option<bool>,
-    /// Whether its observations may be post-conditions. By default they may, unless the type is `heard`.
+    /// Whether its observations may be post-conditions. By default they may, unless the type is `heard` or a value.
     pub postcondition: Option<bool>,
 }
 
@@ -159,10 +159,20 @@ pub struct TypeRule {
     pub transient: bool,
     /// It comes from others.
     pub heard: bool,
+    /// It is a number that comes with a frame and may be wanted.
+    pub value: bool,
     /// It may be a pre-condition.
     pub precondition: bool,
     /// It may be a post-condition.
     pub postcondition: bool,
+}
+
+impl TypeRule {
+    /// Whether only claims and goals are told of it: a value that no parameter makes a condition.
+    #[must_use]
+    pub fn is_apart(self) -> bool {
+        self.value && !self.precondition && !self.postcondition
+    }
 }
 
 impl TypeRules {
@@ -171,10 +181,10 @@ impl TypeRules {
     pub fn new(vocabulary: &Vocabulary, parameters: &Parameters) -> Self {
         let rule = |declared: &DeclaredType| {
             let given = parameters.type_overrides.iter().find(|o| o.name == declared.name);
-            let DeclaredType { own, transient, heard, .. } = *declared;
+            let DeclaredType { own, transient, heard, value, .. } = *declared;
             let precondition = given.and_then(|o| o.precondition).unwrap_or(!(own || transient || heard));
-            let postcondition = given.and_then(|o| o.postcondition).unwrap_or(!heard);
-            TypeRule { own, transient, heard, precondition, postcondition }
+            let postcondition = given.and_then(|o| o.postcondition).unwrap_or(!(heard || value));
+            TypeRule { own, transient, heard, value, precondition, postcondition }
         };
         Self(vocabulary.types().iter().map(|t| rule(&t.declared)).collect())
     }

@@ -20,7 +20,10 @@ pub struct Policy {
     pub circumstances: Vec<Observation>,
     /// The contexts, each once; that in which it was found is the first. At most [`POLICY_ROWS_MAX`].
     pub rows: Vec<PolicyRow>,
-    /// The number of actions that it takes to the goal, as expected where it gets there.
+    /// What comes of each row, in their order, if it is a policy for most of something; of one that leads to a goal, nothing.
+    pub yields: Vec<Yield>,
+    /// The number of actions that it takes to the goal, as expected where it gets there; of a policy for most of something, the
+    /// number after which it is made anew.
     pub actions: f64,
     /// The number of actions that had been sent for the goal when it was made.
     pub after_actions: u32,
@@ -37,6 +40,16 @@ pub struct PolicyRow {
     pub probability: f64,
     /// What the action leads to, the most probable first.
     pub leads: Vec<Lead>,
+}
+
+/// What comes of a row of a policy for most of something.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Yield {
+    /// What is expected to come from there on, what comes with each further action counted 0.99 times as much; nothing after the end of
+    /// the episode.
+    pub worth: f64,
+    /// What comes with its action most likely.
+    pub brings: f64,
 }
 
 impl PolicyRow {
@@ -61,7 +74,7 @@ impl Policy {
     /// and probabilities and the number of actions are such.
     #[must_use]
     pub fn is_sound(&self) -> bool {
-        let Self { kinds, chance, circumstances, rows, actions, after_actions: _ } = self;
+        let Self { kinds, chance, circumstances, rows, yields, actions, after_actions: _ } = self;
         let is_of = |observations: &[Observation], kinds: &[TypeId]| {
             observations.is_sorted_by(|a, b| a < b)
                 && observations.iter().all(|o| kinds.binary_search(&o.kind()).is_ok())
@@ -82,7 +95,15 @@ impl Policy {
             && chance.is_sorted_by(|a, b| a < b)
             && is_of(circumstances, chance)
             && rows.iter().all(sound)
+            && (yields.is_empty() || yields.len() == rows.len())
+            && yields.iter().all(|one| one.worth.is_finite() && one.brings.is_finite())
             && (actions.is_finite() && *actions >= 0.0)
+    }
+
+    /// What is expected to come from where it was made, if it is a policy for most of something: see [`Yield::worth`].
+    #[must_use]
+    pub fn worth(&self) -> Option<f64> {
+        self.yields.first().map(|first| first.worth)
     }
 
     /// The row of a context of lasting observations.
@@ -92,7 +113,7 @@ impl Policy {
         self.rows.iter().position(|row| row.context == context)
     }
 
-    /// Whether the goal should have been reached by it, after so many actions.
+    /// Whether the goal should have been reached by it, after so many actions, or it is time to make it anew.
     #[must_use]
     pub fn is_overdue(&self, actions: u32) -> bool {
         f64::from(actions.saturating_sub(self.after_actions)) > self.actions

@@ -3,13 +3,63 @@
 use std::sync::Arc;
 
 use crate::nouns::execution::ChainLink;
-use crate::nouns::observation::Pattern;
+use crate::nouns::observation::{Pattern, TypeId};
 use crate::nouns::policy::Policy;
 use crate::nouns::vocabulary::BodyId;
 
-/// A goal: an observation is to be brought about for each of these patterns (one may do for several). Properties that a pattern leaves
-/// out may have any value; a variable is the same value wherever it occurs in the goal.
-pub type Goal = [Pattern];
+/// What is to be observed: something for each of these patterns (one thing may do for several). Properties that a pattern leaves out may
+/// have any value; a variable is the same value wherever it occurs.
+pub type Patterns = [Pattern];
+
+/// What is wanted.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Goal {
+    /// That this is observed.
+    Observed(Vec<Pattern>),
+    /// That this is brought about, though it may be so already: that it is observed after an action in whose lasting world state it
+    /// was not.
+    Again(Vec<Pattern>),
+    /// As much as can be of the numbers that come with observations of this type, a value.
+    Most(TypeId),
+}
+
+impl From<Vec<Pattern>> for Goal {
+    /// That this is observed.
+    fn from(patterns: Vec<Pattern>) -> Self {
+        Self::Observed(patterns)
+    }
+}
+
+impl Goal {
+    /// What is to be observed; nothing of a goal that wants most of something.
+    #[must_use]
+    pub fn patterns(&self) -> &Patterns {
+        match self {
+            Self::Observed(patterns) | Self::Again(patterns) => patterns,
+            Self::Most(_) => &[],
+        }
+    }
+
+    /// Whether it wants that something is brought about which may be so already.
+    #[must_use]
+    pub fn is_again(&self) -> bool {
+        matches!(self, Self::Again(_))
+    }
+
+    /// The type of which it wants most.
+    #[must_use]
+    pub fn most(&self) -> Option<TypeId> {
+        match self {
+            Self::Most(kind) => Some(*kind),
+            Self::Observed(_) | Self::Again(_) => None,
+        }
+    }
+
+    /// The types that it speaks of, in the order of its patterns.
+    pub fn kinds(&self) -> impl Iterator<Item = TypeId> + '_ {
+        self.patterns().iter().map(Pattern::kind).chain(self.most())
+    }
+}
 
 /// How many patterns one goal may have.
 pub const GOAL_PATTERNS_MAX: usize = 8;
@@ -27,12 +77,14 @@ pub struct Pursuit {
     pub number: u64,
     /// The body that pursues it.
     pub body: BodyId,
-    /// The patterns of the goal; at most [`GOAL_PATTERNS_MAX`].
-    pub goal: Vec<Pattern>,
+    /// What is wanted; at most [`GOAL_PATTERNS_MAX`] patterns.
+    pub goal: Goal,
     /// The number of actions that it may take, in 1..=[`GOAL_ACTIONS_MAX`].
     pub actions_max: u32,
     /// The number of actions that were sent for it, carried out or not.
     pub actions: u32,
+    /// The sum of what came after these actions, if the goal wants most of it; else 0.
+    pub came: f64,
     /// The number of plans that were made for it.
     pub plans_made: u32,
     /// The last of them, at most [`PLANS_KEPT_MAX`], the present one at the end.
@@ -52,7 +104,8 @@ pub struct PlanRecord {
     pub chain: Vec<ChainLink>,
     /// What to do where, when the plan is made of what claims foretell.
     pub policy: Option<Arc<Policy>>,
-    /// The probability that it brings the goal about, in 0..=1 (II-A: of the relevant components alone).
+    /// The probability that it brings the goal about, in 0..=1 (II-A: of the relevant components alone); 0 of one for most of something,
+    /// which arrives nowhere.
     pub probability: f64,
     /// Whether the search for it used up its budget.
     pub truncated: bool,
@@ -88,6 +141,8 @@ pub enum Ending {
     Cancelled,
     /// Nothing leads there as far as was looked, and there is more that was not looked at.
     FurtherThanLooked,
+    /// Most of something was wanted, and nothing that is known brings any of it from here, neither more nor less.
+    NothingBringsAny,
 }
 
 /// A change of the goal that is pursued.
@@ -97,8 +152,8 @@ pub enum PursuitEffect {
     Begun {
         /// The body that is to pursue it.
         body: BodyId,
-        /// The patterns of the goal.
-        goal: Vec<Pattern>,
+        /// What is wanted.
+        goal: Goal,
         /// The number of actions that it may take.
         actions_max: u32,
     },
@@ -108,6 +163,8 @@ pub enum PursuitEffect {
     Revised(Arc<Policy>),
     /// An action was sent for the goal.
     Acted,
+    /// So much came after such an action, of what most is wanted of.
+    Came(f64),
     /// It is pursued no more.
     Ended(Ending),
 }
@@ -133,6 +190,23 @@ pub enum PursueError {
     /// No body of that number was declared, or it can do nothing.
     #[error("the body has nothing that it can do, so it can pursue no goal")]
     Body,
+    /// Most is wanted of what is no value.
+    #[error(
+        "{kind} is no value, so there is no most of it: a body declares a number that comes with its frames as a value{}",
+        if values.is_empty() { ", and none does".to_owned() } else { format!("; there are {}", values.join(", ")) }
+    )]
+    NoValue {
+        /// The type.
+        kind: String,
+        /// The types that are values.
+        values: Vec<String>,
+    },
+    /// Most is wanted of something, and nothing weighs what claims foretell.
+    #[error(
+        "most of something is brought by a policy, and no policies are made: the mechanism `policies` is off, as it is under the profile \
+         `paper`; it is on under the profile `full`"
+    )]
+    NoPolicies,
     /// Another is pursued.
     #[error("goal {number} is pursued, {goal}: wait for its end, or cancel it")]
     Busy {

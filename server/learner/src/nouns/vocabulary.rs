@@ -44,16 +44,30 @@ pub struct DeclaredType {
     /// Whether it comes from others and never from an action of this body (a word heard); then it is no condition of either kind by
     /// default, so that it can only become an associated observation (II-B).
     pub heard: bool,
+    /// Whether it is a number that comes with a frame and may be wanted (a reward). The learner does not live by it: it is no condition
+    /// of either kind, and neither attended to nor associated. Claims foretell it, so that who wants it can be helped. A value is an
+    /// event, and has one property, which is a number.
+    pub value: bool,
     /// Its properties, in the order in which they were declared.
     pub properties: Vec<DeclaredProperty>,
 }
 
 impl DeclaredType {
-    /// A state of the world by this name, without properties: neither the body's own, nor an event, nor heard.
+    /// A state of the world by this name, without properties: neither the body's own, nor an event, nor heard, nor a value.
     #[must_use]
     pub fn state(name: impl Into<String>) -> Self {
-        let (own, transient, heard) = (false, false, false);
-        Self { name: name.into(), own, transient, heard, properties: Vec::new() }
+        let (own, transient, heard, value) = (false, false, false, false);
+        Self { name: name.into(), own, transient, heard, value, properties: Vec::new() }
+    }
+
+    /// Whether it is what a value must be, if it is declared to be one: an event with one property, which is a number.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let is_number =
+            |one: &DeclaredProperty| matches!(one.kind, ValueKind::Integer | ValueKind::Real { .. });
+        let is_value =
+            self.transient && !self.heard && matches!(&self.properties[..], [one] if is_number(one));
+        !self.value || is_value
     }
 }
 
@@ -113,7 +127,12 @@ impl fmt::Display for ValueKind {
 impl fmt::Display for DeclaredType {
     /// Its flags, and what each of its properties takes: `an event of the body's own {field: an integer, reach: a real in bins of 0.01 m}`.
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        to.write_str(if self.transient { "an event" } else { "a state" })?;
+        let what = match (self.value, self.transient) {
+            (true, _) => "a value",
+            (false, true) => "an event",
+            (false, false) => "a state",
+        };
+        to.write_str(what)?;
         to.write_str(if self.own { " of the body's own {" } else { " {" })?;
         for (number, property) in self.properties.iter().enumerate() {
             let comma = if number == 0 { "" } else { ", " };
@@ -176,6 +195,15 @@ pub enum DeclarationError {
         other: String,
         /// What that takes.
         known: ValueKind,
+    },
+    /// A value is something else than one number that comes with a frame.
+    #[error(
+        "{name} is declared as a value: a value is an event (transient), and has just one property, which is an integer or a real; declare \
+         it so, or without the flag for values"
+    )]
+    Value {
+        /// The type's name.
+        name: String,
     },
     /// Values could not be told apart.
     #[error("the resolution of {name} is {resolution}; it must be finite and above 0")]
@@ -292,7 +320,7 @@ impl Vocabulary {
     pub fn from_lists(lists: VocabularyLists) -> Result<Self, &'static str> {
         let types = lists.types.iter().all(|kind| {
             let known = kind.properties.iter().all(|id| usize::from(id.0) < lists.properties.len());
-            known && kind.properties.len() == kind.declared.properties.len()
+            known && kind.properties.len() == kind.declared.properties.len() && kind.declared.is_sound()
         });
         let primitives = lists.primitives.iter().all(|primitive| {
             let action = lists.actions.get(primitive.action);
@@ -317,12 +345,27 @@ impl Vocabulary {
         if symbol_ids.len() == lists.symbols.len() { Ok(Self { lists, symbol_ids }) } else { Err("symbols") }
     }
 
+    /// Says of a type of these lists that it is a value; false, and nothing is changed, if it is none that can be one.
+    #[must_use]
+    pub fn make_value(&mut self, kind: TypeId) -> bool {
+        let Some(known) = self.lists.types.get_mut(usize::from(kind.0)) else { return false };
+        let declared = DeclaredType { value: true, ..known.declared.clone() };
+        let is_sound = declared.is_sound();
+        if is_sound {
+            known.declared = declared;
+        }
+        is_sound
+    }
+
     /// Says whether `declaration` can be merged; what is wrong with it is wrong before anything is changed.
     ///
     /// # Errors
     /// The first thing in it that contradicts what is known, or exceeds a limit.
     pub fn check(&self, declaration: &Declaration) -> Result<(), DeclarationError> {
         for declared in &declaration.observation_types {
+            if !declared.is_sound() {
+                return Err(DeclarationError::Value { name: declared.name.clone() });
+            }
             if let Some(known) = self.lists.types.iter().find(|t| t.declared.name == declared.name)
                 && known.declared != *declared
             {
@@ -594,6 +637,7 @@ impl Vocabulary {
             own: false,
             transient: false,
             heard: false,
+            value: false,
             properties: vec![property],
         };
         let properties: Vec<_> = declared.properties.iter().map(|p| self.intern_property(p)).collect();
@@ -626,6 +670,43 @@ impl Vocabulary {
     pub fn type_named(&self, name: &str) -> Option<TypeId> {
         let at = self.lists.types.iter().position(|t| t.declared.name == name)?;
         u16::try_from(at).ok().map(TypeId)
+    }
+
+    /// Whether a type is a value: a number that comes with a frame and may be wanted.
+    #[must_use]
+    pub fn is_value(&self, kind: TypeId) -> bool {
+        self.lists.types.get(usize::from(kind.0)).is_some_and(|known| known.declared.value)
+    }
+
+    /// The types that are values, in order.
+    pub(crate) fn values(&self) -> impl Iterator<Item = TypeId> + '_ {
+        (0..=u16::MAX)
+            .map(TypeId)
+            .zip(&self.lists.types)
+            .filter(|(_, known)| known.declared.value)
+            .map(|(id, _)| id)
+    }
+
+    /// The types that are none, in order.
+    pub(crate) fn sensed_types(&self) -> impl Iterator<Item = TypeId> + '_ {
+        (0..=u16::MAX)
+            .map(TypeId)
+            .zip(&self.lists.types)
+            .filter(|(_, known)| !known.declared.value)
+            .map(|(id, _)| id)
+    }
+
+    /// How much comes with these observations of a type that is a value: the sum of its numbers, a real counted as the middle of its
+    /// bin, and 0 where there are none.
+    #[must_use]
+    pub fn sum_of<'a>(&self, kind: TypeId, observations: impl IntoIterator<Item = &'a Observation>) -> f64 {
+        let of_kind = observations.into_iter().filter(|o| o.kind() == kind);
+        let number = |(property, value): &(PropertyId, Value)| match (value, self.property_kind(*property)) {
+            (Value::Bin(bin), Some(ValueKind::Real { resolution })) => bin_middle(*bin, *resolution),
+            (Value::Integer(number), _) => *number as f64,
+            _ => 0.0,
+        };
+        of_kind.flat_map(|o| o.properties()).map(number).fold(0.0, |sum, one| sum + one)
     }
 
     /// The property names, by number.
@@ -768,6 +849,7 @@ mod tests {
                 own: false,
                 transient: false,
                 heard: false,
+                value: false,
                 properties: vec![number.clone()],
             }],
             actions: vec![DeclaredAction { name: "go".to_owned(), parameters: vec![number] }],

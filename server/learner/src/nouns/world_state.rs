@@ -50,6 +50,17 @@ impl WorldState {
         self.filter(|observation| rules.of(observation.kind()).precondition)
     }
 
+    /// The part that the learner lives by: all but values.
+    #[must_use]
+    pub fn lived_by(&self, rules: &TypeRules) -> Self {
+        let is_apart = |observation: &Observation| rules.of(observation.kind()).is_apart();
+        if self.0.iter().any(is_apart) {
+            self.filter(|observation| !is_apart(observation))
+        } else {
+            self.clone()
+        }
+    }
+
     /// The part that goes on holding unless something changes it: all but events.
     #[must_use]
     pub fn lasting(&self, rules: &TypeRules) -> Self {

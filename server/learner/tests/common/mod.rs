@@ -34,6 +34,7 @@ pub fn declaration(fields: i64) -> Declaration {
         own,
         transient,
         heard,
+        value: false,
         properties,
     };
     Declaration {

@@ -83,7 +83,7 @@ pub(crate) fn explained(decision: &Decision) -> Result<(), TestCaseError> {
             Some(first) => goal.chain.is_empty() && *first == decision.action,
             None => goal.at < goal.chain.len(),
         };
-        prop_assert!(follows && !goal.goal.is_empty(), "{goal:?}");
+        prop_assert!(follows && !goal.goal.patterns().is_empty(), "{goal:?}");
         // Where an episode ended nothing leads on, and anything is done for the next to begin.
         let waits = goal.probability == 0.0 && goal.course.len() == 1;
         prop_assert!(waits || goal.probability > 0.0 && goal.probability <= 1.0, "{goal:?}");

@@ -16,7 +16,7 @@ use pschema_learner::observation::{
 };
 use pschema_learner::policy::{Lead, Policy, PolicyRow};
 use pschema_learner::progress::StageEffect;
-use pschema_learner::pursuit::{Ending, PlanCause, PlanRecord, PursuitEffect};
+use pschema_learner::pursuit::{Ending, Goal, PlanCause, PlanRecord, PursuitEffect};
 use pschema_learner::schema::{Form, SchemaId};
 use pschema_learner::vocabulary::{
     BodyId, Declaration, DeclaredAction, DeclaredProperty, DeclaredType, Parameter, PrimitiveId, ValueKind,
@@ -120,14 +120,15 @@ fn declaration() -> impl Strategy<Value = Declaration> {
     ];
     let named = |name: String, kind| DeclaredProperty { name, unit: String::new(), kind };
     let repertoire = vec((0..2_usize, vec(parameter, 0..2)), 0..3);
-    ("[a-c]", "[a-c]", values, any::<[bool; 3]>(), repertoire).prop_map(
-        move |(body, name, kind, [own, transient, heard], repertoire)| Declaration {
+    ("[a-c]", "[a-c]", values, any::<[bool; 4]>(), repertoire).prop_map(
+        move |(body, name, kind, [own, transient, heard, value], repertoire)| Declaration {
             body,
             observation_types: vec![DeclaredType {
                 name: format!("new {name}"),
                 own,
                 transient,
                 heard,
+                value,
                 properties: vec![named(format!("of {name}"), kind.clone())],
             }],
             actions: vec![DeclaredAction { name: format!("do {name}"), parameters: vec![named(name, kind)] }],
@@ -184,6 +185,7 @@ fn policy() -> impl Strategy<Value = Policy> {
             chance,
             circumstances,
             rows,
+            yields: Vec::new(),
             actions,
             after_actions: 0,
         },
@@ -200,9 +202,15 @@ fn pursuit() -> impl Strategy<Value = PursuitEffect> {
             PursuitEffect::Planned(plan)
         },
     );
+    let goal = prop_oneof![
+        vec(pattern(), 0..3).prop_map(Goal::Observed),
+        vec(pattern(), 0..3).prop_map(Goal::Again),
+        kind().prop_map(Goal::Most),
+    ];
     prop_oneof![
-        3 => (body(), vec(pattern(), 0..3), prop_oneof![1..9_u32, any::<u32>()])
+        3 => (body(), goal, prop_oneof![1..9_u32, any::<u32>()])
             .prop_map(|(body, goal, actions_max)| PursuitEffect::Begun { body, goal, actions_max }),
+        1 => any::<f64>().prop_map(PursuitEffect::Came),
         2 => plan,
         1 => policy().prop_map(|policy| PursuitEffect::Revised(Arc::new(policy))),
         1 => Just(PursuitEffect::Acted),

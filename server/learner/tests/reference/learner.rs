@@ -76,7 +76,7 @@ impl Reference {
         let frame = &Frame { observations, ..frame.clone() };
         let world = self.world(frame);
         let mut chain = Vec::new();
-        let mut acted = None;
+        let (mut acted, mut decided_in) = (None, None);
         let for_goal = pending.as_ref().is_some_and(|execution| execution.for_goal);
         if pending.is_none() && student {
             self.arranged(frame.outcome);
@@ -93,14 +93,14 @@ impl Reference {
                 let made = if learning { self.learn(&execution, &world) } else { Made::default() };
                 acted = Some(made);
                 chain = execution.chain;
+                decided_in = Some(execution.before);
             }
         }
-        let done = acted.is_some();
         let acted = acted.filter(|_| !for_goal);
         if let Some(made) = acted.filter(|_| student) {
             self.acted(made, frame);
         }
-        self.look(body, &world, done);
+        self.look(body, &world, decided_in.as_ref());
         let outcome = frame.outcome.filter(|_| for_goal);
         let (output, pending) = match self.pursue(body, &world, outcome, &chain) {
             Some(execution) => (Output::Act(execution.action), Some(Arc::new(execution))),

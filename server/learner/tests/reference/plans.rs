@@ -7,6 +7,7 @@ use pschema_learner::curriculum::Curriculum;
 use pschema_learner::observation::{Pattern, PropertyId, Term, TypeId, Value, Variable};
 use pschema_learner::parameters::Parameters;
 use pschema_learner::progress::StageCommand;
+use pschema_learner::pursuit::Goal;
 use pschema_learner::vocabulary::BodyId;
 
 use super::curricula::{curriculum, paper, parameters};
@@ -26,7 +27,7 @@ pub(crate) struct Setup {
 }
 
 /// A goal for a body, with the actions that it may take; none to call off what is pursued.
-pub(crate) type GoalOrder = Option<(BodyId, Vec<Pattern>, u32)>;
+pub(crate) type GoalOrder = Option<(BodyId, Goal, u32)>;
 
 impl Setup {
     /// What an operator commands before the next frame: mostly nothing.
@@ -65,7 +66,8 @@ impl Setup {
         let bodies = self.plan.declarations().len();
         let body = BodyId(u16::try_from(world.random.below(bodies)).unwrap());
         let patterns = 1 + usize::from(world.happens(60));
-        let goal = (0..patterns).map(|_| self.pattern(world)).collect();
+        let wanted = (0..patterns).map(|_| self.pattern(world)).collect();
+        let goal = if world.happens(80) { Goal::Again(wanted) } else { Goal::Observed(wanted) };
         Some(Some((body, goal, 1 + u32::try_from(world.random.below(8)).unwrap())))
     }
 

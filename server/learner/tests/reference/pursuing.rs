@@ -8,7 +8,7 @@ use pschema_learner::execution::{ChainLink, Execution};
 use pschema_learner::observation::{Observation, Pattern, Substitution, Term, Value, Variable};
 use pschema_learner::plan::CHAINS_WEIGHED_MAX;
 use pschema_learner::probability::Count;
-use pschema_learner::pursuit::{Ending, PlanCause, PlanRecord, PursuitEffect};
+use pschema_learner::pursuit::{Ending, Goal, PlanCause, PlanRecord, PursuitEffect};
 use pschema_learner::schema::SchemaId;
 use pschema_learner::vocabulary::{BodyId, PrimitiveId};
 use pschema_learner::world_state::WorldState;
@@ -22,7 +22,7 @@ use super::schema::{Schema, put_in};
 #[derive(Clone, Debug)]
 pub(crate) struct Pursuit {
     pub(crate) body: BodyId,
-    pub(crate) goal: Vec<Pattern>,
+    pub(crate) goal: Goal,
     pub(crate) actions_max: u32,
     pub(crate) actions: u32,
     pub(crate) plans_made: u32,
@@ -41,7 +41,7 @@ impl Memory {
             PursuitEffect::Planned(_) => pursuit.plans_made += 1,
             PursuitEffect::Acted => pursuit.actions += 1,
             // Policies are beyond the paper.
-            PursuitEffect::Revised(_) => panic!("{effect:?}"),
+            PursuitEffect::Revised(_) | PursuitEffect::Came(_) => panic!("{effect:?}"),
             PursuitEffect::Ended(_) => pursuit.over = true,
         }
         if matches!(effect, PursuitEffect::Begun { .. } | PursuitEffect::Ended(_))
@@ -125,14 +125,14 @@ impl Reference {
     }
 
     /// Takes a goal up, or calls off what is pursued when there is none; nothing if that can't be.
-    pub(crate) fn order(&mut self, order: Option<(BodyId, Vec<Pattern>, u32)>) -> Option<Vec<Effect>> {
+    pub(crate) fn order(&mut self, order: Option<(BodyId, Goal, u32)>) -> Option<Vec<Effect>> {
         self.effects.clear();
         let busy = self.memory.pursuit.as_ref().is_some_and(|pursuit| !pursuit.over);
         let effect = match order {
             Some((body, goal, actions_max)) => {
                 let able = self.memory.bodies.get(usize::from(body.0)).is_some_and(|(_, r)| !r.is_empty());
-                let seen = goal.iter().all(|pattern| self.lifted(pattern.kind()));
-                if goal.is_empty() || !able || busy || self.memory.standing.held || !seen {
+                let seen = goal.kinds().all(|kind| self.lifted(kind));
+                if goal.patterns().is_empty() || !able || busy || self.memory.standing.held || !seen {
                     return None;
                 }
                 PursuitEffect::Begun { body, goal, actions_max }
@@ -145,16 +145,19 @@ impl Reference {
     }
 
     /// Ends the goal if it holds, or if it is to be given up without trying on.
-    pub(crate) fn look(&mut self, body: BodyId, world: &WorldState, after_action: bool) {
+    pub(crate) fn look(&mut self, body: BodyId, world: &WorldState, decided_in: Option<&WorldState>) {
         let Some(pursuit) = self.goal_of(body) else { return };
-        let seen = world.observations().iter();
-        let counted: Vec<_> = seen
-            .filter(|o| after_action || !self.rules(o.kind()).transient)
-            .map(|o| (o.clone(), 1.0))
-            .collect();
-        let ending = if !pursuit.goal.iter().all(|pattern| self.lifted(pattern.kind())) {
+        let wanted = pursuit.goal.patterns();
+        let brought = match decided_in {
+            None => !pursuit.goal.is_again() && self.lasts_in(wanted, world),
+            Some(before) => {
+                let all: Vec<_> = world.observations().iter().map(|o| (o.clone(), 1.0)).collect();
+                choose(wanted, &all).is_some() && !(pursuit.goal.is_again() && self.lasts_in(wanted, before))
+            }
+        };
+        let ending = if !pursuit.goal.kinds().all(|kind| self.lifted(kind)) {
             Ending::Constrained
-        } else if choose(&pursuit.goal, &counted).is_some() {
+        } else if brought {
             Ending::Achieved
         } else if pursuit.actions >= pursuit.actions_max {
             Ending::ActionsUsedUp
@@ -162,6 +165,13 @@ impl Reference {
             return;
         };
         self.emit(Effect::Pursuit(PursuitEffect::Ended(ending)));
+    }
+
+    /// Whether all of this holds, events left out.
+    fn lasts_in(&self, wanted: &[Pattern], world: &WorldState) -> bool {
+        let lasting = world.observations().iter().filter(|o| !self.rules(o.kind()).transient);
+        let lasting: Vec<_> = lasting.map(|o| (o.clone(), 1.0)).collect();
+        choose(wanted, &lasting).is_some()
     }
 
     /// The next execution for the goal, if one is pursued and something leads there. `outcome` is that of the
@@ -208,7 +218,8 @@ impl Reference {
     }
 
     /// The most probable way; of equals the shortest, then the one that ends with the oldest schema, then the first.
-    fn best_plan(&self, body: BodyId, world: &WorldState, goal: &[Pattern]) -> Option<(Vec<ChainLink>, f64)> {
+    fn best_plan(&self, body: BodyId, world: &WorldState, wanted: &Goal) -> Option<(Vec<ChainLink>, f64)> {
+        let goal = wanted.patterns();
         let repertoire = &self.memory.bodies[usize::from(body.0)].1;
         let start = self.context(world);
         let mut best: Option<(f64, usize, SchemaId, Vec<ChainLink>)> = None;
@@ -216,6 +227,12 @@ impl Reference {
         for reached in self.search(repertoire, start.clone()) {
             let is_longer = |length: usize| reached.chain.len() + 1 > length;
             if best.as_ref().is_some_and(|(known, length, ..)| *known >= 1.0 && is_longer(*length)) {
+                continue;
+            }
+            // What is so already is not brought about.
+            let there = WorldState::new(reached.context.iter().cloned());
+            let there = if reached.chain.is_empty() { world } else { &there };
+            if wanted.is_again() && self.lasts_in(goal, there) {
                 continue;
             }
             for last in self.lasts(repertoire, &reached, goal) {

@@ -91,6 +91,7 @@ impl Plan {
             own: kind.own,
             transient: kind.transient,
             heard: kind.heard,
+            value: false,
             properties: PROPERTIES[..kind.properties].iter().map(|name| integer(name)).collect(),
         });
         Declaration {

@@ -21,7 +21,9 @@ pub(crate) trait Mirror<Live>: Sized {
 
 /// Declares types of the format, and for each of them the type of the learner that it mirrors, field by field and variant
 /// by variant. A field that the learner gains or loses does not compile, so that none is forgotten on disk. A field after `..`
-/// is kept elsewhere, and comes back empty.
+/// is kept elsewhere, and comes back empty. Of a variant of the learner's that came to hold more than what was written of it, the
+/// values that hold more are written as another variant, `as` which it comes back: one of those after `..`, which stand after
+/// all others.
 macro_rules! mirror {
     () => {};
     (
@@ -59,6 +61,7 @@ macro_rules! mirror {
         $(#[$attribute:meta])*
         enum $name:ident = $live:ty {
             $($(#[$about:meta])* $variant:ident $(($($inner:ident: $content:ty),+))? $({ $($field:ident: $type:ty),* })?,)*
+            $(..$more:ident($whole:ty) as $less:ident if $holds_more:path,)*
         }
         $($rest:tt)*
     ) => {
@@ -68,12 +71,14 @@ macro_rules! mirror {
         #[serde(deny_unknown_fields, rename_all = "snake_case")]
         pub(crate) enum $name {
             $($(#[$about])* $variant $(($($content),+))? $({ $($field: $type),* })?,)*
+            $($more($whole),)*
         }
 
         impl $crate::format::mirror::Mirror<$live> for $name {
             fn of(live: &$live) -> Self {
                 type Live = $live;
                 match live {
+                    $(Live::$less(whole) if $holds_more(whole) => Self::$more($crate::format::mirror::Mirror::of(whole)),)*
                     $(Live::$variant $(($($inner),+))? $({ $($field),* })? => Self::$variant
                         $(($($crate::format::mirror::Mirror::of($inner)),+))?
                         $({ $($field: $crate::format::mirror::Mirror::of($field)),* })?,)*
@@ -86,6 +91,7 @@ macro_rules! mirror {
                     $(Self::$variant $(($($inner),+))? $({ $($field),* })? => Live::$variant
                         $(($($crate::format::mirror::Mirror::live($inner)),+))?
                         $({ $($field: $crate::format::mirror::Mirror::live($field)),* })?,)*
+                    $(Self::$more(whole) => Live::$less($crate::format::mirror::Mirror::live(whole)),)*
                 }
             }
         }

@@ -6,7 +6,7 @@ use pschema_learner::effect::{Effect, Score};
 use pschema_learner::notation;
 use pschema_learner::observation::{Observation, Pattern};
 use pschema_learner::progress::StageEffect;
-use pschema_learner::pursuit::{Ending, PlanCause, PursuitEffect};
+use pschema_learner::pursuit::{Ending, Goal, PlanCause, PursuitEffect};
 use pschema_learner::vocabulary::{BodyId, Vocabulary};
 use pschema_learner::{ActionOutcome, Frame};
 
@@ -200,6 +200,14 @@ impl Wording {
         notation::side(patterns.iter().map(|one| notation::pattern(&self.0, one)))
     }
 
+    fn goal(&self, goal: &Goal) -> String {
+        match goal {
+            Goal::Observed(patterns) => self.patterns(patterns),
+            Goal::Again(patterns) => format!("{} again", self.patterns(patterns)),
+            Goal::Most(_) => notation::goal(&self.0, goal),
+        }
+    }
+
     /// An effect as a sentence.
     fn effect(&self, effect: &Effect) -> String {
         match effect {
@@ -336,7 +344,7 @@ impl Wording {
     fn pursuit(&self, effect: &PursuitEffect) -> String {
         match effect {
             PursuitEffect::Begun { body, goal, actions_max } => {
-                let (body, goal) = (self.body(*body), self.patterns(goal));
+                let (body, goal) = (self.body(*body), self.goal(goal));
                 format!("body {body} pursues {goal}, with at most {actions_max} actions")
             }
             PursuitEffect::Planned(plan) => {
@@ -352,11 +360,21 @@ impl Wording {
                     Some(policy) => format!("a policy of {} contexts", policy.rows.len()),
                     None => format!("schemas {}", schemas.join(", ")),
                 };
-                format!("{because}: {way}, probability {:.2}", plan.probability)
+                match plan.policy.as_ref().and_then(|policy| policy.worth()) {
+                    Some(worth) => format!("{because}: {way}, which expects {worth:.2}"),
+                    None => format!("{because}: {way}, probability {:.2}", plan.probability),
+                }
             }
-            PursuitEffect::Revised(policy) => {
-                format!("the policy is made anew, of {} contexts", policy.rows.len())
-            }
+            PursuitEffect::Revised(policy) => match policy.worth() {
+                Some(worth) => {
+                    format!(
+                        "the policy is made anew, of {} contexts, and expects {worth:.2}",
+                        policy.rows.len()
+                    )
+                }
+                None => format!("the policy is made anew, of {} contexts", policy.rows.len()),
+            },
+            PursuitEffect::Came(more) => format!("{more:.2} came for the goal"),
             PursuitEffect::Acted => "an action counts for the goal".to_owned(),
             PursuitEffect::Ended(ending) => {
                 let ending = match ending {
@@ -366,6 +384,7 @@ impl Wording {
                     Ending::Constrained => "given up: the stage constrains what it speaks of",
                     Ending::Cancelled => "called off",
                     Ending::FurtherThanLooked => "given up: nothing leads there as far as was looked",
+                    Ending::NothingBringsAny => "given up: nothing known brings any",
                 };
                 format!("the goal is {ending}")
             }

@@ -313,6 +313,7 @@ impl Past {
                 match effect {
                     // A declaration that is refused is not in the memory either.
                     Effect::Declared(declaration) => drop(known.declare(&(*declaration).live())),
+                    Effect::DeclaredValues(declaration) => drop(known.declare(&(*declaration).live())),
                     Effect::SymbolsMet(symbols) => known.meet(&symbols),
                     _ => (),
                 }

@@ -371,7 +371,7 @@ fn claims_that_the_journal_does_not_lead_to_are_found() {
     found.facets[0].surprise[1] += 1.0;
     let experiences = content.evidence.kept().filter(|(of, _)| *of == pool);
     let experiences = experiences.map(|(_, experience)| experience.clone()).collect();
-    content.evidence.restore(pool, experiences, found);
+    content.evidence.restore(&content.vocabulary, pool, experiences, found);
     snapshot::write(&twin, &content, &whole.setting, place, &whole.memory_digest, || false).unwrap();
     let checked = past.verify(false, &mut |_| ()).unwrap();
     let [finding] = &checked.findings[..] else { panic!("{checked:?}") };

@@ -4,14 +4,18 @@ use std::sync::Arc;
 
 use pschema_learner::digest::digest;
 use pschema_learner::effect::Effect;
+use pschema_learner::experience::Experience;
 use pschema_learner::item::{Event, Update};
 use pschema_learner::mechanisms::Mechanisms;
-use pschema_learner::observation::{Observation, Pattern, TypeId};
+use pschema_learner::memory::Memory;
+use pschema_learner::observation::{Observation, Pattern, TypeId, Value as LearntValue};
 use pschema_learner::parameters::Parameters;
-use pschema_learner::policy::{Lead, Policy, PolicyRow};
-use pschema_learner::pursuit::{PlanCause, PlanRecord, PursuitEffect};
+use pschema_learner::policy::{Lead, Policy, PolicyRow, Yield};
+use pschema_learner::pursuit::{Ending, Goal, PlanCause, PlanRecord, PursuitEffect};
 use pschema_learner::random::Random;
-use pschema_learner::vocabulary::{BodyId, PrimitiveId};
+use pschema_learner::vocabulary::{
+    BodyId, Declaration, DeclaredProperty, DeclaredType, PrimitiveId, ValueKind,
+};
 use pschema_learner::{Frame, Learner};
 
 use crate::error::StoreError;
@@ -192,6 +196,7 @@ fn policies_are_written_and_read() {
             chance: vec![TypeId(2)],
             circumstances: Vec::new(),
             rows: vec![row(block.clone(), Some(1)), row(Vec::new(), None)],
+            yields: Vec::new(),
             actions: 2.5,
             after_actions,
         })
@@ -204,7 +209,7 @@ fn policies_are_written_and_read() {
         probability: 0.75,
         truncated: false,
     };
-    let begun = PursuitEffect::Begun { body: BodyId(0), goal, actions_max: 9 };
+    let begun = PursuitEffect::Begun { body: BodyId(0), goal: goal.into(), actions_max: 9 };
     for effect in [begun, PursuitEffect::Planned(plan), PursuitEffect::Revised(policy(4))] {
         let effect = Effect::Pursuit(effect);
         let kept: crate::format::v1::Effect = Mirror::of(&effect);
@@ -233,6 +238,113 @@ fn policies_are_written_and_read() {
     ] {
         let forged = text.replacen(number, forged, 1);
         assert_ne!(forged, text, "{number}");
+        let error = export::read(&mut forged.as_bytes(), |_| ()).unwrap_err().to_string();
+        assert!(error.starts_with("line ") && error.contains(says), "{says}: {error}");
+    }
+}
+
+/// A body with a value, experiences in which it came, the end of an episode, and a goal for most of it: all comes back.
+#[test]
+fn values_and_goals_for_most_of_them_are_written_and_read() {
+    let (twin, mut world) = (Twin::new(), World::new(5));
+    let (mut learner, mut store, _) = opened(&twin, |_| ()).unwrap();
+    attach(&mut learner, &mut store).unwrap();
+    let mut memory = learner.into_memory();
+    let points = DeclaredProperty { name: "points".into(), unit: String::new(), kind: ValueKind::Integer };
+    let score = DeclaredType {
+        transient: true,
+        value: true,
+        properties: vec![points],
+        ..DeclaredType::state("score")
+    };
+    let declared =
+        Declaration { body: "judge".into(), observation_types: vec![score], ..Declaration::default() };
+    let mut journalled = Vec::new();
+    let mut apply = |memory: &mut Memory, effect: Effect| {
+        let kept: crate::format::v1::Effect = Mirror::of(&effect);
+        assert_eq!(kept.clone().live(), effect);
+        memory.apply(&effect).unwrap();
+        journalled.push(kept);
+    };
+    apply(&mut memory, Effect::Declared(Box::new(declared)));
+    let vocabulary = memory.content().vocabulary.clone();
+    let score = vocabulary.type_named("score").unwrap();
+    let property = vocabulary.property_named("points").unwrap();
+    let lasting: Vec<_> = world.frame().observations.into_iter().filter(|o| o.kind() == TypeId(1)).collect();
+    for number in 0..40_i64 {
+        let came = Observation::new(score, [(property, LearntValue::Integer(number % 2))]);
+        let after = [&lasting[..], &[came]].concat();
+        let experience = Experience {
+            body: BodyId(0),
+            primitive: PrimitiveId((number % 4) as u32),
+            parameters: vec![Some(LearntValue::Integer(number % 4))].into(),
+            before: lasting.clone().into(),
+            after: after.into(),
+            sensed: vec![TypeId(1), score].into(),
+            recalled: None,
+        };
+        apply(&mut memory, Effect::Experienced(Box::new(experience)));
+    }
+    apply(&mut memory, Effect::Experienced(Box::new(Experience::beginning(BodyId(0)))));
+    let policy = |worth: f64| {
+        let leads = vec![Lead { to: Some(0), probability: 0.5 }];
+        let row = PolicyRow { context: lasting.clone(), action: PrimitiveId(1), probability: 0.0, leads };
+        let yields = vec![Yield { worth, brings: 1.0 }];
+        Arc::new(Policy {
+            kinds: vec![TypeId(1)],
+            rows: vec![row],
+            yields,
+            actions: 32.0,
+            ..Policy::default()
+        })
+    };
+    let plan = PlanRecord {
+        after_actions: 0,
+        because: PlanCause::First,
+        chain: Vec::new(),
+        policy: Some(policy(1.0)),
+        probability: 0.0,
+        truncated: false,
+    };
+    let again = Goal::Again(vec![Pattern::new(TypeId(1), [])]);
+    for effect in [
+        PursuitEffect::Begun { body: BodyId(0), goal: again.clone(), actions_max: 9 },
+        PursuitEffect::Ended(Ending::Cancelled),
+        PursuitEffect::Begun { body: BodyId(0), goal: Goal::Most(score), actions_max: 9 },
+        PursuitEffect::Planned(plan),
+        PursuitEffect::Acted,
+        PursuitEffect::Came(-2.5),
+        PursuitEffect::Revised(policy(1.5)),
+    ] {
+        apply(&mut memory, Effect::Pursuit(effect));
+    }
+    let (content, curriculum) = (memory.content(), curriculum());
+    let parameters = memory.parameters();
+    let identity = export::Identity { learner: "it", seed: 5, parameters, curriculum: &curriculum };
+    let mut bytes = Vec::new();
+    export::write(content, identity, &mut bytes, |_| ()).unwrap();
+    let read = export::read(&mut &*bytes, |_| ()).unwrap().content;
+    assert_eq!((digest(&read), &read.pursuit), (digest(content), &content.pursuit));
+    assert_eq!(read.vocabulary.types(), content.vocabulary.types());
+    assert_eq!(read.evidence, content.evidence);
+    assert_eq!(
+        (read.pursuit.as_ref().unwrap().came, &read.pursuit.unwrap().goal),
+        (-2.5, &Goal::Most(score))
+    );
+    let text = String::from_utf8(bytes).unwrap();
+    let number = score.0;
+    for (before, forged, says) in [
+        (format!("{{\"values\":[{number}]}}"), "{\"values\":[1]}".to_owned(), "an event with one number"),
+        (
+            format!("{{\"values\":[{number}]}}"),
+            "{\"values\":[900]}".to_owned(),
+            "it refers to observation type 900",
+        ),
+        (format!("{{\"most\":{number}}}"), "{\"most\":1}".to_owned(), "never declared"),
+        ("\"yields\":[{".to_owned(), "\"yields\":[{\"worth\":1.0,\"brings\":1.0},{".to_owned(), "row by row"),
+    ] {
+        let forged = text.replacen(&before, &forged, 1);
+        assert_ne!(forged, text, "{before}");
         let error = export::read(&mut forged.as_bytes(), |_| ()).unwrap_err().to_string();
         assert!(error.starts_with("line ") && error.contains(says), "{says}: {error}");
     }

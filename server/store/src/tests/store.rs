@@ -40,6 +40,7 @@ pub(crate) fn declaration() -> Declaration {
         own,
         transient,
         heard: false,
+        value: false,
         properties,
     };
     let field = || property("field", ValueKind::Integer);

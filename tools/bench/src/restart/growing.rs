@@ -150,6 +150,7 @@ fn declaration() -> Declaration {
         own: false,
         transient: false,
         heard: false,
+        value: false,
         properties: vec![field.clone()],
     };
     Declaration {

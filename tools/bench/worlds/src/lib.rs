@@ -269,6 +269,7 @@ fn declaration(postures: i64) -> Declaration {
         own,
         transient,
         heard: false,
+        value: false,
         properties,
     };
     Declaration {

@@ -29,6 +29,7 @@ from .declare import (
     real,
     state,
     symbol,
+    value,
 )
 from .errors import AnswerError, ArgumentError, DeclarationError, Error, FrameError, NoDaemonError, RefusedError
 from .functions import FunctionBody
@@ -69,4 +70,5 @@ __all__ = [
     "run",
     "state",
     "symbol",
+    "value",
 ]

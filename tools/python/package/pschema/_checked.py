@@ -76,6 +76,19 @@ def texts(place: str, given: Iterable[Any]) -> list[str]:
     return [text(f"{place}[{at}]", one) for at, one in enumerate(given)]
 
 
+def wanted(goal: Iterable[Any], again: Any, most: Any) -> dict[str, Any]:
+    """What is wanted: patterns, or most of a value."""
+    if not isinstance(again, bool):
+        raise _refused("again", again, "True or False")
+    told: dict[str, Any] = {"goal": texts("goal", goal)}
+    # What is not asked for is left out, so that an older daemon understands the rest.
+    if again:
+        told["again"] = True
+    if most is not None:
+        told["most"] = text("most", most)
+    return told
+
+
 def path(place: str, given: Any) -> str:
     """The path of a file."""
     if not isinstance(given, (str, os.PathLike)):

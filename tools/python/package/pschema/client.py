@@ -133,6 +133,8 @@ class Client(Questions):
     def achieve(
         self,
         *goal: str,
+        again: bool = False,
+        most: Optional[str] = None,
         actions_max: int = 50,
         wait_s: float = 60.0,
         seen: Optional[Callable[[Answer], None]] = None,
@@ -143,18 +145,21 @@ class Client(Questions):
         Args:
             goal: patterns as they print, ``"object{colour=blue, field=$x}"``; all are to hold at once, and a variable is the same value
                 in all of them.
+            again: that they hold already does not count; they are to be brought about.
+            most: instead of patterns, the name of a value of which as much as can be is to come, a reward: ``achieve(most="reward")``. That
+                goes on until ``actions_max`` actions were taken or the time is up.
             actions_max: how many actions may be taken for it; 1 to 100,000.
             wait_s: seconds to wait.
             seen: is called with the pursuit whenever it has moved on. An exception in it, or Ctrl-C, calls the goal off.
             stop: a flag that calls the goal off from another thread.
 
         Returns:
-            How it ended: ``state``, ``achieved``, ``actions``, ``plans``.
+            How it ended: ``state``, ``achieved``, ``actions``, ``plans``; with ``most`` the sum that ``came``.
 
         Raises:
             AnswerError: a pattern that can't be read, a value outside the range that the body declares, or no body is attached.
         """
-        order = {"goal": _checked.texts("goal", goal), "actions_max": _checked.whole("actions_max", actions_max, 1)}
+        order = {**_checked.wanted(goal, again, most), "actions_max": _checked.whole("actions_max", actions_max, 1)}
         wait_s = _checked.number("wait_s", wait_s)
         if seen is not None and not callable(seen):
             raise ArgumentError(f"seen={_checked.shown(seen)}: give a function that takes the pursuit")

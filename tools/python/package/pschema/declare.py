@@ -32,6 +32,7 @@ __all__ = [
     "real",
     "state",
     "symbol",
+    "value",
 ]
 
 #: A value of a property, or of a parameter.
@@ -133,12 +134,13 @@ def _properties(of: str, given: Optional[Mapping[str, Values]], named: Mapping[s
 
 @dataclass(frozen=True)
 class Sense:
-    """A sense of a body: one type of observation. `state` and `event` make it."""
+    """A sense of a body: one type of observation. `state`, `event` and `value` make it."""
 
     name: str
     properties: Mapping[str, Values]
     own: bool = False
     transient: bool = False
+    value: bool = False
 
 
 def state(name: str, properties: Optional[Mapping[str, Values]] = None, *, own: bool = False, **named: Values) -> Sense:
@@ -157,13 +159,32 @@ def event(name: str, properties: Optional[Mapping[str, Values]] = None, *, own: 
     return _sense("event", name, properties, named, own=own, transient=True)
 
 
+def value(name: str, properties: Optional[Mapping[str, Values]] = None, *, own: bool = False, **named: Values) -> Sense:
+    """A number that comes with a frame and may be wanted: a reward, a cost, a score.
+
+    It has one property, `integer` or `real`. The learner does not live by it: what it does is the same with it and without it. But it
+    foretells it, and ``achieve(most=NAME)`` brings as much of it as can be.
+
+        >>> value("reward", reward=real(-1, 1, 0.01)).value
+        True
+    """
+    return _sense("value", name, properties, named, own=own, transient=True, value=True)
+
+
 def _sense(
-    maker: str, name: str, properties: Optional[Mapping[str, Values]], named: Mapping[str, Values], *, own: bool, transient: bool
+    maker: str,
+    name: str,
+    properties: Optional[Mapping[str, Values]],
+    named: Mapping[str, Values],
+    *,
+    own: bool,
+    transient: bool,
+    value: bool = False,
 ) -> Sense:
     _text(f"{maker}(): the name of a sense", name)
     if not isinstance(own, bool):
         raise DeclarationError(f"sense {name}: own={_checked.shown(own)}: give True or False")
-    return Sense(name, _properties(f"sense {name}", properties, named), own, transient)
+    return Sense(name, _properties(f"sense {name}", properties, named), own, transient, value)
 
 
 @dataclass(frozen=True)
@@ -304,7 +325,7 @@ class Description:
         ):
             for number, one in enumerate(listed):
                 if not isinstance(one, sort):
-                    makers = "state(…) or event(…)" if sort is Sense else "action(…)"
+                    makers = "state(…), event(…) or value(…)" if sort is Sense else "action(…)"
                     raise DeclarationError(f"{what}[{number}]: {one!r} is none of them; give {makers}")
                 _text(f"{what}[{number}]: its name", one.name)
         try:
@@ -326,11 +347,11 @@ class Description:
         def action_types(given: list[Any]) -> list[ActionType]:
             return [ActionType(name, properties(parameters), primitives) for name, parameters, primitives in given]
 
-        declared = [Sense(name, properties(of), own, transient) for name, own, transient, of in senses]
+        declared = [Sense(name, properties(of), own, transient, value) for name, own, transient, value, of in senses]
         return cls(name, declared, action_types(actions), action_types(scene_commands), kind=kind)
 
     def _plain(self) -> _native.PlainDescription:
-        senses = [(one.name, one.own, one.transient, _plain_properties(one.properties)) for one in self.senses]
+        senses = [(one.name, one.own, one.transient, one.value, _plain_properties(one.properties)) for one in self.senses]
         return self.name, self.kind, senses, _plain_actions(self.actions), _plain_actions(self.scene_commands)
 
     def __repr__(self) -> str:

@@ -8,7 +8,7 @@ from typing import Any, Callable, Optional, TypeVar, Union
 
 from . import _native
 from .body import Body, Summary, run
-from .declare import ActionType, Description, Observation, Outcome, Sense, Value, Values, action, event, state
+from .declare import ActionType, Description, Observation, Outcome, Sense, Value, Values, action, event, state, value
 from .errors import DeclarationError
 
 __all__ = ["FunctionBody"]
@@ -64,6 +64,12 @@ class FunctionBody(Body):
     ) -> Callable[[F], F]:
         """What the function returns holds for the one frame that reports it; otherwise it is as `state`."""
         return self._sense(name, lambda called: event(called, properties, own=own, **named))
+
+    def value(
+        self, properties: Optional[Mapping[str, Values]] = None, *, name: Optional[str] = None, own: bool = False, **named: Values
+    ) -> Callable[[F], F]:
+        """The decorated function tells a value, a number that comes with the frame: a reward. See `pschema.value`."""
+        return self._sense(name, lambda called: value(called, properties, own=own, **named))
 
     def _sense(self, name: Optional[str], declare: Callable[[str], Sense]) -> Callable[[F], F]:
         def decorate(function: F) -> F:

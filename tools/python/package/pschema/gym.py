@@ -15,7 +15,8 @@ What an environment's spaces become:
 * An action space of at most 16 actions is as many actions; of others, up to 4,096, the action ``act`` with parameters, a real in five
   values. A larger one is refused: say the actions yourself then.
 * MiniGrid's view is objects: each thing in sight with its kind, its colour and where it is from the agent.
-* A reward other than zero is the event ``reward``. The end of an episode is the event ``end``; the action after it is not carried out but
+* A reward other than zero is the value ``reward``: the learner does not live by it, and ``achieve(most="reward")`` brings as much of it
+  as can be. The end of an episode is the event ``end``; the action after it is not carried out but
   begins the next episode, as in Gymnasium's autoreset at the next step, and its outcome says so.
 """
 
@@ -39,7 +40,7 @@ from . import _checked, _native
 from .body import Body, Summary, run
 from .client import connect
 from .daemon import Daemon
-from .declare import ActionType, Description, Observation, Outcome, Sense, event, real, symbol
+from .declare import ActionType, Description, Observation, Outcome, Sense, event, real, symbol, value
 from .errors import DeclarationError, Error, NoDaemonError
 
 try:
@@ -163,7 +164,7 @@ class EnvironmentBody(Body):
 
     def describe(self) -> Description:
         own = [
-            event("reward", reward=real(-REWARD_MAX, REWARD_MAX, REWARD_RESOLUTION)),
+            value("reward", reward=real(-REWARD_MAX, REWARD_MAX, REWARD_RESOLUTION)),
             event("end", end=symbol("terminated", "truncated")),
         ]
         return Description(self.name, [*self._part.senses, *own], self._acts.actions, kind=kind_in(self.env))

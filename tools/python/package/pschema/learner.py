@@ -140,19 +140,24 @@ class Learner(Questions):
         """
         self._native.say(_checked.texts("words", words))
 
-    def achieve(self, *goal: str, actions_max: int = 50, body: Optional[str] = None) -> None:
+    def achieve(
+        self, *goal: str, again: bool = False, most: Optional[str] = None, actions_max: int = 50, body: Optional[str] = None
+    ) -> None:
         """From the next step on a goal is pursued; `pursuit` tells how it is doing, and ``["state"]`` of that how it ended.
 
         Args:
             goal: patterns as they print, ``"lamp{lit=true}"``; all of them are to hold at once.
+            again: that they hold already does not count; they are to be brought about.
+            most: instead of patterns, the name of a value of which as much as can be is to come, a reward. That goes on until
+                ``actions_max`` actions were taken; ``came`` of `pursuit` is the sum so far.
             actions_max: how many actions may be taken for it; 1 to 100,000.
             body: the name of the body that pursues it; it can be left out where one is declared.
 
         Raises:
             AnswerError: a pattern that can't be read, a value outside the range that the body declares, or another goal is pursued.
         """
-        patterns, actions_max = _checked.texts("goal", goal), _checked.whole("actions_max", actions_max, 1)
-        self._native.achieve(self._body(body), patterns, actions_max)
+        wanted, actions_max = _checked.wanted(goal, again, most), _checked.whole("actions_max", actions_max, 1)
+        self._native.achieve(self._body(body), wanted["goal"], actions_max, again, most)
 
     def cancel(self) -> None:
         """Calls off the goal that is pursued.

@@ -142,9 +142,9 @@ class Questions:
         """What an action, as it prints (``"move(reach=0.4)"``), would do in the world as it is; nothing is done."""
         return self._answer("predict", {"action": _checked.text("action", action)})
 
-    def plan(self, *goal: str) -> Answer:
+    def plan(self, *goal: str, again: bool = False, most: Optional[str] = None) -> Answer:
         """How a goal could be brought about from here, as `pschema.Client.achieve` takes one; nothing is done."""
-        return self._answer("plan", {"goal": _checked.texts("goal", goal)})
+        return self._answer("plan", _checked.wanted(goal, again, most))
 
     def pursuit(self) -> Answer:
         """How the goal is doing that is pursued, or was the last to be: ``state``, ``achieved``, ``actions``, ``plans``."""

@@ -39,8 +39,8 @@ pub(super) fn text(state: &State, canvas: Canvas) -> WrappedText {
         fact("trial", &format!("{} {}", bar(told.trial, told.trials_wanted), trial(told)));
     }
     if let Some(goal) = &status.goal {
-        let actions = format!("{} of at most {}", count(goal.actions, "action"), goal.actions_max);
-        fact("goal", &format!("{} by {}; {actions}", goals::goal(&goal.goal), plain(&goal.body)));
+        let (wanted, actions) = (goals::wanted(&goal.wanted), goals::done(goal));
+        fact("goal", &format!("{wanted} by {}; {actions}", plain(&goal.body)));
     }
     let (total, general) = (status.schemas_total, status.schemas_generalised);
     fact("schemas", &format!("{total}: {} concrete, {general} generalised", total.saturating_sub(general)));

@@ -1,6 +1,7 @@
 //! Evidence: the experiences that claims grow from, and the claims. One rule says which claim is in force where, and what it
 //! foretells.
 
+mod apart;
 mod beginnings;
 mod columns;
 mod each;
@@ -25,6 +26,7 @@ mod shares;
 mod telling;
 #[cfg(test)]
 mod tests;
+mod values;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -38,6 +40,7 @@ use pool::Pool;
 pub(crate) use prospect::{Ending, Outlook, Prospect};
 pub use recollections::{Recollection, Recollections};
 use scene::of_kind;
+use values::Values;
 
 use crate::memory::evidence::facet::ANYTHING;
 use crate::nouns::claim::Claim;
@@ -111,16 +114,21 @@ impl Evidence {
         // Where an episode had ended the action was not carried out: it says nothing of the action.
         if !is_end {
             let pool = Arc::make_mut(self.pools.entry(action).or_default());
+            pool.values.know(vocabulary);
             pool.experience(Arc::new(experience.clone()), recalls);
         }
         let recalled = experience.recalled.clone().filter(|_| is_end);
         let anything =
             Experience { primitive: ANYTHING, parameters: [].into(), recalled, ..experience.clone() };
-        Arc::make_mut(&mut self.background).experience(Arc::new(anything), false);
+        let background = Arc::make_mut(&mut self.background);
+        background.values.know(vocabulary);
+        background.experience(Arc::new(anything), false);
         if recalls && !is_end {
             let keys: BTreeSet<_> = self.pools.values().filter_map(|pool| pool.key()).collect();
             let recollections = self.recollections.entry(experience.body).or_default();
-            recollections.note(keys, &experience.after);
+            let is_value = |o: &Observation| vocabulary.is_value(o.kind());
+            let there: Vec<_> = experience.after.iter().filter(|o| !is_value(o)).cloned().collect();
+            recollections.note(keys, &there.into());
         }
     }
 
@@ -196,8 +204,16 @@ impl Evidence {
     }
 
     /// Puts a pool back: its experiences in their order, and what was found of them.
-    pub fn restore(&mut self, pool: Option<usize>, experiences: Vec<Experience>, found: Found) {
-        let restored = Arc::new(Pool::restored(experiences, found));
+    pub fn restore(
+        &mut self,
+        vocabulary: &Vocabulary,
+        pool: Option<usize>,
+        experiences: Vec<Experience>,
+        found: Found,
+    ) {
+        let mut values = Values::default();
+        values.know(vocabulary);
+        let restored = Arc::new(Pool::restored(experiences, found, values));
         match pool {
             Some(action) => drop(self.pools.insert(action, restored)),
             None => self.background = restored,
@@ -285,7 +301,9 @@ impl Evidence {
         // What always happens to who can do one thing only is put down to that.
         if !foretold.is_empty() && vocabulary.primitives().len() > 1 {
             let background = self.background.foretell(ANYTHING, &[], context, &|_| None, &|_| true);
-            let among = foretold.len();
+            // How much else there is does not depend on what comes of values.
+            let is_value = |facet: &&Foretold| facet.kinds.iter().any(|kind| vocabulary.is_value(*kind));
+            let among = foretold.iter().filter(|facet| !is_value(facet)).count().max(1);
             for facet in &mut foretold {
                 facet.attributed = facet.is_attributed(&background, among);
                 facet.attribute_parts(&background, among);

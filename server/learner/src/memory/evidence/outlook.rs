@@ -103,7 +103,7 @@ impl Evidence {
         loop {
             let before = kinds.len();
             for (pool, primitives) in &pools {
-                for facet in &pool.facets {
+                for facet in pool.all_facets() {
                     if !facet.kinds.iter().any(|kind| kinds.contains(kind)) {
                         continue;
                     }
@@ -119,6 +119,15 @@ impl Evidence {
                 return Some(kinds);
             }
         }
+    }
+
+    /// The types on which it depends whether an episode has ended; none if that depends on all that is there.
+    pub(crate) fn ends_depend_on(&self) -> Option<BTreeSet<TypeId>> {
+        let Some(facet) = self.background.of_ends() else { return Some(BTreeSet::new()) };
+        let ground = self.background.ground(facet, &[ANYTHING]);
+        // As long as no claim tells where they are, it may be anything.
+        let is_told = !ground.is_remembered && ground.conditions().next().is_some();
+        is_told.then(|| ground.kinds().filter(|kind| *kind != TypeId::ENDED).collect())
     }
 
     /// Whether any action was carried out where this was, among the experiences that are kept.
@@ -137,7 +146,7 @@ impl Evidence {
     ) -> f64 {
         let pools = self.pools(vocabulary, primitives).into_iter();
         let of_pool = |(pool, primitives): (&Pool, Vec<PrimitiveId>)| {
-            let facets = pool.facets.iter().filter(|f| f.kinds.iter().any(|kind| kinds.contains(kind)));
+            let facets = pool.all_facets().filter(|f| f.kinds.iter().any(|kind| kinds.contains(kind)));
             let surest = facets
                 .map(|facet| if facet.is_singly { 1.0 } else { pool.ground(facet, &primitives).surest() });
             surest.fold(0.0, f64::max)
@@ -240,7 +249,7 @@ impl Around<'_> {
         let unmet = pool.unmet(novelty, primitive);
         let learnable = pool.surprise() * pool.newness_of_all(novelty, primitive, &met, false);
         let is_told = |facet: &&Foretold| !facet.kinds.iter().any(|kind| chance.contains(kind));
-        let of_facet = |facet: &Foretold| pool.facets.iter().find(|known| known.kinds == facet.kinds);
+        let of_facet = |facet: &Foretold| pool.all_facets().find(|known| known.kinds == facet.kinds);
         let told = || foretold.iter().filter(is_told);
         let trust = |facet: &Foretold| Some(1.0 - of_facet(facet)?.surprise.of_new() * unmet);
         let trusted: f64 = told().filter_map(trust).product();

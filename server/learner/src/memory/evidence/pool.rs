@@ -9,6 +9,7 @@ use crate::memory::evidence::facet::{ANYTHING, Alike, Examples, Facet, Time, pat
 use crate::memory::evidence::foretold::{InForce, differs};
 use crate::memory::evidence::novelty::{Novelty, newness};
 use crate::memory::evidence::scene::{Scene, of_kind};
+use crate::memory::evidence::values::Values;
 use crate::nouns::claim::Claim;
 use crate::nouns::experience::{Experience, Recalled};
 use crate::nouns::observation::{Observation, TypeId};
@@ -90,6 +91,8 @@ pub(super) struct Pool {
     /// The experiences with each primitive in the very same context.
     pub(super) alike: Alike,
     pub(super) facets: Vec<Facet>,
+    /// What is known of values, apart from all else.
+    pub(super) values: Values,
     /// The claims about each observation by itself of a type that is told so.
     pub(super) singly: BTreeMap<TypeId, Each>,
     /// The same of types of which it is not known yet whether that tells more.
@@ -170,9 +173,10 @@ impl Pool {
         }
         // What comes with a crowd that is new is not what the primitive brings about.
         let new = |o: &&Observation| experience.before.binary_search(o).is_err();
-        if experience.after.iter().filter(new).take(BROUGHT_MAX + 1).count() <= BROUGHT_MAX {
+        let after = || experience.after.iter().filter(|o| !self.values.has(o.kind()));
+        if after().filter(new).take(BROUGHT_MAX + 1).count() <= BROUGHT_MAX {
             let brought = self.brought.entry(primitive).or_default();
-            for observation in experience.after.iter() {
+            for observation in after() {
                 *self.came.entry(observation.clone()).or_default() += 1;
                 let (times, was_new) = brought.entry(observation.clone()).or_default();
                 *times += 1;
@@ -216,6 +220,8 @@ impl Pool {
             anew.for_each(|primitive| facet.rename(examples, *primitive));
             self.facets[number] = facet;
         }
+        let anew: Vec<_> = others.iter().copied().chain(renamed.then_some(primitive)).collect();
+        self.learn_values(at, primitive, &anew);
         self.learn_singly(at, &mut time);
         self.part_facets();
         self.join_facets();
@@ -313,6 +319,7 @@ impl Pool {
         let mut facets = std::mem::take(&mut self.facets);
         facets.iter_mut().filter(|facet| !facet.is_singly).for_each(|facet| facet.enter(self.examples(), at));
         self.facets = facets;
+        self.enter_values(at);
     }
 
     /// What a primitive brings about of itself, by its experiences.
@@ -375,10 +382,12 @@ impl Pool {
             kinds = if experience.primitive == ANYTHING { vec![TypeId::ENDED] } else { Vec::new() };
         }
         kinds.retain(|kind| !self.facets.iter().any(|facet| facet.kinds.contains(kind)));
+        kinds.retain(|kind| !self.values.has(*kind));
         for kind in kinds {
             let facet = Facet::new(vec![kind], self.examples());
             self.facets.push(facet);
         }
+        self.add_values(at);
     }
 
     /// Joins two facets that depend on each other, if there are any.
@@ -482,7 +491,7 @@ impl Pool {
     /// each view would have foretold each of them from the others.
     fn settle(&mut self, experiences: Vec<Arc<Experience>>) {
         let singly: Vec<_> = self.singly.keys().copied().collect();
-        *self = Self { key: self.key, ..Self::default() };
+        *self = Self { key: self.key, values: Values::of(self.values.kinds()), ..Self::default() };
         let particular = experiences.first().is_some_and(|experience| experience.primitive != ANYTHING);
         for experience in experiences {
             self.note(&experience);
@@ -524,7 +533,7 @@ impl Pool {
 
     /// The claims about each facet: those about a primitive alone, or those about the action.
     pub(super) fn claims(&self, primitive: Option<PrimitiveId>) -> impl Iterator<Item = (&[TypeId], &Claim)> {
-        let facets = self.facets.iter();
+        let facets = self.all_facets();
         facets.filter_map(move |facet| Some((&facet.kinds[..], self.claim(facet, primitive)?)))
     }
 

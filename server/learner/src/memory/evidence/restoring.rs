@@ -13,6 +13,7 @@ use crate::memory::evidence::novelty::Surprise;
 use crate::memory::evidence::outcomes::Outcomes;
 use crate::memory::evidence::pool::Pool;
 use crate::memory::evidence::scene::Scene;
+use crate::memory::evidence::values::Values;
 use crate::nouns::claim::{Change, Claim};
 use crate::nouns::experience::Experience;
 use crate::nouns::observation::TypeId;
@@ -36,13 +37,14 @@ impl Pool {
         Found {
             key: self.key,
             effects: primitives.into_iter().map(effect).collect(),
-            facets: self.facets.iter().map(|facet| self.facet_found(facet)).collect(),
+            facets: self.all_facets().map(|facet| self.facet_found(facet)).collect(),
         }
     }
 
-    /// The pool of these experiences, of which this was found.
-    pub(super) fn restored(experiences: Vec<Experience>, found: Found) -> Self {
+    /// The pool of these experiences, of which this was found, where these types are values.
+    pub(super) fn restored(experiences: Vec<Experience>, found: Found, values: Values) -> Self {
         let mut pool = Self::default();
+        pool.values = values;
         pool.key = found.key;
         for OwnEffect { primitive, brought, doubtful } in found.effects {
             if let Some((effect, tries)) = brought {
@@ -88,7 +90,8 @@ impl Pool {
         }
         self.singly.extend(kind.zip(each));
         self.trials.extend(kind.zip(trial));
-        self.facets.push(facet);
+        let is_value = kind.is_some_and(|kind| self.values.has(kind));
+        if is_value { self.values.facets.push(facet) } else { self.facets.push(facet) }
     }
 }
 

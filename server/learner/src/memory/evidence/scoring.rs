@@ -28,8 +28,11 @@ impl Pool {
         self.score_trials(&scene, experience);
         if experience.primitive != ANYTHING || self.of_ends().is_some() {
             let mut facets = std::mem::take(&mut self.facets);
-            self.score_in(&mut facets, &self.novelty(&scene.context), &scene, experience, false);
-            self.facets = facets;
+            let mut values = std::mem::take(&mut self.values.facets);
+            let novelty = self.novelty(&scene.context);
+            self.score_in(&mut facets, &novelty, &scene, experience, false);
+            self.score_in(&mut values, &novelty, &scene, experience, false);
+            (self.facets, self.values.facets) = (facets, values);
         }
     }
 
@@ -85,6 +88,7 @@ impl Pool {
     /// Each view is scored by what it would have foretold of each example if that had not been among those that it was learnt from.
     pub(super) fn score_anew(&mut self) {
         let mut facets = std::mem::take(&mut self.facets);
+        let mut values = std::mem::take(&mut self.values.facets);
         let mut novelties = BTreeMap::new();
         let is_scored = |one: &Experience| one.primitive != ANYTHING || self.of_ends().is_some();
         let scored: Vec<_> = self.examples.iter().filter(|(one, _)| is_scored(one)).collect();
@@ -95,9 +99,10 @@ impl Pool {
             let novelty =
                 novelties.entry(&experience.before).or_insert_with(|| self.novelty(&experience.before));
             self.score_in(&mut facets, novelty, scene, experience, true);
+            self.score_in(&mut values, novelty, scene, experience, true);
         }
         drop(novelties);
-        self.facets = facets;
+        (self.facets, self.values.facets) = (facets, values);
     }
 
     /// Scores what facets foretell in a scene, which is so new, by what came, which was learnt from `already` or not.

@@ -155,7 +155,7 @@ impl Pool {
     ) -> Vec<Foretold> {
         let scene = Scene::new(context, parameters, self.effect(primitive));
         let foretell = |facet: &Facet, scene: &Scene| self.foretold(facet, primitive, scene);
-        let facets = || self.facets.iter().filter(|facet| is_wanted(&facet.kinds));
+        let facets = || self.all_facets().filter(|facet| is_wanted(&facet.kinds));
         let Some(key) = self.key else {
             return facets().filter_map(|facet| foretell(facet, &scene)).collect();
         };

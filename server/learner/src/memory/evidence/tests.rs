@@ -9,6 +9,7 @@ use super::growth::Ground;
 use super::pool::Pool;
 use super::price::{Likelihood, Tier};
 use super::scene::Scene;
+use super::values::Values;
 use crate::nouns::claim::{Change, Claim, Condition};
 use crate::nouns::experience::{Experience, Recalled};
 use crate::nouns::observation::{Observation, PropertyId, TypeId, Value};
@@ -377,7 +378,11 @@ fn a_pool_is_put_back_as_it_was() {
             forgotten += usize::from(pool.experiences().count() < before.1);
             if number < 200 || number % 97 == 0 || number == 767 || number == 1_024 {
                 let experiences = pool.experiences().cloned().collect();
-                assert_eq!(Pool::restored(experiences, found), pool, "seed {seed}, {number}");
+                assert_eq!(
+                    Pool::restored(experiences, found, Values::default()),
+                    pool,
+                    "seed {seed}, {number}"
+                );
             }
         }
     }

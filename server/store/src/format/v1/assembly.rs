@@ -6,19 +6,20 @@ use std::sync::Arc;
 
 use pschema_learner::item::{self as live_item, EXPERIENCES_MAX, ITEMS_MAX};
 use pschema_learner::memory::Content;
-use pschema_learner::observation::{Observation, PropertyId};
+use pschema_learner::observation::{Observation, PropertyId, TypeId};
 use pschema_learner::policy::Policy;
 use pschema_learner::progress::{self, REPORTS_MAX};
-use pschema_learner::pursuit::Pursuit;
+use pschema_learner::pursuit::{Goal, Pursuit};
 use pschema_learner::random::Random;
 use pschema_learner::schema::{PreConditionInterner, SCHEMAS_MAX};
 use pschema_learner::vocabulary::{self as live, BodyId, ValueKind, Vocabulary, VocabularyLists, limits};
 
 use super::experience::SyntheticItem;
 use super::finding::Finding;
+use super::goal::Wanted;
 use super::item::{
     BodyDescription, BodyLine, End, Generator, Item, Kind, KnownObservation, LivedExperience, Outline,
-    Pending, PlanPolicy, Primitive, Property,
+    Pending, PlanPolicy, PlanYields, Primitive, Property,
 };
 use super::schema::Schema;
 use super::setting::Setting;
@@ -31,7 +32,8 @@ use crate::format::mirror::Mirror;
 const POOLS_MAX: usize = 65_536;
 
 /// Kinds of which a memory has one item at most, beside the first and the last.
-const SINGLE: [Kind; 5] = [Kind::Progress, Kind::Goal, Kind::Generator, Kind::Full, Kind::Mechanisms];
+const SINGLE: [Kind; 7] =
+    [Kind::Progress, Kind::Goal, Kind::Generator, Kind::Full, Kind::Mechanisms, Kind::Values, Kind::Wanted];
 
 type Taken = Result<(), ContentError>;
 
@@ -175,6 +177,9 @@ impl Assembly {
             Item::Line(line) => self.line(line),
             Item::Lived(lived) => self.lived(*lived),
             Item::Policy(policy) => self.policy(*policy),
+            Item::Values(kinds) => self.values(&kinds),
+            Item::Wanted(wanted) => self.wanted(*wanted),
+            Item::Yields(yields) => self.yields(*yields),
             item if kind >= Kind::Found => {
                 self.extent()?;
                 let extent = self.extent.as_ref().ok_or(ContentError::missing(Kind::Memory.name()))?;
@@ -198,6 +203,49 @@ impl Assembly {
         Ok(())
     }
 
+    /// The types that are values.
+    fn values(&mut self, kinds: &[u16]) -> Taken {
+        let mut vocabulary = Vocabulary::clone(&self.extent()?.vocabulary);
+        for kind in kinds.iter().copied().map(TypeId) {
+            within("observation type", usize::from(kind.0), vocabulary.types().len())?;
+            if !vocabulary.make_value(kind) {
+                return Err(ContentError::value("a value, which is an event with one number for a property"));
+            }
+        }
+        self.content.vocabulary = Arc::new(vocabulary);
+        if let Some(extent) = &mut self.extent {
+            extent.vocabulary = self.content.vocabulary.clone();
+        }
+        Ok(())
+    }
+
+    /// What is wanted of the goal that came before.
+    fn wanted(&mut self, Wanted { goal, came }: Wanted) -> Taken {
+        let goal: Goal = goal.live();
+        self.extent()?.goal(&goal)?;
+        let pursuit = self.content.pursuit.as_mut().map(Arc::make_mut);
+        let pursuit =
+            pursuit.filter(|pursuit| pursuit.goal.patterns() == goal.patterns() && came.is_finite());
+        let pursuit = pursuit.ok_or(ContentError::value("what is wanted, for no such goal was before"))?;
+        (pursuit.goal, pursuit.came) = (goal, came);
+        Ok(())
+    }
+
+    /// What comes of the policy of a plan that came before.
+    fn yields(&mut self, PlanYields { plan, yields }: PlanYields) -> Taken {
+        let pursuit = self.content.pursuit.as_mut().map(Arc::make_mut);
+        let record = pursuit.and_then(|pursuit| pursuit.plans.get_mut(plan as usize));
+        let policy = record.and_then(|record| Arc::make_mut(record).policy.as_mut());
+        let policy = policy.map(Arc::make_mut).ok_or_else(|| {
+            ContentError::new(format!("it is of the policy of plan {plan}, and none before has that number"))
+        })?;
+        policy.yields = yields.live();
+        if policy.is_sound() {
+            return Ok(());
+        }
+        Err(ContentError::value("what comes of a policy, row by row"))
+    }
+
     /// The memory, if all of it came.
     pub(crate) fn end(mut self, end: End) -> Result<WholeMemory, ContentError> {
         let Extent { observations: observed, schemas: learnt, .. } = *self.extent()?;
@@ -219,7 +267,7 @@ impl Assembly {
                 )));
             }
         }
-        let evidence = self.finding.end()?;
+        let evidence = self.finding.end(&self.content.vocabulary)?;
         self.content.evidence = evidence;
         Ok(WholeMemory { content: self.content, setting: self.setting, memory_digest })
     }

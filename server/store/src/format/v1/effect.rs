@@ -7,7 +7,7 @@ use super::experience::{Event, Experience, Mechanism, Update};
 use super::goal::PursuitEffect;
 use super::observation::{Observation, Pattern};
 use super::stage::StageEffect;
-use super::vocabulary::Declaration;
+use super::vocabulary::{Declaration, ValuedDeclaration, has_values};
 use crate::format::mirror::mirror;
 
 mirror! {
@@ -55,5 +55,6 @@ mirror! {
         Followed { body: u16, on: Vec<bool> },
         Supposed { body: u16, on: bool, primitive: u32, kinds: Vec<u16>, updates: Vec<(Event, Update)> },
         Dropped { item: u32 },
+        ..DeclaredValues(Box<ValuedDeclaration>) as Declared if has_values,
     }
 }

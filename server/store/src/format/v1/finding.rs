@@ -13,7 +13,7 @@ use pschema_learner::evidence::{
 };
 use pschema_learner::experience::Experience;
 use pschema_learner::observation::{Observation, TypeId};
-use pschema_learner::vocabulary::{BodyId, PrimitiveId};
+use pschema_learner::vocabulary::{BodyId, PrimitiveId, Vocabulary};
 
 use super::claim::{
     BodyBeginnings, BodyMemory, BodyRecollection, ClaimTree, ExamplePlaces, FacetChange, FoundPool,
@@ -391,7 +391,7 @@ impl Finding {
     }
 
     /// The evidence, if all came that was announced.
-    pub(super) fn end(self) -> Result<Evidence, ContentError> {
+    pub(super) fn end(self, vocabulary: &Vocabulary) -> Result<Evidence, ContentError> {
         let Self { pools, mut facets, trees, recalled, beginnings } = self;
         for Tree { facet, number, announced, .. } in trees {
             let grown = facets.get(facet).and_then(|facet| facet.found.grown.get(number));
@@ -428,7 +428,7 @@ impl Finding {
             if facets.len() != announced {
                 return Err(ContentError::missing(Kind::Facet.name()));
             }
-            evidence.restore(number, experiences, Found { key, effects, facets });
+            evidence.restore(vocabulary, number, experiences, Found { key, effects, facets });
             digests.insert(number, digest);
         }
         for (body, (noted, all)) in recalled {

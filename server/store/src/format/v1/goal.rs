@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::execution::ChainLink;
 use super::observation::{Observation, Pattern};
-use crate::format::mirror::{Mirror, mirror};
+use crate::format::mirror::{Mirror, list, mirror};
 
 mirror! {
     /// Why a plan was made.
@@ -39,6 +39,26 @@ mirror! {
         Cancelled,
         /// Nothing led there as far as was looked.
         FurtherThanLooked,
+        /// Most of something was wanted, and nothing that is known brings any.
+        NothingBringsAny,
+    }
+
+    /// What is wanted.
+    enum Goal = live::Goal {
+        /// That this is observed.
+        Observed(patterns: Vec<Pattern>),
+        /// That this is brought about, though it may be so already.
+        Again(patterns: Vec<Pattern>),
+        /// Most of the numbers that come with observations of the type of this number.
+        Most(kind: u16),
+    }
+
+    /// What comes of a row of a policy for most of something.
+    struct Yield = policies::Yield {
+        /// What is expected to come from there on.
+        worth: f64,
+        /// What comes with its action most likely.
+        brings: f64,
     }
 
     /// A plan made in pursuit of a goal.
@@ -66,10 +86,11 @@ mirror! {
         circumstances: Vec<Observation>,
         /// The contexts; that in which it was found is the first.
         rows: Vec<PolicyRow>,
-        /// The number of actions that it takes to the goal, as expected.
+        /// The number of actions that it takes to the goal, as expected; of one for most of something, after how many it is made anew.
         actions: f64,
         /// The number of actions that had been sent for the goal when it was made.
         after_actions: u32,
+        ..yields,
     }
 
     /// What to do in one context.
@@ -91,25 +112,71 @@ mirror! {
         /// The probability.
         probability: f64,
     }
+}
 
-    /// A goal that is pursued, or was the last to be.
-    struct Pursuit = live::Pursuit {
-        /// Goals are numbered from 1 in the life of a memory.
-        number: u64,
-        /// The body that pursues it.
-        body: u16,
-        /// The patterns, which must all hold at once.
-        goal: Vec<Pattern>,
-        /// How many actions may be taken for it.
-        actions_max: u32,
-        /// How many were sent for it, carried out or not.
-        actions: u32,
-        /// How many plans were made.
-        plans_made: u32,
-        /// The last of them, the present one at the end.
-        plans: Vec<PlanRecord>,
-        /// How it ended; none while it is pursued.
-        ended: Option<Ending>,
+/// A goal that is pursued, or was the last to be.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Pursuit {
+    /// Goals are numbered from 1 in the life of a memory.
+    pub(crate) number: u64,
+    /// The body that pursues it.
+    pub(crate) body: u16,
+    /// The patterns, which must all hold at once; none if most of something is wanted.
+    pub(crate) goal: Vec<Pattern>,
+    /// How many actions may be taken for it.
+    pub(crate) actions_max: u32,
+    /// How many were sent for it, carried out or not.
+    pub(crate) actions: u32,
+    /// How many plans were made.
+    pub(crate) plans_made: u32,
+    /// The last of them, the present one at the end.
+    pub(crate) plans: Vec<PlanRecord>,
+    /// How it ended; none while it is pursued.
+    pub(crate) ended: Option<Ending>,
+}
+
+/// A goal that is wanted otherwise than that something is observed, and what came for it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Wanted {
+    /// What is wanted.
+    pub(crate) goal: Goal,
+    /// The sum of what came, if most of it is wanted; else 0.
+    pub(crate) came: f64,
+}
+
+impl Mirror<live::Pursuit> for Pursuit {
+    fn of(live: &live::Pursuit) -> Self {
+        // What it is beyond patterns that are to be observed, and what came for it, is written beside it.
+        let live::Pursuit { number, body, goal, actions_max, actions, came: _, plans_made, plans, ended } =
+            live;
+        Self {
+            number: *number,
+            body: Mirror::of(body),
+            goal: list(goal.patterns()),
+            actions_max: *actions_max,
+            actions: *actions,
+            plans_made: *plans_made,
+            plans: Mirror::of(plans),
+            ended: Mirror::of(ended),
+        }
+    }
+
+    fn live(self) -> live::Pursuit {
+        live::Pursuit {
+            number: self.number,
+            body: self.body.live(),
+            goal: live::Goal::Observed(self.goal.live()),
+            actions_max: self.actions_max,
+            actions: self.actions,
+            came: 0.0,
+            plans_made: self.plans_made,
+            plans: self.plans.live(),
+            ended: self.ended.live(),
+        }
     }
 }
 
@@ -134,39 +201,88 @@ pub(crate) enum PursuitEffect {
     },
     /// The policy of the present plan was made anew.
     Revised(Box<Policy>),
+    /// A goal is pursued that is wanted otherwise than that something is observed.
+    Wanted {
+        body: u16,
+        goal: Goal,
+        actions_max: u32,
+    },
+    /// So much came of what most is wanted of.
+    Came(f64),
+    /// A plan that is a policy for most of something was made.
+    SteeredToMost {
+        plan: PlanRecord,
+        policy: Box<Policy>,
+        yields: Vec<Yield>,
+    },
+    /// The policy for most of something was made anew.
+    RevisedForMost {
+        policy: Box<Policy>,
+        yields: Vec<Yield>,
+    },
 }
 
 impl Mirror<live::PursuitEffect> for PursuitEffect {
     fn of(live: &live::PursuitEffect) -> Self {
         match live {
-            live::PursuitEffect::Begun { body, goal, actions_max } => {
+            live::PursuitEffect::Begun { body, goal: live::Goal::Observed(goal), actions_max } => {
                 Self::Begun { body: Mirror::of(body), goal: Mirror::of(goal), actions_max: *actions_max }
             }
+            live::PursuitEffect::Begun { body, goal, actions_max } => {
+                Self::Wanted { body: Mirror::of(body), goal: Mirror::of(goal), actions_max: *actions_max }
+            }
             live::PursuitEffect::Planned(plan) => match &plan.policy {
-                Some(policy) => Self::Steered { plan: Mirror::of(plan), policy: Mirror::of(policy) },
+                Some(policy) if policy.yields.is_empty() => {
+                    Self::Steered { plan: Mirror::of(plan), policy: Mirror::of(policy) }
+                }
+                Some(policy) => Self::SteeredToMost {
+                    plan: Mirror::of(plan),
+                    policy: Mirror::of(policy),
+                    yields: Mirror::of(&policy.yields),
+                },
                 None => Self::Planned(Mirror::of(plan)),
             },
-            live::PursuitEffect::Revised(policy) => Self::Revised(Mirror::of(policy)),
+            live::PursuitEffect::Revised(policy) if policy.yields.is_empty() => {
+                Self::Revised(Mirror::of(policy))
+            }
+            live::PursuitEffect::Revised(policy) => {
+                Self::RevisedForMost { policy: Mirror::of(policy), yields: Mirror::of(&policy.yields) }
+            }
             live::PursuitEffect::Acted => Self::Acted,
+            live::PursuitEffect::Came(more) => Self::Came(*more),
             live::PursuitEffect::Ended(ending) => Self::Ended(Mirror::of(ending)),
         }
     }
 
     fn live(self) -> live::PursuitEffect {
+        let steered = |plan: PlanRecord, policy| {
+            live::PursuitEffect::Planned(live::PlanRecord { policy: Some(Arc::new(policy)), ..plan.live() })
+        };
         match self {
             Self::Begun { body, goal, actions_max } => {
+                let goal = live::Goal::Observed(goal.live());
+                live::PursuitEffect::Begun { body: body.live(), goal, actions_max }
+            }
+            Self::Wanted { body, goal, actions_max } => {
                 live::PursuitEffect::Begun { body: body.live(), goal: goal.live(), actions_max }
             }
             Self::Planned(plan) => live::PursuitEffect::Planned(plan.live()),
-            Self::Steered { plan, policy } => {
-                let policy = Some(policy.live());
-                live::PursuitEffect::Planned(live::PlanRecord { policy, ..plan.live() })
-            }
+            Self::Steered { plan, policy } => steered(plan, (*policy).live()),
+            Self::SteeredToMost { plan, policy, yields } => steered(plan, with_yields(*policy, yields)),
             Self::Revised(policy) => live::PursuitEffect::Revised(policy.live()),
+            Self::RevisedForMost { policy, yields } => {
+                live::PursuitEffect::Revised(Arc::new(with_yields(*policy, yields)))
+            }
             Self::Acted => live::PursuitEffect::Acted,
+            Self::Came(more) => live::PursuitEffect::Came(more),
             Self::Ended(ending) => live::PursuitEffect::Ended(ending.live()),
         }
     }
+}
+
+/// A policy for most of something.
+fn with_yields(policy: Policy, yields: Vec<Yield>) -> policies::Policy {
+    policies::Policy { yields: yields.live(), ..policy.live() }
 }
 
 impl Mirror<Arc<live::PlanRecord>> for PlanRecord {

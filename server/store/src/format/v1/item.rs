@@ -9,6 +9,7 @@ use pschema_learner::experience::Experience as LiveExperience;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::memory::Content;
 use pschema_learner::observation::PropertyId;
+use pschema_learner::pursuit::Goal;
 use pschema_learner::vocabulary::{ValueKind as LiveKind, Vocabulary};
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +19,7 @@ use super::claim::{
 };
 use super::execution::Execution;
 use super::experience::{Experience, Mechanism, SyntheticItem};
-use super::goal::{Policy, Pursuit};
+use super::goal::{Policy, Pursuit, Wanted, Yield};
 use super::observation::{Count, Observation};
 use super::schema::Schema;
 use super::setting::Setting;
@@ -131,6 +132,12 @@ items! {
     Policy(Box<PlanPolicy>) = "policy",
     /// What was to be learnt where episodes of a body began; it stands before the end.
     Beginnings(BodyBeginnings) = "beginnings",
+    /// The numbers of the observation types that are values; it stands before the end, and only when there are any.
+    Values(Vec<u16>) = "values",
+    /// What is wanted, where that is not that something is observed; it stands before the end.
+    Wanted(Box<Wanted>) = "wanted",
+    /// What comes of a policy for most of something; it stands before the end.
+    Yields(Box<PlanYields>) = "yields",
 }
 
 /// What a memory lives under, and how much of it follows.
@@ -194,6 +201,17 @@ pub(crate) struct PlanPolicy {
     pub(crate) plan: u32,
     /// The policy.
     pub(crate) policy: Box<Policy>,
+}
+
+/// What comes of a policy that came before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PlanYields {
+    /// The number of the plan among those that are kept of the goal, from 0.
+    pub(crate) plan: u32,
+    /// What comes of each row.
+    pub(crate) yields: Vec<Yield>,
 }
 
 /// What a body was sent to do.
@@ -344,6 +362,23 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
         let policy = Mirror::of(record.policy.as_ref()?);
         Some(Item::Policy(Box::new(PlanPolicy { plan, policy })))
     });
+    let beginnings = content.evidence.beginnings().map(|(body, Beginnings { is_next, learnable })| {
+        let (all, count) = *learnable;
+        let (body, is_next) = (Mirror::of(&body), *is_next);
+        Item::Beginnings(BodyBeginnings { body, is_next, learnable: [all, count] })
+    });
+    let types = (0..).zip(content.vocabulary.types());
+    let values: Vec<u16> = types.filter(|(_, known)| known.declared.value).map(|(kind, _)| kind).collect();
+    let values = (!values.is_empty()).then_some(Item::Values(values));
+    let wanted = content.pursuit.iter().filter(|pursuit| !matches!(pursuit.goal, Goal::Observed(_)));
+    let wanted = wanted.map(|pursuit| {
+        Item::Wanted(Box::new(Wanted { goal: Mirror::of(&pursuit.goal), came: pursuit.came }))
+    });
+    let plans = (0..).zip(content.pursuit.iter().flat_map(|pursuit| &pursuit.plans));
+    let yields = plans.filter_map(|(plan, record)| {
+        let yields = &record.policy.as_ref().filter(|policy| !policy.yields.is_empty())?.yields;
+        Some(Item::Yields(Box::new(PlanYields { plan, yields: list(yields) })))
+    });
     let items = content.items.all.iter().map(|item| Item::Supposed(Box::new(Mirror::of(item))));
     let lines = || (0..).zip(&content.items.lines);
     let supposed =
@@ -369,9 +404,13 @@ fn standing(content: &Content) -> impl Iterator<Item = Item> + '_ {
         .chain(lived)
         .chain(std::iter::once_with(|| found(content)).flatten())
         .chain(policies)
+        .chain(beginnings)
+        .chain(values)
+        .chain(wanted)
+        .chain(yields)
 }
 
-/// What was found of the experiences that are kept, what bodies recall, and what was to be learnt where their episodes began.
+/// What was found of the experiences that are kept, and what bodies recall.
 fn found(content: &Content) -> Vec<Item> {
     let (mut pools, mut effects, mut facets) = (Vec::new(), Vec::new(), FacetItems::default());
     for (pool, found) in content.evidence.found() {
@@ -393,14 +432,8 @@ fn found(content: &Content) -> Vec<Item> {
             Item::Recollection(Box::new(BodyRecollection { body, shown, noted, there }))
         }));
     }
-    let beginnings = content.evidence.beginnings().map(|(body, Beginnings { is_next, learnable })| {
-        let (all, count) = *learnable;
-        let (body, is_next) = (Mirror::of(&body), *is_next);
-        Item::Beginnings(BodyBeginnings { body, is_next, learnable: [all, count] })
-    });
-    let beginnings = beginnings.collect();
     let FacetItems { facets, changes, trees, claims, places } = facets;
-    [pools, effects, facets, changes, trees, claims, places, bodies, recollections, beginnings].concat()
+    [pools, effects, facets, changes, trees, claims, places, bodies, recollections].concat()
 }
 
 /// Facets, and what is found of each.

@@ -1,8 +1,9 @@
 //! What bodies declare.
 
 use pschema_learner::vocabulary as live;
+use serde::{Deserialize, Serialize};
 
-use crate::format::mirror::mirror;
+use crate::format::mirror::{Mirror, mirror};
 
 mirror! {
     /// The values that a property or a parameter takes.
@@ -39,6 +40,7 @@ mirror! {
         heard: bool,
         /// Its properties.
         properties: Vec<DeclaredProperty>,
+        ..value,
     }
 
     /// An action.
@@ -71,5 +73,36 @@ mirror! {
         name: String,
         /// The numbers of its primitives.
         repertoire: Vec<u32>,
+    }
+}
+
+/// A declaration with types that are values.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ValuedDeclaration {
+    declaration: Declaration,
+    /// Which of the observation types are values, by their places.
+    values: Vec<u64>,
+}
+
+/// Whether some of the types that are declared are values.
+pub(crate) fn has_values(declaration: &live::Declaration) -> bool {
+    declaration.observation_types.iter().any(|kind| kind.value)
+}
+
+impl Mirror<live::Declaration> for ValuedDeclaration {
+    fn of(live: &live::Declaration) -> Self {
+        let types = (0..).zip(&live.observation_types);
+        let values = types.filter(|(_, kind)| kind.value).map(|(at, _)| at).collect();
+        Self { declaration: Mirror::of(live), values }
+    }
+
+    fn live(self) -> live::Declaration {
+        let mut declaration: live::Declaration = self.declaration.live();
+        for (at, kind) in (0..).zip(&mut declaration.observation_types) {
+            kind.value = self.values.contains(&at);
+        }
+        declaration
     }
 }
