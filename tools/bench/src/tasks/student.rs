@@ -146,7 +146,7 @@ impl Student {
     /// Sends it to where there is `goal`, in at most so many actions.
     pub(crate) fn pursue(&mut self, goal: &declaration::Observation, most: usize) -> Result<(), Failure> {
         let goal = self.lexicon.world_state(&[goal.clone()].into());
-        let goal = goal.observations().iter().map(Pattern::from).collect();
+        let goal: Vec<Pattern> = goal.observations().iter().map(Pattern::from).collect();
         let most = u32::try_from(most).unwrap_or(u32::MAX);
         self.learner.pursue(self.body, goal, most).map(drop).map_err(Failure::of)
     }

@@ -2,12 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::memory::evidence::columns::Column;
 use crate::memory::evidence::facet::{ANYTHING, Facet};
 use crate::memory::evidence::foretold::{Foretold, View};
 use crate::memory::evidence::novelty::{Novelty, met};
-use crate::memory::evidence::pool::Pool;
+use crate::memory::evidence::pool::{ALIKE_MAX, Pool, is_alike};
 use crate::memory::evidence::prospect::{Foreseen, Outlook, Prospect};
-use crate::memory::evidence::shares::{Share, probability, shares};
+use crate::memory::evidence::shares::{Share, odds, probability, shares};
 use crate::memory::evidence::telling::relied;
 use crate::memory::evidence::{Evidence, action};
 use crate::nouns::claim::{Change, Claim, Condition, Sketch};
@@ -16,6 +17,9 @@ use crate::nouns::vocabulary::{BodyId, PrimitiveId, Vocabulary};
 
 /// Joint outcomes of one action that are looked at: the most probable.
 const OUTCOMES_MAX: usize = 32;
+
+/// An outcome that is surer than this is all that is looked at.
+const CLEAR: f64 = 0.98;
 
 /// What comes of itself and is less certain than this is left to chance.
 const SURE: f64 = 0.9;
@@ -185,7 +189,7 @@ impl Evidence {
             foreseen.prospect(&chance, |foretold| match pool {
                 None => around.unknown(),
                 Some(pool) => {
-                    let novelty = novelties.entry(action).or_insert_with(|| pool.novelty(context));
+                    let novelty = novelties.entry(action).or_insert_with(|| pool.novelty(&plain));
                     around.prospect(pool, novelty, *primitive, foretold)
                 }
             })
@@ -244,8 +248,7 @@ impl Around<'_> {
         foretold: &[Foretold],
     ) -> Prospect {
         let Self { context, chance, steady, plain } = *self;
-        let matters = |at: usize| context.get(at).is_some_and(|o| steady.contains(&o.kind()));
-        let met = pool.together(novelty, primitive, matters);
+        let met = pool.together(novelty, primitive, |_| true);
         let unmet = pool.unmet(novelty, primitive);
         let learnable = pool.surprise() * pool.newness_of_all(novelty, primitive, &met, false);
         let is_told = |facet: &&Foretold| !facet.kinds.iter().any(|kind| chance.contains(kind));
@@ -258,8 +261,61 @@ impl Around<'_> {
             known.map_or_else(Vec::new, |known| pool.alike_in(known, &met, plain, steady))
         };
         let shares: Vec<_> = told().map(|facet| (facet, shares(facet, alike(facet)))).collect();
-        Prospect { outcomes: together(context, &shares, trusted), open: 1.0 - trusted, learnable }
+        let mut outcomes = together(context, &shares, trusted);
+        // Most are foretold for certain, and nothing can be added.
+        if outcomes.len() > 1 && outcomes.first().is_some_and(|(_, share)| *share < CLEAR) {
+            let told: BTreeSet<_> = told().flat_map(|facet| &facet.kinds).copied().collect();
+            recall_together(&mut outcomes, &self.came_together(pool, &met, &told));
+        }
+        Prospect { outcomes, open: 1.0 - trusted, learnable }
     }
+
+    /// What came of this very context as a whole, of those types that are told, each with how often; among the experiences `met`.
+    fn came_together(
+        &self,
+        pool: &Pool,
+        met: &Column,
+        told: &BTreeSet<TypeId>,
+    ) -> Vec<(Vec<Observation>, u32)> {
+        let stays = || self.context.iter().filter(|o| !told.contains(&o.kind()));
+        let mut came: Vec<(Vec<Observation>, u32)> = Vec::new();
+        for (experience, _) in met.iter().take(ALIKE_MAX).filter_map(|at| pool.examples.get(at)) {
+            if !is_alike(experience, self.plain, self.steady) {
+                continue;
+            }
+            let after = experience.after.iter().filter(|o| told.contains(&o.kind()));
+            let mut after: Vec<_> = stays().chain(after).cloned().collect();
+            after.sort_unstable();
+            match came.iter_mut().find(|(known, _)| *known == after) {
+                Some((_, count)) => *count += 1,
+                None => came.push((after, 1)),
+            }
+        }
+        came
+    }
+}
+
+/// Weighs what is foretold of a context, each type by itself, with what came of it as a whole, as [`shares`] does for one facet: so what never
+/// came together is not expected for ever.
+fn recall_together(outcomes: &mut Vec<Share>, came: &[(Vec<Observation>, u32)]) {
+    if came.is_empty() {
+        return;
+    }
+    outcomes.iter_mut().for_each(|(after, _)| after.sort_unstable());
+    let rest = 1.0 - outcomes.iter().map(|(_, share)| share).sum::<f64>();
+    let untold = rest.max(1.0 - SURE) / (OUTCOMES_MAX + 1) as f64;
+    let (by_claim, by_itself) = odds(outcomes, untold, came);
+    let itself = 1.0 / (1.0 + libm::exp(by_claim - by_itself));
+    let all = f64::from(came.iter().map(|(_, count)| count).sum::<u32>()) + 1.0;
+    outcomes.iter_mut().for_each(|(_, share)| *share *= 1.0 - itself + itself / all);
+    for (after, count) in came {
+        let share = itself * f64::from(*count) / all;
+        match outcomes.iter_mut().find(|(known, _)| known == after) {
+            Some((_, known)) => *known += share,
+            None => outcomes.push((after.clone(), share)),
+        }
+    }
+    outcomes.sort_by(|a, b| b.1.total_cmp(&a.1));
 }
 
 /// What comes of a context when all of this is foretold of it, and is to be trusted so much.

@@ -23,14 +23,13 @@ pub(super) fn told_shares(facet: &Foretold) -> Vec<Share> {
 }
 
 /// The probability of what a claim never saw come.
-fn untold(facet: &Foretold) -> f64 {
+pub(super) fn untold(facet: &Foretold) -> f64 {
     1.0 / (facet.outcomes.len() + 1) as f64 / (f64::from(facet.trials) + 1.0)
 }
 
-/// How probable all is that came of the very same context, as ln: by what is told of a facet, which gives these `shares`, and by what came
-/// of that context alone.
-pub(super) fn odds(facet: &Foretold, shares: &[Share], alike: &[(Vec<Observation>, u32)]) -> (f64, f64) {
-    let untold = untold(facet);
+/// How probable all is that came of the very same context, as ln: by what is told, which gives these `shares` and so much to what it does not
+/// name, and by what came of that context alone.
+pub(super) fn odds(shares: &[Share], untold: f64, alike: &[(Vec<Observation>, u32)]) -> (f64, f64) {
     let (mut by_claim, mut by_itself, mut met) = (0.0, 0.0, 0);
     for (after, count) in alike {
         let share = shares.iter().find(|(known, _)| known == after).map_or(untold, |(_, share)| *share);
@@ -52,7 +51,7 @@ pub(super) fn shares(facet: &Foretold, alike: Vec<(Vec<Observation>, u32)>) -> V
         return shares;
     }
     let untold = untold(facet);
-    let (by_claim, by_itself) = odds(facet, &shares, &alike);
+    let (by_claim, by_itself) = odds(&shares, untold, &alike);
     let met: u32 = alike.iter().map(|(_, count)| count).sum();
     let itself = 1.0 / (1.0 + libm::exp(by_claim - by_itself));
     let all = f64::from(met) + 1.0;

@@ -7,7 +7,7 @@ use crate::memory::evidence::facet::{ANYTHING, Facet, Grown, conditions, path};
 use crate::memory::evidence::foretold::{Foretold, View};
 use crate::memory::evidence::pool::{ALIKE_MAX, CERTAIN, Pool, is_alike};
 use crate::memory::evidence::scene::{Scene, of_kind};
-use crate::memory::evidence::shares::{odds, told_shares};
+use crate::memory::evidence::shares::{odds, told_shares, untold};
 use crate::nouns::experience::Recalled;
 use crate::nouns::observation::{Observation, TypeId, Value};
 use crate::nouns::vocabulary::PrimitiveId;
@@ -50,7 +50,7 @@ impl Pool {
             return false;
         }
         let (by_claim, by_itself) =
-            odds(told, &told_shares(told), &self.alike(facet, primitive, &scene.context));
+            odds(&told_shares(told), untold(told), &self.alike(facet, primitive, &scene.context));
         by_itself > by_claim + CERTAIN
     }
 
