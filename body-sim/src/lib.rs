@@ -74,8 +74,8 @@ pub struct SimArgs {
     pub body: Option<String>,
     /// The world it lives in: `wide`, `narrow`, `block-and-ball`, a world file, or `-` for stdin. Or an exact world without
     /// physics, with numbers of its own: `flip`, `float-reset`, `modified-float-reset`, `gripper:blocks=7`, `grid`, `cart`,
-    /// `lamps`, `one-kind`, `push`, `posture`, `hand-eye`; or an environment of gymnasium or minigrid: `lake-4`, `lake-8`,
-    /// `lake-4-slippery`, `lake-8-slippery`, `cliff`, `taxi`, `empty-8`, `door-key-5`.
+    /// `lamps`, `one-kind`, `push`, `posture`, `hand-eye`, `blocks`, `puzzle`, `toys`; or an environment of gymnasium or minigrid: `lake-4`,
+    /// `lake-8`, `lake-4-slippery`, `lake-8-slippery`, `cliff`, `taxi`, `empty-8`, `door-key-5`, `empty-5-seen`, `door-key-5-seen`.
     #[arg(long, value_name = "NAME|FILE", default_value = "wide")]
     pub world: String,
     /// The seed of all chances: of the small errors of the hand that places blocks, of the faults of `[noise]`, and of

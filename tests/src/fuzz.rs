@@ -610,7 +610,7 @@ fn requests() -> Vec<Vec<u8>> {
         offset: 2,
     };
     let goal = || vec![text("object{colour=blue, field=$x}"), text("touch")];
-    let requests: [Request; 19] = [
+    let requests: [Request; 21] = [
         StatusQuery {}.into(),
         SchemaQuery::default().into(),
         query.into(),

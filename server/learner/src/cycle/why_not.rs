@@ -217,7 +217,7 @@ impl Scale<'_> {
     }
 
     fn excitation(&self, id: SchemaId, binding: &Substitution, action: PrimitiveId, distance: u32) -> f64 {
-        let weight = self.curiosity.weight(self.memory.content().reliability(action));
+        let weight = self.curiosity.weight(self.curiosity.worth(self.memory, action));
         let sum = excitation::sum(self.memory, id, binding, &self.perceived, weight);
         let drives = self.drives(id, action, distance);
         drives.iter().flatten().fold(sum, |sum, drive| sum + drive.value) / f64::from(distance)
@@ -226,7 +226,7 @@ impl Scale<'_> {
     /// As a candidate, reached by `access`, and what stood in its way as such.
     fn scored(&self, id: SchemaId, binding: Substitution, action: PrimitiveId, access: Access) -> Reweighing {
         let (memory, distance) = (self.memory, access.preceding + 1);
-        let weight = self.curiosity.weight(memory.content().reliability(action));
+        let weight = self.curiosity.weight(self.curiosity.worth(memory, action));
         let drives = self.drives(id, action, distance);
         let mut kept = TermSource::new(&self.decision.world, 1, 0);
         kept.add(drives, |list| excitation::remember(memory, id, &binding, weight, list));
