@@ -205,8 +205,8 @@ fn median(mut values: Vec<f64>) -> f64 {
 #[test]
 fn goals_are_reached_by_the_shortest_way_soon_after_nothing_was_known() {
     for (slips, lamps, most) in [(0.0, 0, 1.1), (0.2, 0, 1.3), (0.0, 2, 1.2)] {
-        let ratios: Vec<_> = (1..=3).map(|seed| in_a_row(seed, 5, slips, lamps, 25)).collect();
-        println!("slips {slips}, {lamps} lamps, seeds 1 to 3: {ratios:.2?}");
+        let ratios: Vec<_> = (1..=5).map(|seed| in_a_row(seed, 5, slips, lamps, 25)).collect();
+        println!("slips {slips}, {lamps} lamps, seeds 1 to 5: {ratios:.2?}");
         assert!(median(ratios.clone()) <= most, "slips {slips}, {lamps} lamps: {ratios:.2?}");
     }
 }

@@ -306,6 +306,7 @@ def test_the_reward_is_a_value_that_is_brought_when_asked_for() -> None:
     body = pschema.gym.EnvironmentBody(gymnasium.make("FrozenLake-v1", is_slippery=False), seed=1)
     assert [sense.name for sense in body.describe().senses if sense.value] == ["reward"]
     learner, outcome = pschema.Learner(2), None
+    learner.declare(body.describe())
 
     def live(while_it: Callable[[], bool]) -> None:
         nonlocal outcome
