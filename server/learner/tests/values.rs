@@ -290,6 +290,10 @@ fn claims_tell_what_comes() {
 fn the_best_policy_is_found() {
     let mut grid = Grid::new(Mechanisms::FULL, 4, Some(near_and_far)).live(900);
     let reward = grid.reward();
+    // From where it is far.
+    while grid.at.0 + grid.at.1 > 2 {
+        grid.step();
+    }
     grid.most(60);
     grid.step();
     let policy = grid.policy();
@@ -352,6 +356,43 @@ fn a_policy_is_made_anew_when_less_comes_than_expected() {
     grid.until_ended();
     let near = (grid.at.0 - 1).abs() + grid.at.1;
     assert!(near <= 1 && grid.pursuit().came > 50.0, "{:?}: {}", grid.at, grid.pursuit().came);
+}
+
+/// Numbers without measure end no life: they count as the greatest that there is.
+#[test]
+fn rewards_beyond_measure_are_taken() {
+    let mut grid =
+        Grid::new(Mechanisms::FULL, 3, Some(|_, _, to| if to == (2, 2) { f64::MAX } else { f64::MIN }));
+    grid = grid.live(200);
+    grid.most(60);
+    let ended = grid.until_ended();
+    assert_eq!(ended.ended, Some(Ending::ActionsUsedUp));
+    assert!(ended.came.is_finite() && ended.plans.iter().all(|plan| plan.policy.is_some()));
+    let vocabulary = grid.vocabulary();
+    let one = |bin| grid.one("reward", &[Value::Bin(bin)]);
+    let all = [one(i64::MAX), one(i64::MAX - 1), one(i64::MIN)];
+    assert!(vocabulary.sum_of(grid.reward(), &all).is_finite());
+}
+
+/// The same where a bin is as wide as numbers go: some add up to more than there is.
+#[test]
+fn numbers_that_are_added_up_stay_finite() {
+    let mut learner = Learner::new(1, Parameters::default(), free()).unwrap();
+    let mut wide = reward();
+    wide.properties[0].kind = ValueKind::Real { resolution: f64::MAX };
+    let declaration = Declaration {
+        body: "wide".into(),
+        observation_types: vec![wide],
+        actions: vec![DeclaredAction { name: "wait".into(), parameters: Vec::new() }],
+        repertoire: vec![(0, Vec::new())],
+    };
+    learner.declare(declaration).unwrap();
+    let vocabulary = &learner.memory().content().vocabulary;
+    let kind = vocabulary.type_named("reward").unwrap();
+    let one = |bin| Observation::new(kind, [(PropertyId(0), Value::Bin(bin))]);
+    assert_eq!(vocabulary.sum_of(kind, &[one(1), one(2), one(3)]), 1e100);
+    assert_eq!(vocabulary.sum_of(kind, &[one(-1), one(i64::MIN)]), -1e100);
+    assert_eq!(vocabulary.sum_of(kind, &[one(1), one(-1)]), 0.0);
 }
 
 #[test]

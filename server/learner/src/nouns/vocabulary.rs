@@ -697,7 +697,7 @@ impl Vocabulary {
     }
 
     /// How much comes with these observations of a type that is a value: the sum of its numbers, a real counted as the middle of its
-    /// bin, and 0 where there are none.
+    /// bin, and 0 where there are none. What is beyond 1e100 counts as that, so that sums of many stay finite.
     #[must_use]
     pub fn sum_of<'a>(&self, kind: TypeId, observations: impl IntoIterator<Item = &'a Observation>) -> f64 {
         let of_kind = observations.into_iter().filter(|o| o.kind() == kind);
@@ -706,7 +706,9 @@ impl Vocabulary {
             (Value::Integer(number), _) => *number as f64,
             _ => 0.0,
         };
-        of_kind.flat_map(|o| o.properties()).map(number).fold(0.0, |sum, one| sum + one)
+        let all = of_kind.flat_map(|o| o.properties()).map(number);
+        let sum: f64 = all.map(|one| one.clamp(-VALUE_MAX, VALUE_MAX)).sum();
+        sum.clamp(-VALUE_MAX, VALUE_MAX)
     }
 
     /// The property names, by number.
@@ -820,6 +822,9 @@ pub fn bin(value: f64, resolution: f64) -> i64 {
 pub fn bin_middle(bin: i64, resolution: f64) -> f64 {
     bin as f64 * resolution
 }
+
+/// A number that comes with a frame counts as this at most, whatever its sign.
+const VALUE_MAX: f64 = 1e100;
 
 /// The value of a parameter as it would be compared, for those kinds that are also observed.
 #[must_use]
