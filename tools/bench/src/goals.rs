@@ -11,10 +11,10 @@ use pschema_exact::chances;
 use pschema_exact::tables::Table;
 use pschema_learner::mechanisms::Mechanisms;
 use pschema_process::say;
-use pschema_tools::kit::{Columns, Failure, Seeds, interval, show, summary};
+use pschema_tools::kit::{Columns, Failure, interval, show, summary};
 use serde::Serialize;
 
-use crate::tasks::{FigureSummary, known_mechanism, switched};
+use crate::tasks::{FigureSummary, LivesAsked};
 use tabular::{AtRandom, QLearning, RMax, Tabular, truth};
 use walk::Walk;
 
@@ -50,15 +50,8 @@ pub(crate) struct GoalsArgs {
     /// Actions of a life, instead of those of each environment
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     actions: Option<u32>,
-    /// The seeds, each of which is a life in each environment
-    #[arg(long, value_name = "A..B", default_value = "1..20")]
-    seeds: Seeds,
-    /// A mechanism of the full profile that is off. May be given several times
-    #[arg(long, value_name = "MECHANISM", value_parser = known_mechanism)]
-    without: Vec<String>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    lives: LivesAsked,
 }
 
 /// An environment that there is.
@@ -112,8 +105,8 @@ struct Test {
 }
 
 pub(crate) fn run(args: &GoalsArgs, quiet: bool) -> Result<(), Failure> {
-    let seeds: Vec<u64> = args.seeds.iter().collect();
-    let ours = switched(&args.without);
+    let seeds: Vec<u64> = args.lives.seeds.iter().collect();
+    let ours = args.lives.mechanisms();
     let chosen =
         LIVES.iter().filter(|(name, _)| args.environment.as_deref().is_none_or(|only| only == *name));
     let mut rows = Vec::new();
@@ -128,7 +121,7 @@ pub(crate) fn run(args: &GoalsArgs, quiet: bool) -> Result<(), Failure> {
         rows.extend(environment.figures(&seeds, ours)?);
     }
     let mechanisms = ours.named().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
-    show(args.json, &GoalsMeasurement { seeds: seeds.len(), mechanisms, rows }, text)
+    show(args.lives.json, &GoalsMeasurement { seeds: seeds.len(), mechanisms, rows }, text)
 }
 
 struct Environment {

@@ -11,12 +11,12 @@ use pschema_learner::mechanisms::Mechanisms;
 use pschema_learner::vocabulary::PrimitiveId;
 use pschema_learner::world_state::WorldState;
 use pschema_process::say;
-use pschema_tools::kit::{Columns, Failure, Seeds, interval, show, summary};
+use pschema_tools::kit::{Columns, Failure, interval, show, summary};
 use serde::Serialize;
 
 use crate::tasks::foretelling::Foretelling;
 use crate::tasks::student::Student;
-use crate::tasks::{FigureSummary, known_mechanism, switched};
+use crate::tasks::{FigureSummary, LivesAsked};
 
 /// Random states among which all those are looked for that there are.
 const STATES: usize = 4_000;
@@ -53,15 +53,8 @@ pub(crate) struct PlayArgs {
     /// Only this world
     #[arg(long, value_name = "WORLD", value_parser = known)]
     world: Option<String>,
-    /// The seeds, each of which is a life in each world
-    #[arg(long, value_name = "A..B", default_value = "1..20")]
-    seeds: Seeds,
-    /// A mechanism of the full profile that is off. May be given several times
-    #[arg(long, value_name = "MECHANISM", value_parser = known_mechanism)]
-    without: Vec<String>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    lives: LivesAsked,
 }
 
 /// A world that is played in.
@@ -120,8 +113,8 @@ struct PlayMeasurement {
 }
 
 pub(crate) fn run(args: &PlayArgs, quiet: bool) -> Result<(), Failure> {
-    let seeds: Vec<u64> = args.seeds.iter().collect();
-    let ours = switched(&args.without);
+    let seeds: Vec<u64> = args.lives.seeds.iter().collect();
+    let ours = args.lives.mechanisms();
     let (mut truth, mut solved, mut shares) = (Vec::new(), Vec::new(), Vec::new());
     let chosen = PLAYS.iter().filter(|(name, ..)| args.world.as_deref().is_none_or(|only| only == *name));
     for (name, question, actions) in chosen {
@@ -135,7 +128,7 @@ pub(crate) fn run(args: &PlayArgs, quiet: bool) -> Result<(), Failure> {
         }
     }
     let mechanisms = ours.named().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
-    show(args.json, &PlayMeasurement { seeds: seeds.len(), mechanisms, truth, solved, shares }, text)
+    show(args.lives.json, &PlayMeasurement { seeds: seeds.len(), mechanisms, truth, solved, shares }, text)
 }
 
 /// What may be done in a world, with what comes of it.
@@ -464,4 +457,36 @@ fn text(measurement: &PlayMeasurement) -> String {
         measurement.seeds,
         interval(measurement.seeds)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_blocks_have_42_pairs_and_r_max_comes_to_know_a_puzzle() {
+        let world = open("blocks", 1).unwrap();
+        let student = Student::new(&world.declaration().clone(), 1, false, Mechanisms::FULL).unwrap();
+        assert_eq!(Pairs::all(&*world, &student).0.len(), 42);
+        let life = RMax::live("puzzle:lamps=0", 1, 500).unwrap();
+        assert!(life.most_after < life.known_after && life.known_after.is_some_and(|after| after < 300));
+    }
+
+    /// What is not legal changes nothing, so that no schema ever covers it: one of these was tried over and over.
+    #[test]
+    fn what_changes_nothing_is_not_tried_over_and_over() {
+        let mut world = open("blocks", 1).unwrap();
+        let mut student = Student::new(&world.declaration().clone(), 1, false, Mechanisms::FULL).unwrap();
+        let (mut last, mut row, mut longest) = (None, 0, 0);
+        for taken in 0..150 {
+            let before = student.lexicon.world_state(&world.percept());
+            let chosen = student.step(&before, taken > 0).unwrap();
+            let same = last.as_ref() == Some(&(before.clone(), chosen));
+            row = if same { row + 1 } else { 1 };
+            longest = longest.max(row);
+            last = Some((before, chosen));
+            world.act(student.lexicon.primitive(chosen).unwrap());
+        }
+        assert!(longest <= 15, "the same {longest} times in a row");
+    }
 }

@@ -42,31 +42,40 @@ pub(crate) struct TasksArgs {
     /// Only the tasks in this world; or, with numbers, in just this one: gripper:blocks=5
     #[arg(long, value_name = "WORLD", value_parser = known)]
     world: Option<String>,
-    /// The seeds, each of which is a life in each world
+    #[command(flatten)]
+    lives: LivesAsked,
+}
+
+/// The lives that are asked for, and how they are shown.
+#[derive(Debug, Args)]
+pub(crate) struct LivesAsked {
+    /// The seeds, each of which is a life in each world or environment
     #[arg(long, value_name = "A..B", default_value = "1..20")]
-    seeds: Seeds,
+    pub(crate) seeds: Seeds,
     /// A mechanism of the full profile that is off. May be given several times
     #[arg(long, value_name = "MECHANISM", value_parser = known_mechanism)]
     without: Vec<String>,
     /// Print JSON
     #[arg(long)]
-    json: bool,
+    pub(crate) json: bool,
+}
+
+impl LivesAsked {
+    /// The full profile without the mechanisms that are off, and those that need them.
+    pub(crate) fn mechanisms(&self) -> Mechanisms {
+        let mut full = Mechanisms::FULL;
+        for name in &self.without {
+            full.switch(name).into_iter().for_each(|switch| *switch = false);
+        }
+        full.sound()
+    }
 }
 
 /// The name of a mechanism.
-pub(crate) fn known_mechanism(text: &str) -> Result<String, String> {
+fn known_mechanism(text: &str) -> Result<String, String> {
     let mut full = Mechanisms::FULL;
     let known = full.named().map(|(known, _)| known).join(", ");
     full.switch(text).map(|_| text.to_owned()).ok_or(format!("there is no such mechanism; there are {known}"))
-}
-
-/// The full profile without these mechanisms, and those that need them.
-pub(crate) fn switched(without: &[String]) -> Mechanisms {
-    let mut full = Mechanisms::FULL;
-    for name in without {
-        full.switch(name).into_iter().for_each(|switch| *switch = false);
-    }
-    full.sound()
 }
 
 /// A world that there is.
@@ -143,9 +152,9 @@ struct TasksMeasurement {
 }
 
 pub(crate) fn run(args: &TasksArgs, quiet: bool) -> Result<(), Failure> {
-    let seeds: Vec<u64> = args.seeds.iter().collect();
+    let seeds: Vec<u64> = args.lives.seeds.iter().collect();
     let mut rows = Vec::new();
-    let ours = switched(&args.without);
+    let ours = args.lives.mechanisms();
     for task in chosen(args.world.as_deref()) {
         if !quiet {
             say(&format!("{}: {} lives of {} actions", task.title(), seeds.len(), task.actions));
@@ -156,7 +165,7 @@ pub(crate) fn run(args: &TasksArgs, quiet: bool) -> Result<(), Failure> {
         rows.extend(figures(&task, &lives(ours)?, &lives(Mechanisms::PAPER)?));
     }
     let mechanisms = ours.named().into_iter().filter_map(|(name, on)| on.then_some(name)).collect();
-    show(args.json, &TasksMeasurement { seeds: seeds.len(), mechanisms, rows }, text)
+    show(args.lives.json, &TasksMeasurement { seeds: seeds.len(), mechanisms, rows }, text)
 }
 
 /// The tasks in `world`, or all of them. A world with other numbers is lived in as its kind is.
