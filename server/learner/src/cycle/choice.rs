@@ -205,7 +205,10 @@ impl Choice {
                 let curious = access.and_then(|access| situation.drive(memory, action, access));
                 (access, [wanting.then_some(drive), curious])
             }
-            _ => (None, [Some(trying(memory, situation, action)), None]),
+            _ => {
+                let tried = tried(memory, situation, action);
+                (None, [Some(tried.unwrap_or_else(|| babbling_drive(memory, action))), None])
+            }
         };
         let distance = access.map_or(1, |access| access.preceding + 1);
         Some(Cow::Owned(Contender {
@@ -216,7 +219,7 @@ impl Choice {
             access,
             distance,
             excitation,
-            worth: situation.curiosity.worth(memory, action),
+            worth: situation.curiosity.worth(memory, action) * situation.curiosity.part(access),
             drives,
         }))
     }
@@ -311,23 +314,21 @@ fn concrete(memory: &Memory, situation: &Situation<'_>) -> Vec<(f64, SchemaId)> 
     let unhabituated = situation.unhabituated;
     let index = memory.index();
     let resemblance = Resemblance::new(memory, situation.world);
-    let reliabilities = reliabilities(memory, situation);
-    let drive = memory.parameters().babbling_excitation;
+    let worths = worths(memory, situation);
     let mut found = Vec::with_capacity(situation.executable.len());
     for (access, group) in situation.reach.ways(index.groups()) {
         let distance = f64::from(access.preceding + 1);
+        let part = situation.curiosity.part(Some(access));
         let reliable = resemblance.of_pre(&group.pre, situation.curiosity.weight(1.0));
         for id in &group.schemas {
             let Some(outline) = index.outline(*id) else { continue };
-            let Some((reliability, worth)) = reliabilities.get(outline.action.0 as usize).copied().flatten()
-            else {
-                continue;
-            };
+            let Some(worth) = worths.get(outline.action.0 as usize).copied().flatten() else { continue };
+            let worth = worth * part;
             let weight = situation.curiosity.weight(worth);
             let pre = if worth == 1.0 { reliable } else { resemblance.of_pre(&group.pre, weight) };
             let mut sum = resemblance.sum(*id, outline, pre, weight);
             if !unhabituated.is_empty() && unhabituated.binary_search(id).is_ok() {
-                sum += drive * reliability;
+                sum += babbling_drive(memory, outline.action).value;
             }
             if let Some(curious) = situation.drive(memory, outline.action, access) {
                 sum += curious.value;
@@ -341,15 +342,14 @@ fn concrete(memory: &Memory, situation: &Situation<'_>) -> Vec<(f64, SchemaId)> 
     found
 }
 
-/// The reliability of each primitive, and w of equation 1 for it, by number; none for what the body does not have.
-fn reliabilities(memory: &Memory, situation: &Situation<'_>) -> Vec<Option<(f64, f64)>> {
+/// What each primitive is worth in equation 1, by number; none for what the body does not have.
+fn worths(memory: &Memory, situation: &Situation<'_>) -> Vec<Option<f64>> {
     let vocabulary = &memory.content().vocabulary;
     let mut known = vec![None; vocabulary.primitives().len()];
     let body = vocabulary.bodies().get(usize::from(situation.body.0));
     for primitive in body.iter().flat_map(|b| &b.repertoire) {
         if let Some(known) = known.get_mut(primitive.0 as usize) {
-            let reliability = memory.content().reliability(*primitive);
-            *known = Some((reliability, situation.curiosity.worth(memory, *primitive)));
+            *known = Some(situation.curiosity.worth(memory, *primitive));
         }
     }
     known
@@ -381,7 +381,8 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
             if access.preceding == 0 && known().is_some() {
                 continue;
             }
-            let worth = situation.curiosity.worth(memory, action);
+            let part = situation.curiosity.part(Some(access));
+            let worth = situation.curiosity.worth(memory, action) * part;
             let curious = situation.drive(memory, action, access);
             let sum = generally.sum(&binding, &places, situation.curiosity.weight(worth));
             let sum = curious.map_or(sum, |drive| sum + drive.value);
@@ -408,15 +409,20 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
 /// Primitives that no schema covers here, with the drive to try them.
 fn primitives(memory: &Memory, situation: &Situation<'_>) -> Vec<(f64, PrimitiveId)> {
     let uncovered = babbling::uncovered(memory, situation.body, situation.executable).into_iter();
-    uncovered.map(|primitive| (trying(memory, situation, primitive).value, primitive)).collect()
+    let drive = memory.parameters().babbling_excitation;
+    let value = |primitive| match tried(memory, situation, primitive) {
+        Some(curious) => curious.value,
+        None => drive * memory.content().reliability(primitive),
+    };
+    uncovered.map(|primitive| (value(primitive), primitive)).collect()
 }
 
-/// The drive to try what no schema covers here. With curiosity it is as strong as that only until it is known whether anything comes of the
-/// primitive: where nothing does, no schema will ever cover it, and it must not draw for ever.
-fn trying(memory: &Memory, situation: &Situation<'_>, primitive: PrimitiveId) -> Drive {
-    let tried = memory.content().carried_out(primitive);
-    let curious = situation.curiosity.drive(memory, primitive).filter(|_| tried >= TRIED);
-    curious.unwrap_or_else(|| babbling_drive(memory, primitive))
+/// The drive to do again what no schema covers here, with curiosity, when it is known whether anything comes of the primitive: where nothing
+/// does, no schema will ever cover it, and it must not draw for ever as what was never tried does.
+#[inline]
+fn tried(memory: &Memory, situation: &Situation<'_>, primitive: PrimitiveId) -> Option<Drive> {
+    let curious = situation.curiosity.drive(memory, primitive)?;
+    (memory.content().carried_out(primitive) >= TRIED).then_some(curious)
 }
 
 /// The drive to try a primitive at all.

@@ -9,7 +9,7 @@ use std::collections::{BTreeSet, BinaryHeap};
 use rustc_hash::FxHashMap;
 
 use crate::cycle::claims;
-use crate::cycle::curiosity::Curiosity;
+use crate::cycle::curiosity::{Curiosity, quiet};
 use crate::memory::evidence::Foresight;
 use crate::memory::{Content, Memory};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
@@ -19,6 +19,8 @@ use crate::nouns::world_state::WorldState;
 const LOOKS_MAX: usize = 4_096;
 /// An outcome that is less likely than this is not followed.
 const LIKELY: f64 = 0.02;
+/// An outcome that is less likely than this is waited for before it is known what to do next.
+const SURE: f64 = 0.95;
 /// Ways are compared until none is better by more than this share.
 const TOLERANCE: f64 = 1e-3;
 /// Sweeps over all contexts in which a way is weighed, at most.
@@ -31,8 +33,7 @@ const WAYS_MAX: usize = 16;
 pub(crate) struct Frontier {
     /// The first action of the way.
     pub(crate) first: PrimitiveId,
-    /// The contexts that follow on the way if all comes about that is most likely, each with what is done there; the new primitive is the
-    /// last.
+    /// The contexts that follow on the way for certain, each with what is done there, as far as the new primitive.
     pub(crate) way: Vec<(WorldState, PrimitiveId)>,
     /// The primitive that is new at its end.
     pub(crate) new: PrimitiveId,
@@ -59,7 +60,7 @@ struct Move {
     action: PrimitiveId,
     /// How often it is carried out, as expected, until something changes.
     tries: f64,
-    /// The contexts that it leads to then, each with its probability; less than 1 together where it may come otherwise.
+    /// The contexts that it leads to then, each with its probability; less than 1 together where it was never tried.
     leads: Vec<(usize, f64)>,
 }
 
@@ -109,7 +110,7 @@ pub(crate) fn search(
         return None;
     }
     // Where noise alone differs nothing else is to be learnt.
-    let kinds = vocabulary.sensed_types().filter(|kind| !curiosity.idle.contains(kind)).collect();
+    let kinds = vocabulary.sensed_types().filter(|kind| !curiosity.noise.contains(kind)).collect();
     foresight.begin((body, repertoire), &kinds, &BTreeSet::new());
     let mut search = Search {
         content,
@@ -133,8 +134,7 @@ pub(crate) fn search(
 impl Search<'_> {
     /// The part of a context that tells it from others.
     fn told(&self, context: WorldState) -> WorldState {
-        let idle = &self.curiosity.idle;
-        if idle.is_empty() { context } else { context.filter(|o| !idle.contains(&o.kind())) }
+        quiet(context, &self.curiosity.noise)
     }
 
     /// The number of a context that is come to in this way.
@@ -183,20 +183,20 @@ impl Search<'_> {
             if new.is_none_or(|(_, most)| learnable > most) {
                 new = Some((*action, learnable));
             }
-            let (mut stays, mut outcomes) = (1.0 - reliability, Vec::new());
+            // What may come about that never did is taken to change nothing: it is not known to end a way.
+            let (mut changes, mut outcomes) = (prospect.open * reliability, Vec::new());
             for (after, share) in &prospect.outcomes {
                 let after = WorldState::new(after.iter().cloned());
                 let next = self.told(claims::context_after(content, about, *action, &after));
-                match next == *context {
-                    true => stays += share * reliability,
-                    false if share * reliability >= LIKELY => outcomes.push((next, share * reliability)),
-                    false => (),
+                if next != *context && share * reliability >= LIKELY {
+                    outcomes.push((next, share * reliability));
+                    changes += share * reliability;
                 }
             }
             if !is_met || goes_on < LIKELY {
                 continue;
             }
-            let tries = 1.0 / (1.0 - stays).max(LIKELY);
+            let tries = 1.0 / changes.max(LIKELY);
             let offer = |(next, share): (WorldState, f64)| {
                 let led = share * tries * goes_on;
                 (self.offer(next, likely * led, far + tries, depth + 1), led)
@@ -294,30 +294,33 @@ impl Search<'_> {
         self.way(&turns, rate, actions)
     }
 
-    /// The way when all comes about that is most likely.
+    /// The way to what is new when all comes about that is most likely.
     fn way(&self, turns: &[Option<Turn>], rate: f64, actions: f64) -> Option<Frontier> {
         let (mut at, mut course, mut come) = (0, Vec::new(), BTreeSet::from([0]));
+        let (mut is_sure, mut sure) = (true, 0);
         let new = loop {
             match turns[at]? {
                 Turn::End => break self.nodes[at].new?.0,
                 Turn::On(number) => {
-                    let Move { action, ref leads, .. } = self.nodes[at].moves[number];
+                    let Move { action, tries, ref leads } = self.nodes[at].moves[number];
                     course.push((at, action));
                     // Another outcome, where the likeliest leads back: it is come to in the end.
                     let leads = leads.iter().filter(|(to, _)| turns[*to].is_some() && !come.contains(to));
-                    at = leads
-                        .fold(None, |best: Option<&(usize, f64)>, one| match best {
-                            Some((_, most)) if one.1 <= *most => best,
-                            _ => Some(one),
-                        })?
-                        .0;
+                    let next = leads.fold(None, |best: Option<&(usize, f64)>, one| match best {
+                        Some((_, most)) if one.1 <= *most => best,
+                        _ => Some(one),
+                    })?;
+                    is_sure &= next.1 >= SURE * tries;
+                    sure += usize::from(is_sure);
+                    at = next.0;
                     come.insert(at);
                 }
             }
         };
         course.push((at, new));
         let first = course.first()?.1;
-        let way = course.iter().skip(1).map(|(at, action)| (self.nodes[*at].context.clone(), *action));
+        let way =
+            course.iter().skip(1).take(sure).map(|(at, action)| (self.nodes[*at].context.clone(), *action));
         let distance = (actions.round() as u32).max(1);
         Some(Frontier { first, way: way.collect(), new, distance, weight: rate * f64::from(distance) })
     }

@@ -16,7 +16,7 @@ use crate::nouns::decision::{Candidate, Decision, Reason, Role, Subject};
 use crate::nouns::execution::ChainLink;
 use crate::nouns::observation::{Observation, Pattern, Substitution, Term};
 use crate::nouns::schema::{Concrete, Form, Generalised, SchemaId};
-use crate::nouns::terms::{Drive, TermSource};
+use crate::nouns::terms::{Drive, TermSource, Weight};
 use crate::nouns::vocabulary::PrimitiveId;
 
 /// The obstacle in a schema's way, and how near the schema came to being chosen.
@@ -157,7 +157,7 @@ impl Scale<'_> {
             };
             let Some((action, access)) = action else { return false };
             let distance = access.map_or(1, |access| access.preceding + 1);
-            let excitation = self.excitation(id, &candidate.binding, action, distance);
+            let excitation = self.excitation(id, &candidate.binding, action, access);
             distance == candidate.distance && excitation.to_bits() == candidate.excitation.to_bits()
         };
         let all = self.decision.candidates.iter().all(same);
@@ -204,7 +204,7 @@ impl Scale<'_> {
     }
 
     /// The drives that add to its excitation: none where something is followed.
-    fn drives(&self, id: SchemaId, action: PrimitiveId, distance: u32) -> [Option<Drive>; 2] {
+    fn drives(&self, id: SchemaId, action: PrimitiveId, access: Option<Access>) -> [Option<Drive>; 2] {
         if self.is_followed() {
             return [None, None];
         }
@@ -212,25 +212,41 @@ impl Scale<'_> {
         let value = self.memory.parameters().babbling_excitation * weight;
         let wanting = self.wanting.as_ref().is_some_and(|wanting| wanting.binary_search(&id).is_ok());
         let habituation = wanting.then_some(Drive { role: Role::Habituation, weight, value });
-        let curious = if distance == 1 { self.curiosity.drive(self.memory, action) } else { None };
+        let curious = if access.is_none_or(|access| access.preceding == 0) {
+            self.curiosity.drive(self.memory, action)
+        } else {
+            None
+        };
         [habituation, curious]
     }
 
-    fn excitation(&self, id: SchemaId, binding: &Substitution, action: PrimitiveId, distance: u32) -> f64 {
-        let weight = self.curiosity.weight(self.curiosity.worth(self.memory, action));
+    /// The weight of equation 1's terms for what `access` leads to.
+    fn weight(&self, action: PrimitiveId, access: Option<Access>) -> Weight {
+        self.curiosity.weight(self.curiosity.worth(self.memory, action) * self.curiosity.part(access))
+    }
+
+    fn excitation(
+        &self,
+        id: SchemaId,
+        binding: &Substitution,
+        action: PrimitiveId,
+        access: Option<Access>,
+    ) -> f64 {
+        let weight = self.weight(action, access);
         let sum = excitation::sum(self.memory, id, binding, &self.perceived, weight);
-        let drives = self.drives(id, action, distance);
+        let drives = self.drives(id, action, access);
+        let distance = access.map_or(1, |access| access.preceding + 1);
         drives.iter().flatten().fold(sum, |sum, drive| sum + drive.value) / f64::from(distance)
     }
 
     /// As a candidate, reached by `access`, and what stood in its way as such.
     fn scored(&self, id: SchemaId, binding: Substitution, action: PrimitiveId, access: Access) -> Reweighing {
         let (memory, distance) = (self.memory, access.preceding + 1);
-        let weight = self.curiosity.weight(self.curiosity.worth(memory, action));
-        let drives = self.drives(id, action, distance);
+        let weight = self.weight(action, Some(access));
+        let drives = self.drives(id, action, Some(access));
         let mut kept = TermSource::new(&self.decision.world, 1, 0);
         kept.add(drives, |list| excitation::remember(memory, id, &binding, weight, list));
-        let excitation = self.excitation(id, &binding, action, distance);
+        let excitation = self.excitation(id, &binding, action, Some(access));
         let top = self.decision.candidates.first().map_or(0.0, |candidate| candidate.excitation);
         let verdict = if excitation == top {
             Verdict::LotFellOnAnother

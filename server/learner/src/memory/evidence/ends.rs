@@ -51,11 +51,11 @@ impl Pool {
             _ => self.alike(facet, ANYTHING, context),
         };
         let met: u32 = alike.iter().map(|(_, count)| count).sum();
-        let learnable = facet.surprise.of_new() * newness(met as usize);
+        let learnable = facet.surprise.of_new() * newness(met as usize, 0.0);
         let ended = |after: &[Observation]| !after.is_empty();
-        // One end in the very same context is enough, as long as it was never otherwise.
+        // One end in the very same context is enough, as long as it was never otherwise: to fall into the same hole again teaches nothing.
         if met > 0 && alike.iter().all(|(after, _)| ended(after)) {
-            return Ending { probability: 1.0, learnable };
+            return Ending { probability: 1.0, learnable: 0.0 };
         }
         let scene = Scene::new(context, &[], &[]);
         let Some(foretold) = self.foretold(facet, ANYTHING, &scene) else { return Ending::default() };

@@ -11,7 +11,7 @@ mod foresight;
 mod foretold;
 mod found;
 mod growth;
-mod idle;
+mod noise;
 mod novelty;
 mod outcomes;
 mod outlook;
@@ -272,7 +272,7 @@ impl Evidence {
             let action = action(vocabulary, *primitive)?;
             let pool = self.pools.get(&action)?;
             let novelty = of_actions.entry(action).or_insert_with(|| pool.novelty(context));
-            Some(pool.surprise() * pool.newness(novelty, *primitive, false))
+            Some(pool.surprise() * pool.newness(novelty, *primitive, 0.0, false))
         };
         let mut curiosity = curiosity;
         // Whatever is done, it shows whether an episode has ended here.

@@ -40,10 +40,10 @@ impl<'a> Novelty<'a> {
         Self { columns, pairs }
     }
 
-    /// The mean of newness over the pairs, by the number of those among the examples that `tried` the primitive; from 0 to 1. If the
-    /// context is that of one of them, it may be left out: `already`.
-    pub(super) fn of(&self, tried: &Column, already: bool) -> f64 {
-        let new = |count: usize| newness(count.saturating_sub(usize::from(already)));
+    /// The mean of newness over the pairs, by the number of those among the examples that `tried` the primitive, where what comes is left so
+    /// `open`; from 0 to 1. If the context is that of one of them, it may be left out: `already`.
+    pub(super) fn of(&self, tried: &Column, open: f64, already: bool) -> f64 {
+        let new = |count: usize| newness(count.saturating_sub(usize::from(already)), open);
         if self.pairs.is_empty() {
             return new(tried.count());
         }
@@ -69,11 +69,12 @@ impl<'a> Novelty<'a> {
 }
 
 /// How much one more trial may teach after so many of the same: the more is known, the less likely is it that it is otherwise than
-/// foretold, and the less does that change what is foretold. Both go by 1 / (1 + N).
-pub(super) fn newness(count: usize) -> f64 {
+/// foretold, and the less does that change what is foretold. Both go by 1 / (1 + N); but what is left `open`, from 0 to 1, as where an
+/// action has chances, is otherwise as often however much is known.
+pub(super) fn newness(count: usize, open: f64) -> f64 {
     let of = |count: usize| {
-        let likely = 1.0 / (1 + count) as f64;
-        likely * likely
+        let new = 1.0 / (1 + count) as f64;
+        new * (new + (1.0 - new) * open)
     };
     let known = of(KNOWN);
     (of(count) - known).max(0.0) / (1.0 - known)

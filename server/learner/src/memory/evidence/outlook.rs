@@ -6,7 +6,7 @@ use crate::memory::evidence::columns::Column;
 use crate::memory::evidence::facet::{ANYTHING, Facet};
 use crate::memory::evidence::foretold::{Foretold, View};
 use crate::memory::evidence::novelty::{Novelty, met};
-use crate::memory::evidence::pool::{ALIKE_MAX, Pool, is_alike};
+use crate::memory::evidence::pool::{ALIKE_MAX, Pool, is_alike, left_open};
 use crate::memory::evidence::prospect::{Foreseen, Outlook, Prospect};
 use crate::memory::evidence::shares::{Share, odds, probability, shares};
 use crate::memory::evidence::telling::relied;
@@ -250,7 +250,6 @@ impl Around<'_> {
         let Self { context, chance, steady, plain } = *self;
         let met = pool.together(novelty, primitive, |_| true);
         let unmet = pool.unmet(novelty, primitive);
-        let learnable = pool.surprise() * pool.newness_of_all(novelty, primitive, &met, false);
         let is_told = |facet: &&Foretold| !facet.kinds.iter().any(|kind| chance.contains(kind));
         let of_facet = |facet: &Foretold| pool.all_facets().find(|known| known.kinds == facet.kinds);
         let told = || foretold.iter().filter(is_told);
@@ -260,7 +259,16 @@ impl Around<'_> {
             let known = of_facet(facet).filter(|_| facet.view != View::Remembered);
             known.map_or_else(Vec::new, |known| pool.alike_in(known, &met, plain, steady))
         };
-        let shares: Vec<_> = told().map(|facet| (facet, shares(facet, alike(facet)))).collect();
+        let everywhere = pool.open(|kind| steady.contains(kind));
+        let (mut weighed, mut open) = (Vec::new(), 0.0_f64);
+        for facet in told() {
+            let alike = alike(facet);
+            let came = if facet.view == View::Remembered { &facet.outcomes } else { &alike };
+            open = open.max(left_open(came, everywhere));
+            weighed.push((facet, shares(facet, alike)));
+        }
+        let learnable = pool.surprise() * pool.newness_of_all(novelty, primitive, &met, open, false);
+        let shares = weighed;
         let mut outcomes = together(context, &shares, trusted);
         // Most are foretold for certain, and nothing can be added.
         if outcomes.len() > 1 && outcomes.first().is_some_and(|(_, share)| *share < CLEAR) {
@@ -336,4 +344,30 @@ fn together(context: &[Observation], foretold: &[(&Foretold, Vec<Share>)], trust
         outcomes = split;
     }
     outcomes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Types that are foretold one by one make combinations that never come; they fade with what does come.
+    #[test]
+    fn what_never_came_together_fades_and_nothing_is_lost() {
+        let combination = |number: u16| vec![Observation::new(TypeId(number), [])];
+        let share = |outcomes: &[Share], number: u16| {
+            outcomes.iter().find(|(known, _)| *known == combination(number)).map_or(0.0, |(_, share)| *share)
+        };
+        for times in [1, 4, 16, 64] {
+            let mut outcomes: Vec<Share> =
+                vec![(combination(0), 0.4), (combination(1), 0.4), (combination(2), 0.2)];
+            recall_together(&mut outcomes, &[(combination(2), times)]);
+            let all: f64 = outcomes.iter().map(|(_, share)| share).sum();
+            assert!((all - 1.0).abs() < 1e-9, "{times}: {all}");
+            assert!(share(&outcomes, 2) >= f64::from(times) / f64::from(times + 2), "{times}: {outcomes:?}");
+            assert!(outcomes.is_sorted_by(|a, b| a.1 >= b.1), "{times}: {outcomes:?}");
+        }
+        let mut outcomes = vec![(combination(0), 1.0)];
+        recall_together(&mut outcomes, &[]);
+        assert_eq!(outcomes, [(combination(0), 1.0)]);
+    }
 }

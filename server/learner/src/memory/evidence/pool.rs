@@ -15,7 +15,7 @@ use crate::nouns::experience::{Experience, Recalled};
 use crate::nouns::observation::{Observation, TypeId};
 use crate::nouns::vocabulary::PrimitiveId;
 
-/// Experiences with one action that are kept. Beyond it the oldest of the claim with the most make room, a quarter at a time.
+/// Experiences with one action that are kept. Beyond it those with which least is lost make room, a quarter at a time.
 const EXPERIENCES_MAX: usize = 1_024;
 /// How new a context is that is new as a whole, when each pair of its observations is familiar.
 const WHOLE: f64 = 0.5;
@@ -56,6 +56,13 @@ pub(super) fn is_alike(experience: &Experience, context: &[Observation], kinds: 
     of_kinds().count() == context.len() && of_kinds().eq(context)
 }
 
+/// How often it is left open what comes of a context of which so often came this: as often as everywhere, until more is known of it.
+pub(super) fn left_open(came: &[(Vec<Observation>, u32)], everywhere: f64) -> f64 {
+    let all: u32 = came.iter().map(|(_, count)| count).sum();
+    let most = came.iter().map(|(_, count)| *count).max().unwrap_or(0);
+    (f64::from(all - most) + everywhere) / (f64::from(all) + 1.0)
+}
+
 /// Experiences in which the same claims were in force.
 #[derive(Default)]
 struct Cell {
@@ -65,6 +72,13 @@ struct Cell {
 }
 
 impl Cell {
+    /// How much is lost with one experience of what was tried most often in the same context: of what the claims say, and of what comes of
+    /// that context alone. Each is as certain as it was told often, so that of many the next tells less by their square.
+    fn loss(&self) -> f64 {
+        let most = self.tried.values().map(VecDeque::len).max().unwrap_or(0);
+        [self.count, most].map(|told| 1.0 / (told * told) as f64).iter().sum()
+    }
+
     /// Takes the oldest of what was tried most often in the same context.
     fn pop(&mut self) -> Option<usize> {
         self.count = self.count.saturating_sub(1);
@@ -425,9 +439,22 @@ impl Pool {
         Novelty::new(&self.conditions, context)
     }
 
-    /// How new a primitive is there, from 0 to 1; or was, if what was tried there counts `already`.
-    pub(super) fn newness(&self, novelty: &Novelty<'_>, primitive: PrimitiveId, already: bool) -> f64 {
-        self.of_primitive.get(&primitive).map_or(1.0, |tried| novelty.of(tried, already))
+    /// How often it is left open what comes of these types, at most, with all that claims tell; from 0 to 1.
+    pub(super) fn open(&self, is_asked: impl Fn(&TypeId) -> bool) -> f64 {
+        let asked = self.facets.iter().filter(|facet| !facet.is_singly && facet.kinds.iter().any(&is_asked));
+        let open = |facet: &Facet| facet.general.left_open() as f64 / facet.sensed.count().max(1) as f64;
+        asked.map(open).fold(0.0, f64::max).min(1.0)
+    }
+
+    /// How new a primitive is there, from 0 to 1, where what comes is left so `open`; or was, if what was tried there counts `already`.
+    pub(super) fn newness(
+        &self,
+        novelty: &Novelty<'_>,
+        primitive: PrimitiveId,
+        open: f64,
+        already: bool,
+    ) -> f64 {
+        self.of_primitive.get(&primitive).map_or(1.0, |tried| novelty.of(tried, open, already))
     }
 
     /// The same, where the context counts as a whole too, in which it was `met`: pairs of observations that are all familiar may be together
@@ -437,10 +464,11 @@ impl Pool {
         novelty: &Novelty<'_>,
         primitive: PrimitiveId,
         met: &Column,
+        open: f64,
         already: bool,
     ) -> f64 {
-        let whole = newness(met.count().saturating_sub(usize::from(already)));
-        self.newness(novelty, primitive, already).max(WHOLE * whole)
+        let whole = newness(met.count().saturating_sub(usize::from(already)), open);
+        self.newness(novelty, primitive, open, already).max(WHOLE * whole)
     }
 
     /// The experiences with a primitive in all of a context together, but for the observations that `matter` not.
@@ -459,9 +487,9 @@ impl Pool {
         self.of_primitive.get(&primitive).map_or(1.0, |tried| novelty.unmet(tried))
     }
 
-    /// Forgets a quarter of all experiences, always the oldest of what was tried most often in the same context where the claim is in force
-    /// that is in most of them; the newest of each primitive stays. So what was seldom met is not forgotten for what is met all the time.
-    /// What is known then is what the rest makes, one after another.
+    /// Forgets a quarter of all experiences, always the oldest of what was tried most often in the same context where least is lost with it;
+    /// the newest of each primitive stays. So what was seldom met is not forgotten for what is met all the time. What is known then is what
+    /// the rest makes, one after another.
     fn make_room(&mut self) {
         let mut cells: BTreeMap<Vec<Vec<usize>>, Cell> = BTreeMap::new();
         let mut newest: BTreeSet<_> =
@@ -478,8 +506,8 @@ impl Pool {
         }
         let mut forgotten = Column::default();
         for _ in 0..self.examples.len() / 4 {
-            let most = cells.values_mut().max_by_key(|cell| cell.count);
-            let Some(oldest) = most.and_then(Cell::pop) else { break };
+            let least = cells.values_mut().min_by(|one, other| one.loss().total_cmp(&other.loss()));
+            let Some(oldest) = least.and_then(Cell::pop) else { break };
             forgotten.insert(oldest);
         }
         let kept = std::mem::take(&mut self.examples).into_iter().enumerate();

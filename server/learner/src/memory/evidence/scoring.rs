@@ -115,7 +115,7 @@ impl Pool {
         already: bool,
     ) {
         let met = self.together(novelty, experience.primitive, |_| true);
-        let newness = self.newness_of_all(novelty, experience.primitive, &met, already);
+        let newness = self.newness_of_all(novelty, experience.primitive, &met, 0.0, already);
         // What is to be expected whatever is done is not scored, but for ends, which are of no action.
         let is_scored = |facet: &Facet| experience.primitive != ANYTHING || facet.is_of_ends();
         for facet in facets.iter_mut().filter(|facet| is_scored(facet) && facet.is_told_by(experience)) {

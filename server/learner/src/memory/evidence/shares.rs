@@ -65,3 +65,22 @@ pub(super) fn shares(facet: &Foretold, alike: Vec<(Vec<Observation>, u32)>) -> V
     }
     shares
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::memory::evidence::pool::CERTAIN;
+    use crate::nouns::observation::TypeId;
+
+    /// One context is an exception to what claims say as soon as it is certain, and not by one accident.
+    #[test]
+    fn what_came_three_times_of_one_context_alone_is_no_accident() {
+        let [told, other] = [0, 1].map(|kind| vec![Observation::new(TypeId(kind), [])]);
+        let shares = vec![(told, 0.95)];
+        let is_certain = |times: u32| {
+            let (by_claim, by_itself) = odds(&shares, 0.01, &[(other.clone(), times)]);
+            by_itself > by_claim + CERTAIN
+        };
+        assert_eq!([1, 3].map(is_certain), [false, true]);
+    }
+}
