@@ -316,11 +316,14 @@ def test_the_reward_is_a_value_that_is_brought_when_asked_for() -> None:
             outcome = body.act(action)
 
     live(lambda: body.done < 400 and learner.steps < 6000)
-    for wanted in ({}, {"most": "reward"}):
-        learner.achieve(*(["reward{}"] if not wanted else []), actions_max=60, **wanted)
+    for most in (False, True):
+        if most:
+            learner.achieve(actions_max=60, most="reward")
+        else:
+            learner.achieve("reward{}", actions_max=60)
         live(lambda: learner.pursuit()["state"] == "pursued")
         end = learner.pursuit()
-        if wanted:
+        if most:
             assert end["came"] >= 5, end
         else:
             assert end["achieved"], end
