@@ -6,7 +6,7 @@ use crate::memory::evidence::columns::Column;
 use crate::memory::evidence::facet::{ANYTHING, Facet};
 use crate::memory::evidence::foretold::{Foretold, View};
 use crate::memory::evidence::novelty::{Novelty, met};
-use crate::memory::evidence::pool::{ALIKE_MAX, Pool, is_alike, left_open};
+use crate::memory::evidence::pool::{ALIKE_MAX, Pool, is_alike, open_there};
 use crate::memory::evidence::prospect::{Foreseen, Outlook, Prospect};
 use crate::memory::evidence::shares::{Share, odds, probability, shares};
 use crate::memory::evidence::telling::relied;
@@ -264,12 +264,11 @@ impl Around<'_> {
         for facet in told() {
             let alike = alike(facet);
             let came = if facet.view == View::Remembered { &facet.outcomes } else { &alike };
-            open = open.max(left_open(came, everywhere));
+            open = open.max(open_there(came, everywhere));
             weighed.push((facet, shares(facet, alike)));
         }
         let learnable = pool.surprise() * pool.newness_of_all(novelty, primitive, &met, open, false);
-        let shares = weighed;
-        let mut outcomes = together(context, &shares, trusted);
+        let mut outcomes = together(context, &weighed, trusted);
         // Most are foretold for certain, and nothing can be added.
         if outcomes.len() > 1 && outcomes.first().is_some_and(|(_, share)| *share < CLEAR) {
             let told: BTreeSet<_> = told().flat_map(|facet| &facet.kinds).copied().collect();

@@ -57,7 +57,7 @@ pub(super) fn is_alike(experience: &Experience, context: &[Observation], kinds: 
 }
 
 /// How often it is left open what comes of a context of which so often came this: as often as everywhere, until more is known of it.
-pub(super) fn left_open(came: &[(Vec<Observation>, u32)], everywhere: f64) -> f64 {
+pub(super) fn open_there(came: &[(Vec<Observation>, u32)], everywhere: f64) -> f64 {
     let all: u32 = came.iter().map(|(_, count)| count).sum();
     let most = came.iter().map(|(_, count)| *count).max().unwrap_or(0);
     (f64::from(all - most) + everywhere) / (f64::from(all) + 1.0)
@@ -602,5 +602,31 @@ impl Pool {
     #[cfg(test)]
     pub(super) fn is_background(&self) -> bool {
         self.facets.iter().all(|facet| facet.particular.is_empty())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A claim with one context kept many experiences of it, while a general claim kept one or two of each of its many.
+    #[test]
+    fn what_was_tried_often_in_one_context_makes_room_first() {
+        let cell = |contexts: u32, each: usize| {
+            let primitive = |number| (PrimitiveId(number), Arc::<[Observation]>::from([]));
+            let tried = (0..contexts).map(|number| (primitive(number), (0..each).collect()));
+            Cell { tried: tried.collect(), count: contexts as usize * each }
+        };
+        assert!(cell(1, 30).loss() < cell(15, 2).loss(), "as many of both claims");
+        assert!(cell(50, 1).loss() < cell(5, 1).loss(), "where no context came again, claims with many");
+        assert!(!cell(0, 0).loss().is_finite(), "nothing is taken where nothing is");
+    }
+
+    #[test]
+    fn it_is_as_open_as_everywhere_until_more_is_known() {
+        let came = |counts: &[u32]| -> Vec<_> { counts.iter().map(|count| (Vec::new(), *count)).collect() };
+        assert_eq!(open_there(&came(&[]), 0.5), 0.5);
+        assert_eq!(open_there(&came(&[9]), 0.5), 0.05);
+        assert_eq!(open_there(&came(&[2, 1]), 0.0), 0.25);
     }
 }
