@@ -14,6 +14,11 @@ use crate::nouns::claim::{Anchor, Change, Claim, Condition};
 pub(super) const DEPTH_MAX: usize = 8;
 /// So many examples fit into one word.
 const FEW: usize = u64::BITS as usize;
+/// Where no condition pays by itself, so many of the best are looked at for whether they pay with a second one; and with each of these half as
+/// many, for whether that pays with a third one.
+const FIRST_MAX: usize = 8;
+/// So many more conditions may be needed until they pay together.
+const MORE_MAX: usize = 2;
 /// A gain below this is none: it may be an error of rounding.
 const GAIN_MIN: f64 = 1e-9;
 
@@ -41,6 +46,13 @@ pub(super) struct Growth {
 pub(super) struct Place {
     pub(super) claim: usize,
     pub(super) change: Option<usize>,
+}
+
+/// An exception to a claim: the condition, how much it pays, and the examples in which it holds.
+struct Exception {
+    gain: f64,
+    condition: Condition,
+    holding: Column,
 }
 
 /// Examples parted by what followed: each change with those that are put down to it, the most first; then those that none makes.
@@ -188,7 +200,7 @@ impl Search<'_, '_> {
             if parted.is_uniform() || depth == DEPTH_MAX {
                 break parted;
             }
-            let Some((gain, condition, holding)) = self.exception(&examples, &parted) else {
+            let Some(Exception { gain, condition, holding }) = self.exception(&examples, &parted) else {
                 break parted;
             };
             examples = examples.without(&holding);
@@ -208,36 +220,76 @@ impl Search<'_, '_> {
         Claim { condition, gain, exceptions, outcomes: outcomes.collect(), trials: count(&examples) }
     }
 
-    /// The condition that parts the examples best, if it pays, with its net gain and the examples in which it holds.
-    fn exception(&self, examples: &Column, parted: &Parted) -> Option<(f64, Condition, Column)> {
+    /// The condition that parts the examples best, if it pays.
+    fn exception(&self, examples: &Column, parted: &Parted) -> Option<Exception> {
+        let exception = self.best(examples, parted, MORE_MAX, FIRST_MAX)?;
+        (exception.gain > GAIN_MIN).then_some(exception)
+    }
+
+    /// The condition that parts the examples best. Where none pays by itself, so many of the best are looked at for whether they pay together
+    /// with a second one among the examples in which they hold, which may pay with a third one, and so on, up to so many `more`.
+    fn best(&self, examples: &Column, parted: &Parted, more: usize, firsts: usize) -> Option<Exception> {
+        let choices = self.choices(examples, parted);
+        let best = choices.iter().fold(None, better)?;
+        if best.0 > GAIN_MIN || more == 0 {
+            return Some(self.chosen(best, examples));
+        }
+        // Equal but for rounding is equal, and then they stay in their order.
+        let mut order: Vec<_> = choices.iter().collect();
+        order.sort_by_key(|(gain, _)| std::cmp::Reverse((gain / GAIN_MIN).round() as i64));
+        let both = order.into_iter().take(firsts).filter_map(|choice| {
+            let first = self.chosen(choice, examples);
+            let parted = self.ground.part(&first.holding);
+            let second = if parted.is_uniform() {
+                None
+            } else {
+                self.best(&first.holding, &parted, more - 1, firsts / 2)
+            };
+            let second = second.filter(|second| second.gain > GAIN_MIN)?;
+            Some(Exception { gain: first.gain + second.gain, ..first })
+        });
+        both.fold(None, |best: Option<Exception>, other| match best {
+            Some(best) if other.gain <= best.gain + GAIN_MIN => Some(best),
+            _ => Some(other),
+        })
+    }
+
+    /// The exception that a choice makes.
+    fn chosen(&self, (gain, choice): &(f64, Choice<'_>), examples: &Column) -> Exception {
+        let gain = *gain;
+        match choice {
+            Choice::Met(asked) => {
+                Exception { gain, condition: asked.condition.clone(), holding: examples.both(&asked.column) }
+            }
+            Choice::Bound(anchor, least) => {
+                let condition = Condition::AtLeast(*anchor, *least);
+                let mut holding = Column::default();
+                let holds = |at: &usize| (self.ground.scene)(*at).holds(&condition);
+                examples.iter().filter(holds).for_each(|at| holding.insert(at));
+                Exception { gain, condition, holding }
+            }
+        }
+    }
+
+    /// The conditions that part the examples, in order, each with its net gain.
+    fn choices(&self, examples: &Column, parted: &Parted) -> Vec<(f64, Choice<'_>)> {
         let whole = Whole::new(examples, parted);
         let mut gain = Gain::new(&self.likelihood, &whole);
-        let mut choices: Vec<(f64, &Asked)> = Vec::new();
+        let mut met: Vec<(f64, &Asked)> = Vec::new();
         for asked in self.different(&whole) {
             examples.iter_both(&asked.column).for_each(|at| gain.count(whole.outcome[at]));
-            choices.push((gain.so_far(), asked));
+            met.push((gain.so_far(), asked));
             gain.clear();
         }
         let mut among = [0; Tier::COUNT];
-        choices.iter().for_each(|(_, asked)| among[asked.tier as usize] += 1);
-        let met = choices.into_iter();
-        let met = met
-            .map(|(gain, asked)| (gain - asked.tier.price(among[asked.tier as usize]), Choice::Met(asked)));
+        met.iter().for_each(|(_, asked)| among[asked.tier as usize] += 1);
+        let price = |tier: Tier| tier.price(among[tier as usize]);
+        let met = met.into_iter().map(|(gain, asked)| (gain - price(asked.tier), Choice::Met(asked)));
         let bounds = self.bounds(&whole, &mut gain);
         let price = Tier::Bound.price(bounds.len());
         let bounds =
             bounds.into_iter().map(|(anchor, least, gain)| (gain - price, Choice::Bound(anchor, least)));
-        let (gain, choice) = met.chain(bounds).fold(None, Choice::better)?;
-        Some(match choice {
-            Choice::Met(asked) => (gain, asked.condition.clone(), examples.both(&asked.column)),
-            Choice::Bound(anchor, least) => {
-                let condition = Condition::AtLeast(anchor, least);
-                let mut holding = Column::default();
-                let holds = |at: &usize| (self.ground.scene)(*at).holds(&condition);
-                examples.iter().filter(holds).for_each(|at| holding.insert(at));
-                (gain, condition, holding)
-            }
-        })
+        met.chain(bounds).collect()
     }
 
     fn may_ask(&self, asked: &Asked) -> bool {
@@ -333,10 +385,13 @@ enum Choice<'a> {
     Bound(Anchor, i64),
 }
 
-impl Choice<'_> {
-    /// The better one of two, each with its net gain; the first of equals.
-    fn better(best: Option<(f64, Self)>, other: (f64, Self)) -> Option<(f64, Self)> {
-        let least = best.as_ref().map_or(GAIN_MIN, |(best, _)| best + GAIN_MIN);
-        if other.0 > least { Some(other) } else { best }
+/// The better one of two choices, each with its net gain; the first of equals.
+fn better<'a, 's>(
+    best: Option<&'a (f64, Choice<'s>)>,
+    other: &'a (f64, Choice<'s>),
+) -> Option<&'a (f64, Choice<'s>)> {
+    match best {
+        Some(best) if other.0 <= best.0 + GAIN_MIN => Some(best),
+        _ => Some(other),
     }
 }
