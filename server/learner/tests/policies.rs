@@ -309,9 +309,9 @@ fn what_is_left_to_chance_does_not_tell_contexts_apart() {
         let policy = field.plan(goal.0, goal.1).unwrap().policy.unwrap();
         policy.kinds == [AT] && policy.rows.iter().all(|row| row.context.len() == 1)
     };
-    let of_places: Vec<_> = (1..=5).map(is_of_places).collect();
-    println!("seeds 1 to 5: {of_places:?}");
-    assert!(of_places.iter().filter(|of_places| **of_places).count() >= 3, "{of_places:?}");
+    let of_places: Vec<_> = (1..=10).map(is_of_places).collect();
+    println!("seeds 1 to 10: {of_places:?}");
+    assert!(of_places.iter().filter(|of_places| **of_places).count() >= 8, "{of_places:?}");
 }
 
 #[test]

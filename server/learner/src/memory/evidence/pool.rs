@@ -413,10 +413,12 @@ impl Pool {
         let grown = |facet: &Facet| facet.general.examples == self.examples.len();
         let count = self.facets.len();
         let examples = self.examples();
+        // Of many pairs some seem to depend on each other by accident.
+        let price = libm::log((count * count.saturating_sub(1) / 2).max(1) as f64);
         for one in 0..count {
             for other in one + 1..count {
                 let (a, b) = (&self.facets[one], &self.facets[other]);
-                if (grown(a) || grown(b)) && a.varies() && b.varies() && a.dependence(b) > 0.0 {
+                if (grown(a) || grown(b)) && a.varies() && b.varies() && a.dependence(b) > price + CERTAIN {
                     let mut kinds = [&a.kinds[..], &b.kinds[..]].concat();
                     kinds.sort_unstable();
                     let joined = Facet::new(kinds, examples);
