@@ -187,3 +187,59 @@ fn refusals_weigh_only_until_it_works_again() {
     assert_eq!(attempts(Mechanisms::PAPER, &again), (4, 12));
     assert_eq!(attempts(Mechanisms { curiosity: false, ..Mechanisms::FULL }, &again), (4, 12));
 }
+
+/// Switches that turn on in one order only, which nothing shows; a wrong one turns all off. What comes of one depends on all that are on. A lamp
+/// blinks beside them.
+#[test]
+fn what_only_a_whole_series_leads_to_is_come_to() {
+    const ORDER: [usize; 6] = [3, 0, 4, 1, 5, 2];
+    const ACTIONS_MAX: usize = 1_000;
+    let kind = |name: &str, property_name: &str| DeclaredType {
+        name: name.into(),
+        own: false,
+        transient: false,
+        heard: false,
+        value: false,
+        properties: vec![DeclaredProperty {
+            name: property_name.into(),
+            unit: String::new(),
+            kind: ValueKind::Integer,
+        }],
+    };
+    let solved = |seed: u64| {
+        let mut learner = Learner::new(seed, Parameters::default(), free()).unwrap();
+        learner.set_mechanisms(Mechanisms::FULL);
+        let declaration = Declaration {
+            body: "box".into(),
+            observation_types: vec![kind("on", "switch"), kind("lamp", "lit")],
+            actions: vec![DeclaredAction {
+                name: "press".into(),
+                parameters: kind("on", "switch").properties,
+            }],
+            repertoire: (0..6).map(|switch| (0, vec![Parameter::Integer(switch)])).collect(),
+        };
+        learner.declare(declaration).unwrap();
+        let mut random = Random::from_seed(seed ^ 0x51);
+        let (mut on, mut outcome) = (0, None);
+        for taken in 0..ACTIONS_MAX {
+            let sensed = |kind: u16, property: u16, number: usize| {
+                let number = Value::Integer(i64::try_from(number).unwrap());
+                Observation::new(TypeId(kind), [(PropertyId(property), number)])
+            };
+            let lamp = sensed(1, 1, random.below(2));
+            let observations = ORDER[..on].iter().map(|switch| sensed(0, 0, *switch)).chain([lamp]).collect();
+            let body = pschema_learner::vocabulary::BodyId(0);
+            let step = learner.step(&Frame { body, outcome, observations });
+            let Output::Act(PrimitiveId(switch)) = step.output else { panic!("nothing was chosen") };
+            on = if ORDER[on] == switch as usize { on + 1 } else { 0 };
+            if on == ORDER.len() {
+                return taken as f64;
+            }
+            outcome = Some(ActionOutcome::Done);
+        }
+        ACTIONS_MAX as f64
+    };
+    let taken: Vec<_> = (1..=7).map(solved).collect();
+    println!("seeds 1 to 7: {taken:?}");
+    assert!(median(taken.clone()) < 250.0, "{taken:?}");
+}

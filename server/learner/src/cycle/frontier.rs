@@ -111,7 +111,7 @@ pub(crate) fn search(
     }
     // Where noise alone differs nothing else is to be learnt.
     let kinds = vocabulary.sensed_types().filter(|kind| !curiosity.noise.contains(kind)).collect();
-    foresight.begin((body, repertoire), &kinds, &BTreeSet::new());
+    foresight.begin((body, repertoire), &kinds, &kinds);
     let mut search = Search {
         content,
         body,
@@ -170,15 +170,19 @@ impl Search<'_> {
         let about = context.observations();
         let outlook =
             self.foresight.outlook(&content.evidence, &content.vocabulary, (body, repertoire), about);
-        // Where something is that was never there when anything was done, nobody knows what leads on.
-        let is_met = depth == 0 || about.iter().all(|o| content.evidence.is_met(o));
+        // Where something is that was never there when anything was done, nobody knows what leads on; and the more often it was perceived,
+        // the less is it there for long enough to do anything, for others see to that.
+        let mut unmet = about.iter().filter(|o| depth > 0 && !content.evidence.is_met(o)).peekable();
+        let is_met = unmet.peek().is_none();
+        let lasts =
+            unmet.fold(1.0, |lasts: f64, o| lasts.min(1.0 / (1.0 + f64::from(self.memory.attention(o)))));
         let goes_on = 1.0 - outlook.ending.probability;
         let mut new: Option<(PrimitiveId, f64)> = None;
         let mut moves = Vec::with_capacity(repertoire.len());
         for (action, prospect) in repertoire.iter().zip(outlook.prospects) {
             let reliability = content.reliability(*action);
             let trust = self.curiosity.trust(self.memory, *action);
-            let learnable = trust * prospect.learnable * goes_on + self.beginning * (1.0 - goes_on);
+            let learnable = trust * prospect.learnable * lasts * goes_on + self.beginning * (1.0 - goes_on);
             let learnable = learnable.max(outlook.ending.learnable);
             if new.is_none_or(|(_, most)| learnable > most) {
                 new = Some((*action, learnable));
