@@ -6,6 +6,7 @@ use crate::claims::Foretold;
 use crate::closed_set::closed_set;
 use crate::goals::DecisionGoal;
 use crate::notation::{NamedValues, ObservationText, SchemaForm};
+use crate::schema::SchemaInUse;
 
 closed_set! {
     /// What made a choice.
@@ -83,6 +84,9 @@ pub struct Candidate {
     pub form: SchemaForm,
     /// Values of its variables.
     pub binding: NamedValues,
+    /// The schemas that achieve its target together, in order (a superschema); left out where a single one does.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub together: Vec<SchemaInUse>,
     /// d of equation (1): schemas to be executed, this one included.
     pub distance: u32,
     /// E of equation (1): the sum of the terms' `value` over `distance`, but for the last bits of a 64-bit float (terms are

@@ -3,8 +3,11 @@
 use pschema_inspect::codec::Problem;
 use pschema_inspect::{ExcitationTerm, Explanation, ExplanationQuery, NamedValues, SchemaForm, TermRole};
 use pschema_learner::decision::{Candidate, Decision, Role, Subject, Term as LearntTerm};
+use pschema_learner::execution::ChainLink;
 use pschema_learner::memory::Content;
 use pschema_learner::notation;
+use pschema_learner::observation::Substitution;
+use pschema_learner::schema::SchemaId;
 
 use super::question::Inspect;
 use super::{claims, goals, text, trace};
@@ -88,10 +91,17 @@ pub(super) fn candidate(content: &Content, from: &Candidate) -> pschema_inspect:
         text,
         form,
         binding,
+        together: goals::chain(content, &superschema_links(&from.together)),
         distance: from.distance,
         excitation: from.excitation,
         terms: from.terms.iter().map(|one| term(content, one)).collect(),
     }
+}
+
+/// Schemas as a chain executes them.
+fn superschema_links(together: &[SchemaId]) -> Vec<ChainLink> {
+    let link = |schema: &SchemaId| ChainLink { schema: *schema, binding: Substitution::new(), carrier: None };
+    together.iter().map(link).collect()
 }
 
 fn term(content: &Content, from: &LearntTerm) -> ExcitationTerm {

@@ -68,7 +68,17 @@ fn expecting(chosen: &Candidate) -> String {
     match chosen.distance {
         0 | 1 => format!(", of which schema {id} expects {post}{given}"),
         // The action sent is that of the first schema of a chain to this one.
-        _ => format!(", on the way to schema {id}, which expects {post}{given}"),
+        _ => format!(", on the way to schema {id}, which expects {post}{given}{}", together(chosen)),
+    }
+}
+
+/// The schemas that achieve the target of a candidate together, where no single one does.
+pub(super) fn together(candidate: &Candidate) -> String {
+    let schemas: Vec<_> =
+        candidate.together.iter().map(|one| format!("schema {} ({})", one.id, plain(&one.action))).collect();
+    match schemas.is_empty() {
+        true => String::new(),
+        false => format!(" (no single schema achieves its target; {} do together)", schemas.join(", then ")),
     }
 }
 

@@ -224,6 +224,7 @@ fn an_explanation() -> Explanation {
             ..SchemaForm::default()
         },
         binding: NamedValues::default(),
+        together: Vec::new(),
         distance: 1,
         excitation: 0.5,
         terms: vec![term(Some(finger_in(ValueText::Integer(17))), TermRole::PostCondition, 1, 1, 0.5)],
@@ -233,6 +234,7 @@ fn an_explanation() -> Explanation {
         text: "object{colour=$a, field=$b} / achieve finger{field=$b} / touch{}".to_owned(),
         form: touching_form(),
         binding: binding(17),
+        together: Vec::new(),
         distance: 2,
         excitation: 1.25,
         terms: vec![
@@ -480,6 +482,20 @@ fn in_use(id: u32, kind: SchemaKind, field: i64) -> SchemaInUse {
         action: "move(j1=0.43, j2=0.84)".to_owned(),
         carrier: Some(4),
     }
+}
+
+#[test]
+fn an_explanation_tells_which_schemas_achieve_a_target_together() {
+    let mut told = an_explanation();
+    assert!(!explanation::in_a_sentence(&told).contains("together"));
+    told.candidates[0].together = vec![
+        in_use(8, SchemaKind::Concrete, 3),
+        SchemaInUse { action: "close()".to_owned(), ..in_use(11, SchemaKind::Concrete, 3) },
+    ];
+    let sentence = explanation::in_a_sentence(&told);
+    let wanted = "(no single schema achieves its target; schema 8 (move(j1=0.43, j2=0.84)), then schema 11 (close()) do together)";
+    assert!(sentence.contains(wanted), "{sentence}");
+    assert!(serde_json::to_string(&told).unwrap().contains("\"together\":[{\"id\":8,"));
 }
 
 fn a_prediction() -> Prediction {

@@ -67,6 +67,14 @@ pub(crate) struct Access {
     pub(crate) probability: f64,
 }
 
+impl Access {
+    /// The same with so many more schemas to be executed before, which lead there with this probability.
+    pub(crate) fn after(self, more: usize, probability: f64) -> Self {
+        let preceding = self.preceding.saturating_add(u32::try_from(more).unwrap_or(u32::MAX));
+        Self { preceding, probability: self.probability * probability, ..self }
+    }
+}
+
 impl Reach {
     /// What can be reached from `world` now: `known`, while it holds.
     pub(crate) fn renew<'a>(
@@ -134,6 +142,11 @@ impl Reach {
             preceding: known.depth,
             probability: known.probability,
         })
+    }
+
+    /// The observations of the context that `access` leads to, by number and in that order.
+    pub(crate) fn ids(&self, access: Access) -> &[ObservationId] {
+        &self.nodes[access.node].ids
     }
 
     /// The context that `access` leads to.

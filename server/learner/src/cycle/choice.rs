@@ -5,13 +5,14 @@ use std::borrow::Cow;
 use std::cell::OnceCell;
 
 use crate::cycle::babbling;
-use crate::cycle::chaining::{Access, Achievement, Reach, achieve};
+use crate::cycle::chaining::{Access, Achievement, Reach};
 use crate::cycle::claims;
 use crate::cycle::curiosity::Curiosity;
 use crate::cycle::excitation::{self, LawExcitation, PairCounts, Percepts, Resemblance};
 use crate::cycle::frontier::{self, Frontier};
 use crate::cycle::goals;
 use crate::cycle::match_cache::MatchCache;
+use crate::cycle::superschema::{self, achieved};
 use crate::memory::Memory;
 use crate::memory::evidence::Foresight;
 use crate::memory::instance::Instance;
@@ -35,6 +36,8 @@ struct Contender {
     /// What its pre-conditions are under a binding, as places of the world state; none if that is not known.
     places: Option<Vec<usize>>,
     carrier: Option<SchemaId>,
+    /// The schemas that achieve the rest of its target before the carrier does, in order.
+    before: Vec<SchemaId>,
     access: Option<Access>,
     distance: u32,
     excitation: f64,
@@ -216,6 +219,7 @@ impl Choice {
             binding: Substitution::new(),
             places: None,
             carrier: None,
+            before: Vec::new(),
             access,
             distance,
             excitation,
@@ -234,6 +238,7 @@ impl Choice {
             binding: Substitution::new(),
             places: None,
             carrier: None,
+            before: Vec::new(),
             access: None,
             distance: found.distance,
             excitation: self.top,
@@ -256,6 +261,10 @@ fn explain(
     let candidates = shown.iter().zip(terms).map(|(scored, terms)| Candidate {
         subject: scored.subject,
         binding: scored.binding.clone(),
+        together: match scored.before[..] {
+            [] => Vec::new(),
+            ref before => before.iter().copied().chain(scored.carrier).collect(),
+        },
         distance: scored.distance,
         excitation: scored.excitation,
         terms,
@@ -369,13 +378,16 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
     for (id, law) in memory.laws(index.generalised()) {
         let Some(generally) = LawExcitation::new(memory, id, world, &seen) else { continue };
         for (binding, places) in matched.of(index, id, law, world) {
-            let achieved =
-                law.target_under(&binding).and_then(|target| achieve(memory, reach, body, &target));
-            let Some(Achievement { carrier, access }) = achieved else { continue };
+            let Some(target) = law.target_under(&binding) else { continue };
+            let Some(achieved) = achieved(memory, reach, body, &target, world) else { continue };
+            let Achievement { carrier, access } = achieved.last;
             let Some(action) = index.outline(carrier).map(|outline| outline.action) else { continue };
-            if memory.content().mechanisms.claims && !claims::makes(memory, body, action, world, law) {
+            if memory.content().mechanisms.claims
+                && !claims::allow(memory, (body, action), world, (law, &binding), &achieved.held)
+            {
                 continue;
             }
+            let before = achieved.before;
             let groups = index.groups();
             let known = || groups.exact(groups.with_pre(&seen.ids(&places)?)?, action);
             if access.preceding == 0 && known().is_some() {
@@ -394,6 +406,7 @@ fn generalised(memory: &Memory, situation: &Situation<'_>, matched: &mut MatchCa
                     binding,
                     places: Some(places),
                     carrier: Some(carrier),
+                    before,
                     access: Some(access),
                     distance,
                     excitation,
@@ -458,6 +471,7 @@ fn resolve(memory: &Memory, situation: &Situation<'_>, scored: &Contender) -> Op
     };
     let last = ChainLink { schema, binding: scored.binding.clone(), carrier: scored.carrier };
     let mut chain = scored.access.map_or(Vec::new(), |access| situation.reach.chain(access));
+    chain.extend(superschema::links(&scored.before));
     chain.push(last);
     begin(memory, situation.world, chain)
 }
@@ -486,7 +500,8 @@ pub(crate) fn continue_chain(
     let retired = memory.content().generalised(next.schema).is_some_and(|generalised| generalised.retired);
     let allowed = !retired
         && holds(next.schema, &next.binding)
-        && next.carrier.is_none_or(|carrier| holds(carrier, &Substitution::new()));
+        && next.carrier.is_none_or(|carrier| holds(carrier, &Substitution::new()))
+        && superschema::is_held(memory, next, situation.world);
     let execution = allowed.then(|| begin(memory, situation.world, chain.to_vec())).flatten()?;
     let decision = follow(memory, situation, &execution, Reason::Chain);
     Some((execution, decision))
@@ -520,6 +535,7 @@ fn follow(memory: &Memory, situation: &Situation<'_>, execution: &Execution, rea
         binding: binding.clone(),
         places: None,
         carrier,
+        before: Vec::new(),
         access: None,
         distance: 1,
         excitation: execution.schema.map_or(0.0, sum),

@@ -10,7 +10,9 @@ use crate::nouns::claim::{Change, Condition, Expression, Reference, Sketch};
 use crate::nouns::effect::Effect;
 use crate::nouns::execution::Execution;
 use crate::nouns::experience::{Experience, Recalled};
-use crate::nouns::observation::{Observation, Pattern, PropertyId, Term, TypeId, Value, Variable};
+use crate::nouns::observation::{
+    Observation, Pattern, PropertyId, Substitution, Term, TypeId, Value, Variable,
+};
 use crate::nouns::schema::{Generalised, SchemaId};
 use crate::nouns::vocabulary::{BodyId, PrimitiveId};
 use crate::nouns::world_state::WorldState;
@@ -414,6 +416,28 @@ pub(crate) fn makes(
 ) -> bool {
     let made = expectation(memory, body, action, world).law(memory, action, world);
     made.is_some_and(|made| made.equals(law))
+}
+
+/// Whether claims let a law be executed here by an action that achieves its target, or what is left of it when others have achieved what is
+/// then `held`. It must be what the claims in force make of the action, unless the action was never carried out where the law's pre-conditions
+/// held with that: then nobody knows otherwise.
+pub(crate) fn allow(
+    memory: &Memory,
+    (body, action): (BodyId, PrimitiveId),
+    world: &WorldState,
+    (law, binding): (&Generalised, &Substitution),
+    held: &[Observation],
+) -> bool {
+    if makes(memory, body, action, world, law) {
+        return true;
+    }
+    if held.is_empty() {
+        return false;
+    }
+    let pre = law.pre.iter().filter_map(|what| what.apply(binding));
+    let there = WorldState::new(pre.chain(held.iter().cloned()));
+    let content = memory.content();
+    !content.evidence.was_tried_with(&content.vocabulary, action, there.observations())
 }
 
 /// The law that is made of the claims in force, if it is new.

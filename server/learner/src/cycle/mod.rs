@@ -23,6 +23,7 @@ mod pursue;
 mod search;
 mod stages;
 mod step;
+mod superschema;
 mod supposing;
 mod target_action;
 mod valuation;

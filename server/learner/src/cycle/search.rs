@@ -344,7 +344,7 @@ fn changed(before: &[ObservationId], change: &Change) -> bool {
     before.binary_search(&change.what).is_ok() == change.absent
 }
 
-fn make(before: &[ObservationId], after: &mut Vec<ObservationId>, change: Change) {
+pub(crate) fn make(before: &[ObservationId], after: &mut Vec<ObservationId>, change: Change) {
     if changed(before, &change) {
         match change.absent {
             true => after.retain(|known| *known != change.what),

@@ -2,12 +2,13 @@
 //! told from the side of one schema.
 
 use crate::cycle::babbling::executable;
-use crate::cycle::chaining::{Access, Achievement, Reach, achieve};
+use crate::cycle::chaining::{Access, Reach};
 use crate::cycle::claims;
 use crate::cycle::curiosity::Curiosity;
 use crate::cycle::excitation::{self, PairCounts};
 use crate::cycle::habituation::unhabituated;
 use crate::cycle::stages;
+use crate::cycle::superschema::{Superschema, achieved};
 use crate::memory::Memory;
 use crate::memory::instance::Instance;
 use crate::memory::matching::can_match;
@@ -153,7 +154,7 @@ impl Scale<'_> {
                 Form::Concrete(concrete) => Some((concrete.action, self.access(id))),
                 Form::Generalised(known) => self
                     .achieved(known, &candidate.binding)
-                    .map(|(action, found)| (action, Some(found.access))),
+                    .map(|(action, found)| (action, Some(found.last.access))),
             };
             let Some((action, access)) = action else { return false };
             let distance = access.map_or(1, |access| access.preceding + 1);
@@ -172,11 +173,14 @@ impl Scale<'_> {
             return Some(Verdict::Chosen);
         }
         let followed = self.is_followed();
-        let (carrier, access) = match self.memory.content().generalised(subject) {
-            Some(known) => self.achieved(known, &chosen.binding).map(|(_, a)| (a.carrier, a.access)).unzip(),
-            None => (None, self.access(subject)),
+        let (carrier, chain) = match self.memory.content().generalised(subject) {
+            Some(known) => self
+                .achieved(known, &chosen.binding)
+                .map(|(_, found)| (found.last.carrier, found.chain(&self.reach)))
+                .unzip(),
+            None => (None, self.access(subject).map(|access| self.reach.chain(access))),
         };
-        let chain = access.filter(|_| !followed).map_or_else(Vec::new, |access| self.reach.chain(access));
+        let chain = chain.filter(|_| !followed).unwrap_or_default();
         let first = chain.first();
         let carries = chain.is_empty() && carrier == Some(id);
         if carries || first.is_some_and(|first| first.schema == id || first.carrier == Some(id)) {
@@ -197,10 +201,10 @@ impl Scale<'_> {
     }
 
     /// What would carry the target out under a binding, and from where; and its action.
-    fn achieved(&self, known: &Generalised, binding: &Substitution) -> Option<(PrimitiveId, Achievement)> {
+    fn achieved(&self, known: &Generalised, binding: &Substitution) -> Option<(PrimitiveId, Superschema)> {
         let target = known.target_under(binding)?;
-        let achieved = achieve(self.memory, &self.reach, self.decision.body, &target)?;
-        Some((self.memory.content().concrete(achieved.carrier)?.action, achieved))
+        let achieved = achieved(self.memory, &self.reach, self.decision.body, &target, &self.decision.world)?;
+        Some((self.memory.content().concrete(achieved.last.carrier)?.action, achieved))
     }
 
     /// The drives that add to its excitation: none where something is followed.
@@ -240,7 +244,14 @@ impl Scale<'_> {
     }
 
     /// As a candidate, reached by `access`, and what stood in its way as such.
-    fn scored(&self, id: SchemaId, binding: Substitution, action: PrimitiveId, access: Access) -> Reweighing {
+    fn scored(
+        &self,
+        id: SchemaId,
+        binding: Substitution,
+        action: PrimitiveId,
+        access: Access,
+        achieved: Option<&Superschema>,
+    ) -> Reweighing {
         let (memory, distance) = (self.memory, access.preceding + 1);
         let weight = self.weight(action, Some(access));
         let drives = self.drives(id, action, Some(access));
@@ -257,9 +268,10 @@ impl Scale<'_> {
         };
         let candidate = kept.terms().next().map(|terms| {
             let (subject, binding) = (Subject::Schema(id), binding.clone());
-            Candidate { subject, binding, distance, excitation, terms }
+            let together = achieved.map_or_else(Vec::new, Superschema::together);
+            Candidate { subject, binding, together, distance, excitation, terms }
         });
-        let chain = self.reach.chain(access);
+        let chain = achieved.map_or_else(|| self.reach.chain(access), |found| found.chain(&self.reach));
         Reweighing { candidate, chain, action: Some(action), ..out(verdict, binding) }
     }
 
@@ -267,7 +279,7 @@ impl Scale<'_> {
         let weighed = if !self.memory.content().vocabulary.can_do(self.decision.body, concrete.action) {
             out(Verdict::NotInRepertoire, Substitution::new())
         } else if let Some(access) = self.access(id) {
-            self.scored(id, Substitution::new(), concrete.action, access)
+            self.scored(id, Substitution::new(), concrete.action, access, None)
         } else {
             let content = self.memory.content();
             let context = self.decision.world.context(self.memory.rules());
@@ -312,13 +324,14 @@ impl Scale<'_> {
     }
 
     fn bound(&self, id: SchemaId, known: &Generalised, binding: Substitution) -> Reweighing {
-        let Some((action, Achievement { access, .. })) = self.achieved(known, &binding) else {
+        let Some((action, achieved)) = self.achieved(known, &binding) else {
             let target = known.target.iter().filter_map(|pattern| pattern.apply(&binding)).collect();
             return out(Verdict::TargetNotAchievable(target), binding);
         };
-        let (memory, world) = (self.memory, &self.decision.world);
+        let (memory, world, access) = (self.memory, &self.decision.world, achieved.last.access);
+        let body = self.decision.body;
         if memory.content().mechanisms.claims
-            && !claims::makes(memory, self.decision.body, action, world, known)
+            && !claims::allow(memory, (body, action), world, (known, &binding), &achieved.held)
         {
             return Reweighing { action: Some(action), ..out(Verdict::OtherClaims, binding) };
         }
@@ -327,7 +340,7 @@ impl Scale<'_> {
         let exact = self.memory.index().exact(&pre, action).filter(|_| access.preceding == 0);
         match exact {
             Some(exact) => Reweighing { action: Some(action), ..out(Verdict::StoodInFor(exact), binding) },
-            None => self.scored(id, binding, action, access),
+            None => self.scored(id, binding, action, access, Some(&achieved)),
         }
     }
 

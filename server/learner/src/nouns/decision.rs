@@ -86,6 +86,8 @@ pub struct Candidate {
     pub subject: Subject,
     /// The values of the schema's variables, when it is generalised.
     pub binding: Substitution,
+    /// The concrete schemas that achieve its target together, in order, where no single one does (a superschema); else none.
+    pub together: Vec<SchemaId>,
     /// d of equation (1): the number of schemas to be executed, this one included; 1 or more.
     pub distance: u32,
     /// E of equation (1), 0 or more; it has no unit.

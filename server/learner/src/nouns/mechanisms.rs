@@ -17,14 +17,23 @@ pub struct Mechanisms {
     /// Whether a goal is pursued by a policy that is made of what claims foretell. Off, it is pursued by chains of schemas (II-A). It
     /// needs claims.
     pub policies: bool,
+    /// Whether the target of a generalised schema that no single schema achieves is achieved by several, one after another.
+    pub superschemas: bool,
 }
 
 impl Mechanisms {
     /// None: the learner of the paper.
-    pub const PAPER: Self =
-        Self { claims: false, curiosity: false, recall: false, items: false, policies: false };
+    pub const PAPER: Self = Self {
+        claims: false,
+        curiosity: false,
+        recall: false,
+        items: false,
+        policies: false,
+        superschemas: false,
+    };
     /// All of them.
-    pub const FULL: Self = Self { claims: true, curiosity: true, recall: true, items: true, policies: true };
+    pub const FULL: Self =
+        Self { claims: true, curiosity: true, recall: true, items: true, policies: true, superschemas: true };
 
     /// The same without those that need one that is off.
     #[must_use]
@@ -35,6 +44,7 @@ impl Mechanisms {
             recall: self.recalls(),
             items: self.supposes(),
             policies: self.makes_policies(),
+            superschemas: self.superschemas,
         }
     }
 
@@ -64,13 +74,14 @@ impl Mechanisms {
 
     /// Each with its name.
     #[must_use]
-    pub fn named(self) -> [(&'static str, bool); 5] {
+    pub fn named(self) -> [(&'static str, bool); 6] {
         [
             ("claims", self.claims),
             ("curiosity", self.curiosity),
             ("recall", self.recall),
             ("items", self.items),
             ("policies", self.policies),
+            ("superschemas", self.superschemas),
         ]
     }
 
@@ -94,6 +105,7 @@ impl Mechanisms {
             "recall" => Some(&mut self.recall),
             "items" => Some(&mut self.items),
             "policies" => Some(&mut self.policies),
+            "superschemas" => Some(&mut self.superschemas),
             _ => None,
         }
     }

@@ -253,8 +253,8 @@ fn any_effect() -> impl Strategy<Value = Effect> {
         }),
         1 => any::<bool>().prop_map(Effect::Full),
         1 => (body(), ".*").prop_map(|(body, text)| Effect::Described { body, text }),
-        1 => any::<[bool; 5]>().prop_map(|[claims, curiosity, recall, items, policies]| {
-            Effect::Mechanisms(Mechanisms { claims, curiosity, recall, items, policies })
+        1 => any::<[bool; 6]>().prop_map(|[claims, curiosity, recall, items, policies, superschemas]| {
+            Effect::Mechanisms(Mechanisms { claims, curiosity, recall, items, policies, superschemas })
         }),
         2 => (body(), vec(any::<bool>(), 0..3)).prop_map(|(body, on)| Effect::Followed { body, on }),
         2 => supposed(),

@@ -63,6 +63,12 @@ function part(term, most) {
 
 const written = (one) => (one === null ? "–" : observation(one));
 
+// The schemas that achieve a target together, where no single one does.
+function together(one) {
+  const parts = (one.together || []).map((part) => `schema ${part.id} (${part.action})`);
+  return parts.length === 0 ? "" : `. No single schema achieves its target; ${parts.join(", then ")} do together.`;
+}
+
 function terms(one, most) {
   const heads = ["term", "remembered", "seen", "same", "prob", "weight", "1+N", "value", ""];
   const rows = one.terms.map((term) => el("tr", {},
@@ -80,5 +86,5 @@ function terms(one, most) {
       el("thead", {}, el("tr", {}, heads.map((head, at) => el("th", { class: at >= 3 && at <= 7 ? "n" : "" }, head)))),
       el("tbody", {}, rows)),
     el("p", { class: "facts" },
-      `sum ${level(sum(one))} / distance ${one.distance} = E ${level(one.excitation)}`));
+      `sum ${level(sum(one))} / distance ${one.distance} = E ${level(one.excitation)}${together(one)}`));
 }

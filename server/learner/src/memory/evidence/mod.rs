@@ -36,6 +36,7 @@ pub(crate) use foresight::Foresight;
 pub(crate) use foretold::InForce;
 pub use foretold::{Foretold, Part, View};
 pub use found::{Found, FoundClaim, FoundClaims, FoundEach, FoundFacet, FoundPlace, FoundTrial, OwnEffect};
+use novelty::Novelty;
 use pool::Pool;
 pub(crate) use prospect::{Ending, Outlook, Prospect};
 pub use recollections::{Recollection, Recollections};
@@ -278,6 +279,19 @@ impl Evidence {
         // Whatever is done, it shows whether an episode has ended here.
         let of_ends = self.ending(context, None).learnable;
         primitives.iter().map(|primitive| curiosity(primitive).unwrap_or(1.0).max(of_ends)).collect()
+    }
+
+    /// Whether a primitive was ever carried out where all of these observations were, among the experiences that are kept.
+    pub(crate) fn was_tried_with(
+        &self,
+        vocabulary: &Vocabulary,
+        primitive: PrimitiveId,
+        there: &[Observation],
+    ) -> bool {
+        let pool = action(vocabulary, primitive).and_then(|action| self.pools.get(&action));
+        pool.is_some_and(|pool| {
+            !pool.together(&Novelty::of_each(&pool.conditions, there), primitive, |_| true).is_empty()
+        })
     }
 
     /// How often what is new surprises where this primitive is carried out, from 0 to 1: of what may be learnt of it there is no more anywhere.

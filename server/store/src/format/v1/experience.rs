@@ -85,18 +85,21 @@ pub(crate) enum Mechanism {
     Items,
     /// Goals are pursued by policies.
     Policies,
+    /// Targets are achieved by several schemas together.
+    Superschemas,
 }
 
 /// The mechanisms that are on.
 impl Mirror<Mechanisms> for Vec<Mechanism> {
     fn of(live: &Mechanisms) -> Self {
-        let Mechanisms { claims, curiosity, recall, items, policies } = *live;
+        let Mechanisms { claims, curiosity, recall, items, policies, superschemas } = *live;
         let all = [
             (claims, Mechanism::Claims),
             (curiosity, Mechanism::Curiosity),
             (recall, Mechanism::Recall),
             (items, Mechanism::Items),
             (policies, Mechanism::Policies),
+            (superschemas, Mechanism::Superschemas),
         ];
         all.into_iter().filter_map(|(on, mechanism)| on.then_some(mechanism)).collect()
     }
@@ -110,6 +113,7 @@ impl Mirror<Mechanisms> for Vec<Mechanism> {
                 Mechanism::Recall => live.recall = true,
                 Mechanism::Items => live.items = true,
                 Mechanism::Policies => live.policies = true,
+                Mechanism::Superschemas => live.superschemas = true,
             }
         }
         live
