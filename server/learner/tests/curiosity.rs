@@ -243,3 +243,46 @@ fn what_only_a_whole_series_leads_to_is_come_to() {
     println!("seeds 1 to 7: {taken:?}");
     assert!(median(taken.clone()) < 250.0, "{taken:?}");
 }
+
+/// An action of which nothing ever comes: no schema will ever cover it, and it drew for ever.
+#[test]
+fn what_nothing_comes_of_is_soon_let_be() {
+    let idled = |seed: u64| {
+        let mut learner = Learner::new(seed, Parameters::default(), free()).unwrap();
+        learner.set_mechanisms(Mechanisms::FULL);
+        let action = |name: &str| DeclaredAction { name: name.into(), parameters: Vec::new() };
+        let at = DeclaredType {
+            name: "at".into(),
+            own: false,
+            transient: false,
+            heard: false,
+            value: false,
+            properties: vec![property("place")],
+        };
+        let declaration = Declaration {
+            body: "ring".into(),
+            observation_types: vec![at],
+            actions: ["on", "back", "idle"].map(action).into(),
+            repertoire: (0..3).map(|number| (number, Vec::new())).collect(),
+        };
+        learner.declare(declaration).unwrap();
+        let names: Vec<_> = (0..PLACES).map(|i| learner.symbol(&format!("s{i}")).0).collect();
+        let (mut place, mut idled, mut outcome) = (0, 0, None);
+        for _ in 0..120 {
+            let here = Observation::new(TypeId(0), [(PropertyId(0), Value::Symbol(names[place]))]);
+            let body = pschema_learner::vocabulary::BodyId(0);
+            let step = learner.step(&Frame { body, outcome, observations: vec![here] });
+            let Output::Act(PrimitiveId(action)) = step.output else { panic!("nothing was chosen") };
+            match action {
+                0 => place = (place + 1) % PLACES,
+                1 => place = (place + PLACES - 1) % PLACES,
+                _ => idled += 1,
+            }
+            outcome = Some(ActionOutcome::Done);
+        }
+        idled
+    };
+    let idled: Vec<_> = (1..=5).map(idled).collect();
+    println!("seeds 1 to 5: {idled:?} of 120");
+    assert!(idled.iter().all(|idled| *idled < 60), "{idled:?}");
+}
