@@ -73,7 +73,7 @@ fn expecting(chosen: &Candidate) -> String {
 }
 
 /// The schemas that achieve the target of a candidate together, where no single one does.
-pub(super) fn together(candidate: &Candidate) -> String {
+fn together(candidate: &Candidate) -> String {
     let schemas: Vec<_> =
         candidate.together.iter().map(|one| format!("schema {} ({})", one.id, plain(&one.action))).collect();
     match schemas.is_empty() {

@@ -111,6 +111,7 @@ pub(crate) fn search(
     }
     // Where noise alone differs nothing else is to be learnt.
     let kinds = vocabulary.sensed_types().filter(|kind| !curiosity.noise.contains(kind)).collect();
+    // All of them are asked for, so that none is left to chance where little was tried.
     foresight.begin((body, repertoire), &kinds, &kinds);
     let mut search = Search {
         content,

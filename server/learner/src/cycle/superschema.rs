@@ -96,8 +96,7 @@ fn rest(
     }
     let last = achieve(memory, reach, body, &rest)?;
     let concrete = memory.content().concrete(last.carrier)?;
-    let numbers = [&held, &rest].map(|part| numbered(memory, part).unwrap_or_default());
-    let is_kept = !undoes(memory, concrete, &numbers[0], &numbers[1]);
+    let is_kept = !undoes(memory, concrete, &numbered(memory, &held)?, &numbered(memory, &rest)?);
     is_kept.then_some(Superschema { before: Vec::new(), last, held })
 }
 
